@@ -1,0 +1,118 @@
+"""The workspace: a grid of square cells, and the one place where world and cell are converted."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+
+@dataclass(frozen=True)
+class Grid:
+    """
+    A rectangle of square cells in a fixed frame.
+
+    Cells are named ``(row, col)``; row 0 is the lowest y, column 0 the lowest x. A cell holds its
+    lower and left edge, not its upper and right one.
+
+    Parameters
+    ----------
+    n_rows, n_cols : int
+        At least 1 each.
+    resolution : float
+        Side of a cell, [m], positive.
+    origin_x, origin_y : float
+        Lower left corner of cell (0, 0), [m].
+    frame_id : str
+        The frame these coordinates are given in.
+
+    Raises
+    ------
+    ValueError
+        If a size is out of range; the message names it.
+
+    """
+
+    n_rows: int
+    n_cols: int
+    resolution: float
+    origin_x: float = 0.0
+    origin_y: float = 0.0
+    frame_id: str = 'odom'
+
+    def __post_init__(self) -> None:
+        """Refuse what is no grid."""
+        for name in ('n_rows', 'n_cols'):
+            if not 1 <= getattr(self, name) <= 100_000:
+                raise ValueError(f'grid: {name} is {getattr(self, name)}, must be 1 to 100000')
+        if not (math.isfinite(self.resolution) and self.resolution > 0.0):
+            raise ValueError(f'grid: resolution is {self.resolution} m, must be above 0')
+        if not (math.isfinite(self.origin_x) and math.isfinite(self.origin_y)):
+            raise ValueError(f'grid: origin ({self.origin_x}, {self.origin_y}) is not finite')
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return ``(n_rows, n_cols)``."""
+        return self.n_rows, self.n_cols
+
+    def contains(self, row: int, col: int) -> bool:
+        """Tell whether a cell lies in the workspace."""
+        return 0 <= row < self.n_rows and 0 <= col < self.n_cols
+
+    def cell_from_world(self, x: float, y: float) -> tuple[int, int]:
+        """
+        Return the cell that holds a point; it may lie outside the workspace.
+
+        Raises
+        ------
+        ValueError
+            If a coordinate is not finite.
+
+        """
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise ValueError(f'({x}, {y}) is not a point')
+        return (math.floor((y - self.origin_y) / self.resolution),
+                math.floor((x - self.origin_x) / self.resolution))
+
+    def world_from_cell(self, row: int, col: int) -> tuple[float, float]:
+        """Return the centre ``(x, y)`` of a cell, [m]."""
+        return (self.origin_x + (col + 0.5) * self.resolution,
+                self.origin_y + (row + 0.5) * self.resolution)
+
+    def cells_from_world(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+        """
+        Return the cells that hold points.
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, 2), [m]
+            ``(x, y)``, finite.
+
+        Returns
+        -------
+        ndarray of int64, shape (n, 2)
+            ``(row, col)``; they may lie outside the workspace.
+
+        """
+        origin = np.array([self.origin_x, self.origin_y])
+        col_row = np.floor((np.asarray(points, dtype=np.float64) - origin) / self.resolution)
+        return col_row[:, ::-1].astype(np.int64)
+
+    def world_from_cells(self, cells: npt.NDArray[np.integer]) -> npt.NDArray[np.float64]:
+        """
+        Return the centres of cells.
+
+        Parameters
+        ----------
+        cells : ndarray, shape (n, 2)
+            ``(row, col)``.
+
+        Returns
+        -------
+        ndarray, shape (n, 2), [m]
+            ``(x, y)``.
+
+        """
+        origin = np.array([self.origin_x, self.origin_y])
+        col_row = np.asarray(cells)[:, ::-1]
+        return origin + (col_row + 0.5) * self.resolution

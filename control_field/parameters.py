@@ -1,0 +1,107 @@
+"""Every parameter of the method, with unit, range and meaning, in one place."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+import math
+from typing import Any
+
+
+def _parameter(
+    default: Any, meaning: str, *, unit: str = '1', low: float = -math.inf, high: float = math.inf,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """Declare a parameter; the range is closed at both ends."""
+    return field(default=default, metadata={
+        'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """
+    How the robot learns; see the metadata of each field for unit, range and meaning.
+
+    Raises
+    ------
+    ValueError
+        If a value is of the wrong type or out of range; the message names the parameter, the
+        value and the range.
+
+    """
+
+    profile: str = _parameter(
+        'full', 'paper: equations 1 to 7 to the letter; full: with what keeps their promise',
+        choices=('paper', 'full'))
+    power: float = _parameter(
+        2.0, 'power p of the distance in equations 3 and 7', low=0.5, high=16.0)
+    effective_window: float = _parameter(
+        6.0, 'radius of the effective window', unit='cells', low=1.0, high=1000.0)
+    weight_floor: float = _parameter(
+        0.05, 'weight of the least Q-value beside 1 for the greatest', low=1e-6, high=1.0)
+    learning_rate: float = _parameter(
+        0.5, 'alpha of equation 6', low=0.0, high=1.0)
+    discount: float = _parameter(
+        0.98, 'lambda of equation 6', low=0.0, high=1.0)
+    oscillation_limit: int = _parameter(
+        4, 'times an action is chosen in one cell of a trial before exploration takes over',
+        unit='times', low=1, high=1000)
+    step_limit: int = _parameter(
+        2000, 'steps after which a trial is given up', unit='steps', low=1, high=10_000_000)
+    seed: int = _parameter(
+        0, 'seed of everything random', low=0, high=2**63 - 1)
+    corner_cutting: bool = _parameter(
+        False, 'whether a diagonal step may pass a blocked cell beside it (a point robot)')
+    unknown_is_blocked: bool = _parameter(
+        False, 'whether the robot keeps out of cells its sight calls unknown')
+    moves: int = _parameter(
+        8, 'steps allowed: 8 neighbours, or 4 without the diagonals', low=4, high=8)
+    pull: bool = _parameter(
+        True, 'full profile: pull towards the nearest demonstrated or learnt path')
+    visible_windows: bool = _parameter(
+        True, 'full profile: effective windows do not reach through known walls')
+    rehearsal: bool = _parameter(
+        True, 'full profile: experience replay over the remembered map between trials')
+    repair: bool = _parameter(
+        True, 'full profile: prototypes that mend cells whose flow ends in a wall or a loop')
+    pruning: bool = _parameter(
+        True, 'full profile: drop prototypes whose removal changes no heading')
+    demonstration_advantage: float = _parameter(
+        0.5, 'full profile: share of its length that a demonstrated step is spared in rehearsal',
+        low=0.0, high=0.99)
+
+    def __post_init__(self) -> None:
+        """Validate every value against its declaration."""
+        for spec in fields(self):
+            _check(spec.name, getattr(self, spec.name), spec.type, spec.metadata)
+        if self.moves not in (4, 8):
+            raise ValueError(f'moves is {self.moves}, must be 4 or 8')
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, Any]) -> 'Parameters':
+        """
+        Build from names and values; what is not named keeps its default.
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown or a value out of range.
+
+        """
+        known = {spec.name for spec in fields(cls)}
+        for name in values:
+            if name not in known:
+                raise ValueError(f'{name} is no parameter; there are: {", ".join(sorted(known))}')
+        return cls(**values)
+
+
+def _check(name: str, value: Any, kind: Any, metadata: Mapping[str, Any]) -> None:
+    kind = {'str': str, 'float': float, 'int': int, 'bool': bool}.get(kind, kind)
+    fits = isinstance(value, kind) or (kind is float and isinstance(value, int))
+    if not fits or (isinstance(value, bool) and kind is not bool):
+        raise ValueError(f'{name} is {value!r}, must be of type {kind.__name__}')
+    if metadata['choices'] and value not in metadata['choices']:
+        raise ValueError(f'{name} is {value!r}, must be one of {", ".join(metadata["choices"])}')
+    if kind in (float, int):
+        low, high = metadata['low'], metadata['high']
+        if not low <= value <= high:
+            raise ValueError(
+                f'{name} is {value}, must be between {low} and {high} [{metadata["unit"]}]')
