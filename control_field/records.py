@@ -19,6 +19,7 @@ class Kind(IntEnum):
     AVOID = 2    #: chosen from the Q-matrix in its stead; earns +1 the first time
     EXPLORE = 3  #: random, count-guided, to leave an oscillation
     TAUGHT = 4   #: a person drove this step during the trial
+    DETOUR = 5   #: the course is free here but is remembered to fail further on: from Q, earns 0
 
 
 class Outcome(StrEnum):

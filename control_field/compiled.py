@@ -1,0 +1,39 @@
+"""
+The kernels compiled by numba, for the learner's side; the robot never imports this.
+
+Every function of the kernel modules is there under its own name.
+"""
+
+from collections.abc import Callable
+import types
+from typing import Any
+
+import numba
+
+from control_field import field_kernels, kernels, trial_kernels
+
+
+def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
+    """Compile the functions of modules so that they call each other compiled."""
+    namespace: dict[str, Any] = {}
+    compiled: dict[str, Callable[..., Any]] = {}
+    for module in modules:
+        namespace.update({k: v for k, v in vars(module).items() if k not in compiled})
+        for name, function in list(vars(module).items()):
+            if isinstance(function, types.FunctionType) and function.__module__ == module.__name__:
+                rebound = types.FunctionType(function.__code__, namespace, name,
+                                             function.__defaults__)
+                rebound.__module__ = module.__name__
+                compiled[name] = namespace[name] = numba.njit(cache=True)(rebound)
+    return compiled
+
+
+_ALL = _compile(kernels, trial_kernels, field_kernels)
+
+
+def __getattr__(name: str) -> Callable[..., Any]:
+    """Return a compiled kernel."""
+    try:
+        return _ALL[name]
+    except KeyError:
+        raise AttributeError(f'no kernel is called {name}') from None

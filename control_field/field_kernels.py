@@ -1,0 +1,219 @@
+"""Equation 7 with windows and pull, repair and pruning: the learner's loops."""
+
+import math
+
+import numpy as np
+
+from control_field.headings import STEP_COL, STEP_ROW, UNIT
+from control_field.kernels import _BLOCKED, best_step, is_barred, step_allowed
+
+
+def sees(known, row, col, r, c):
+    """Tell whether the straight line between two cell centres crosses no known wall."""
+    d_row, d_col = r - row, c - col
+    n = 2 * max(abs(d_row), abs(d_col))
+    for i in range(1, n):
+        at_row = int(math.floor(row + d_row * i / n + 0.5))
+        at_col = int(math.floor(col + d_col * i / n + 0.5))
+        if known[at_row, at_col] == _BLOCKED:
+            return False
+    return True
+
+
+def spread(total_x, total_y, total_w, known, row, col, heading, weight, window, power, visible):
+    """Add one prototype's share of eq. 7 to its effective window (take it away: weight < 0)."""
+    reach = int(window)
+    for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
+        for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
+            if r == row and c == col:
+                continue
+            d = math.hypot(r - row, c - col)
+            if d > window or (visible and not sees(known, row, col, r, c)):
+                continue
+            w = weight / d ** power
+            total_x[r, c] += w * UNIT[heading, 0]
+            total_y[r, c] += w * UNIT[heading, 1]
+            total_w[r, c] += w
+
+
+def add_windows(total_x, total_y, total_w, known, cells, headings, weights, window, power,
+                visible):
+    """Add the shares of several prototypes."""
+    for i in range(cells.shape[0]):
+        spread(total_x, total_y, total_w, known, cells[i, 0], cells[i, 1], headings[i],
+               weights[i], window, power, visible)
+
+
+def heading_of(vx, vy):
+    """Return the heading nearest to a direction, -1 for none; `headings.heading_from_vector`."""
+    if vx * vx + vy * vy < 1e-18:
+        return -1
+    return int(math.floor(math.atan2(vy, vx) / (math.pi / 4) + 0.5)) % 8
+
+
+def course_at(row, col, total_x, total_y, total_w, pull, strength):
+    """
+    Return the averaged vector at a cell that is no centre: eq. 7 with the pull as one more voice.
+
+    ``pull`` holds a heading a cell (-1: none); it speaks with weight ``strength``, like a
+    prototype one cell away.
+    """
+    x, y, w = total_x[row, col], total_y[row, col], total_w[row, col]
+    heading = pull[row, col]
+    if heading >= 0:
+        x += strength * UNIT[heading, 0]
+        y += strength * UNIT[heading, 1]
+        w += strength
+    if w <= 0.0:
+        return 0.0, 0.0
+    return x / w, y / w
+
+
+def courses(total_x, total_y, total_w, centre, pull, strength):
+    """
+    Return the field's vectors and their headings everywhere.
+
+    Parameters
+    ----------
+    centre : ndarray of int8, shape (n_rows, n_cols)
+        Heading of the prototype centred in a cell, -1 for none.
+
+    Returns
+    -------
+    vx, vy : ndarray, shape (n_rows, n_cols)
+        Averaged vectors, not normalised.
+    headings : ndarray of int8, shape (n_rows, n_cols)
+
+    """
+    rows, cols = centre.shape
+    vx, vy = np.zeros((rows, cols)), np.zeros((rows, cols))
+    headings = np.full((rows, cols), -1, dtype=np.int8)
+    for row in range(rows):
+        for col in range(cols):
+            heading = centre[row, col]
+            if heading >= 0:
+                vx[row, col], vy[row, col] = UNIT[heading, 0], UNIT[heading, 1]
+                headings[row, col] = heading
+                continue
+            x, y = course_at(row, col, total_x, total_y, total_w, pull, strength)
+            vx[row, col], vy[row, col] = x, y
+            headings[row, col] = heading_of(x, y)
+    return vx, vy, headings
+
+
+def pull_from_cost(known, cost, total_x, total_y, rules):
+    """Return the heading of least cost a cell, ties nearest to eq. 7's course; -1 for none."""
+    rows, cols = known.shape
+    pull = np.full((rows, cols), -1, dtype=np.int8)
+    for row in range(rows):
+        for col in range(cols):
+            if not is_barred(known, row, col, rules[1]) and cost[row, col] > 0.0:
+                course = heading_of(total_x[row, col], total_y[row, col])
+                pull[row, col] = best_step(known, cost, row, col, course, rules)
+    return pull
+
+
+def idle_prototypes(order, cells, proto_headings, weights, total_x, total_y, total_w, centre,
+                    known, pull, strength, headings, window, power, visible):
+    """
+    Drop the prototypes whose removal changes no heading, one after the other.
+
+    Parameters
+    ----------
+    order : ndarray of int64
+        Which prototypes to try, in this order. The totals and ``centre`` are changed in place.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        Which prototypes are idle.
+
+    """
+    idle = np.zeros(cells.shape[0], dtype=np.bool_)
+    reach = int(window)
+    for k in range(order.shape[0]):
+        i = order[k]
+        row, col = cells[i, 0], cells[i, 1]
+        centre[row, col] = -1
+        spread(total_x, total_y, total_w, known, row, col, proto_headings[i], -weights[i], window,
+               power, visible)
+        same = True
+        for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
+            for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
+                if not same or centre[r, c] >= 0 or known[r, c] == _BLOCKED:
+                    continue
+                x, y = course_at(r, c, total_x, total_y, total_w, pull, strength)
+                if heading_of(x, y) != headings[r, c]:
+                    same = False
+        if same:
+            idle[i] = True
+        else:
+            centre[row, col] = proto_headings[i]
+            spread(total_x, total_y, total_w, known, row, col, proto_headings[i], weights[i],
+                   window, power, visible)
+    return idle
+
+
+def mending_cells(known, cost, headings, state, fixed, rules):
+    """
+    Choose the cells whose own course must change for the flow to come home.
+
+    Parameters
+    ----------
+    state : ndarray of int8
+        Of `kernels.flow_basin`.
+    fixed : ndarray of bool
+        Cells that keep their course (demonstrated, not proven blocked) if another one can mend.
+
+    Returns
+    -------
+    ndarray of bool, shape (n_rows, n_cols)
+        No two of them are neighbours: each changes the course of the cells around it too.
+
+    """
+    rows, cols = known.shape
+    chosen = np.zeros((rows, cols), dtype=np.bool_)
+    walked = np.zeros((rows, cols), dtype=np.int64)
+    mark = 0
+    for row in range(rows):
+        for col in range(cols):
+            if state[row, col] < 2 or not cost[row, col] < np.inf:
+                continue
+            heading = headings[row, col]
+            if heading < 0 or not step_allowed(known, row, col, heading, rules):
+                if not beside(chosen, row, col):
+                    chosen[row, col] = True
+            elif state[row, col] == 2 and walked[row, col] == 0:
+                mark += 1
+                mend_loop(headings, cost, fixed, walked, chosen, row, col, mark)
+    return chosen
+
+
+def mend_loop(headings, cost, fixed, walked, chosen, row, col, mark):
+    """Walk a flow into its loop; choose the loop's cell of least cost, a fixed one last."""
+    while walked[row, col] == 0:
+        walked[row, col] = mark
+        heading = headings[row, col]
+        row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+    if walked[row, col] != mark:
+        return
+    first_row, first_col = row, col
+    best_row, best_col, best = row, col, np.inf
+    while True:
+        at = cost[row, col] + (1e9 if fixed[row, col] else 0.0)
+        if at < best:
+            best_row, best_col, best = row, col, at
+        heading = headings[row, col]
+        row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+        if row == first_row and col == first_col:
+            break
+    chosen[best_row, best_col] = True
+
+
+def beside(chosen, row, col):
+    """Tell whether a chosen cell lies next to this one."""
+    for r in range(max(0, row - 1), min(chosen.shape[0], row + 2)):
+        for c in range(max(0, col - 1), min(chosen.shape[1], col + 2)):
+            if chosen[r, c]:
+                return True
+    return False
