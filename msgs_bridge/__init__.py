@@ -1,0 +1,1 @@
+"""ROS messages and MCAP records from and to the core's types."""

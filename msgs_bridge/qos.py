@@ -2,12 +2,17 @@
 
 from typing import Final
 
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, qos_profile_sensor_data, QoSProfile
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    qos_profile_sensor_data,
+    QoSProfile,
+    ReliabilityPolicy,
+)
 
 
 def _reliable(depth: int, durability: DurabilityPolicy = DurabilityPolicy.VOLATILE) -> QoSProfile:
-    return QoSProfile(
+    return QoSProfile(  # type: ignore[no-untyped-call]
         history=HistoryPolicy.KEEP_LAST, depth=depth,
         reliability=ReliabilityPolicy.RELIABLE, durability=durability)
 
@@ -21,7 +26,7 @@ COMMAND: Final = _reliable(1)
 #: `control_field`, `prototypes`, `trial`, `map`, `markers`: a late reader gets the newest.
 LATCHED: Final = _reliable(1, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `experience`: no decision may be lost.
-EXPERIENCE: Final = QoSProfile(
+EXPERIENCE: Final = QoSProfile(  # type: ignore[no-untyped-call]
     history=HistoryPolicy.KEEP_ALL, depth=0,
     reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 #: `goal_pose`, `initialpose`.
