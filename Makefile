@@ -1,0 +1,53 @@
+# `make demo` shows everything, `make test` and `make check` are what has to pass.
+# The interpreter is found by itself; `make PYTHON=/path/to/python3.12 demo` names one.
+
+VENV := .venv
+BIN := $(VENV)/bin
+ROOMS := control_field msgs_bridge sim_node control_field_node learner_node experience_cli
+CODE := $(ROOMS) launch test benchmarks tools setup.py
+DEMO_ARGS ?=
+TEST_ARGS ?=
+BENCH_ARGS ?=
+EVALUATION_ARGS ?=
+
+export PYTHON VENV
+# A sourced ROS or another virtual environment must not shine through: the libraries of two
+# installations do not mix in one process.
+unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH \
+	RMW_IMPLEMENTATION LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+
+.PHONY: demo setup test check bench evaluation lock clean
+
+demo: setup
+	$(BIN)/experience demo $(DEMO_ARGS)
+
+setup:
+	@sh tools/setup.sh
+
+test: setup
+	$(BIN)/python -m pytest -n 2 --dist worksteal $(TEST_ARGS)
+
+check: setup
+	$(BIN)/ruff check $(CODE)
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python tools/check_dependencies.py
+
+bench: setup
+	$(BIN)/python -m benchmarks.run $(BENCH_ARGS)
+
+evaluation: setup
+	$(BIN)/python -m benchmarks.evaluation $(EVALUATION_ARGS)
+
+# Only for who changes requirements*.in: find the newest versions for both Pythons and lock them.
+LOCK := $(BIN)/uv pip compile -q --upgrade --universal --python-version 3.11 \
+	--fork-strategy fewest --generate-hashes --no-emit-index-url --no-emit-find-links \
+	--no-annotate --no-header
+lock: setup
+	$(LOCK) requirements-build.in -o requirements-build.lock
+	$(LOCK) requirements-dev.in -o requirements.lock
+
+clean:
+	rm -rf $(VENV) build install log out .pytest_cache .mypy_cache .ruff_cache \
+		.import_linter_cache .hypothesis *.egg-info
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,50 @@
+"""Build recipe for colcon (ament_python) and for pip."""
+
+from glob import glob
+from pathlib import Path
+
+from setuptools import setup
+
+PACKAGE = 'experience_controller'
+EXECUTABLES = {
+    'sim_node': 'sim_node.node:main',
+    'control_field_node': 'control_field_node.node:main',
+    'learner_node': 'learner_node.node:main',
+    'experience': 'experience_cli.main:main',
+}
+ROOMS = [
+    'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
+    'experience_cli',
+]
+
+
+def data_files():
+    """Return what goes to share/: the package's marker, launch files, parameters, worlds."""
+    share = f'share/{PACKAGE}'
+    return [
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (share, ['package.xml']),
+        (f'{share}/launch', sorted(glob('launch/*.launch.py'))),
+        (f'{share}/config', sorted(path for path in glob('config/*') if Path(path).is_file())),
+        (f'{share}/config/worlds', sorted(glob('config/worlds/*'))),
+    ]
+
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=ROOMS,
+    data_files=data_files(),
+    install_requires=['setuptools'],
+    # colcon runs pytest only if this says so.
+    extras_require={'test': ['pytest']},
+    python_requires='>=3.11',
+    zip_safe=False,
+    maintainer='experience_controller maintainers',
+    maintainer_email='maintainers@example.org',
+    description='Learning from demonstration with a control field that experience refines.',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [f'{name} = {target}' for name, target in EXECUTABLES.items()],
+    },
+)
