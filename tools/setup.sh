@@ -46,15 +46,9 @@ fits() {
     [ -z "${PYTHON:-}" ] || [ "$found" = "$("$PYTHON" -c "$which" 2>/dev/null)" ]
 }
 
-# What the installation of this project depends on: it copies data files, its modules stay here.
+# What the installation of this project depends on; its modules and its data stay in the tree.
 project_key() {
-    cat setup.py setup.cfg pyproject.toml package.xml
-    for path in launch/* config/* config/worlds/* resource/*; do
-        if [ -f "$path" ]; then
-            echo "$path"
-            cat "$path"
-        fi
-    done
+    cat setup.py setup.cfg pyproject.toml
 }
 
 key_of() {
@@ -97,6 +91,15 @@ install_project() {
     echo 'setup: installing experience_controller'
     "$VENV/bin/python" -m pip --disable-pip-version-check --no-input -q install --no-deps \
         --no-build-isolation --editable . || die 'could not install this project (see above)'
+    # An editable installation leaves out data files; the ament index needs them.
+    share="$VENV/share/experience_controller"
+    rm -rf "$share"
+    mkdir -p "$share"
+    for name in package.xml launch config; do
+        ln -s "$(pwd -P)/$name" "$share/$name"
+    done
+    ln -sf "$(pwd -P)/resource/experience_controller" \
+        "$VENV/share/ament_index/resource_index/packages/experience_controller"
 }
 
 if ! { stamped dependencies_key && fits; }; then

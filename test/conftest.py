@@ -1,0 +1,44 @@
+"""What every test may ask for: a ROS domain of its own, a node of its own, steady settings."""
+
+from collections.abc import Iterator
+import os
+import sys
+
+from hypothesis import HealthCheck, settings
+import pytest
+import ros_helpers
+
+# A busy machine is slow now and then; that is no error of the code under test.
+settings.register_profile(
+    'default', deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile('ci', settings.get_profile('default'), derandomize=True)
+settings.load_profile('ci' if os.environ.get('CI') else 'default')
+
+
+@pytest.fixture(scope='session', autouse=True)
+def steady_environment() -> Iterator[None]:
+    """Keep ROS on this machine and its settings the same for whoever runs the tests."""
+    ros_helpers.listen_to_interrupts()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        patch.setenv('MPLBACKEND', 'Agg')
+        for name in ('ROS_LOCALHOST_ONLY', 'ROS_STATIC_PEERS', 'RCUTILS_LOGGING_USE_STDOUT'):
+            patch.delenv(name, raising=False)
+        if 'AMENT_PREFIX_PATH' not in os.environ:
+            patch.setenv('AMENT_PREFIX_PATH', sys.prefix)
+        yield
+
+
+@pytest.fixture(scope='session')
+def ros_domain(steady_environment: None) -> Iterator[int]:
+    """Return a ROS_DOMAIN_ID that no other worker and no other session on this machine uses."""
+    with ros_helpers.own_domain() as domain, pytest.MonkeyPatch.context() as patch:
+        patch.setenv('ROS_DOMAIN_ID', str(domain))
+        yield domain
+
+
+@pytest.fixture
+def ros_node(ros_domain: int) -> Iterator['ros_helpers.Node']:
+    """Return a node in this process, on the tests' domain; `ros_helpers.wait_until` spins it."""
+    with ros_helpers.own_node(ros_domain) as node:
+        yield node

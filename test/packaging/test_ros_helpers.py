@@ -1,0 +1,110 @@
+"""The helpers of the tests, tried on real processes and topics."""
+
+import signal
+import sys
+
+import pytest
+from ros_helpers import (
+    call, collect, own_domain, own_node, Process, run, start_node, wait_until,
+)
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+PARAMETERS = """
+import rclpy, sys
+from rclpy.executors import ExternalShutdownException
+def main():
+    rclpy.init()
+    node = rclpy.create_node('a', automatically_declare_parameters_from_overrides=True)
+    print({k: p.value for k, p in node._parameters.items() if k in ('x', 'y', 'z', 'w')})
+    print(node.get_fully_qualified_name(), node.resolve_topic_name('t'))
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()
+"""
+
+
+def test_domains_are_held_once():
+    with own_domain() as first, own_domain() as second:
+        assert first != second
+    with own_domain() as third:
+        assert third in range(1, 101)
+
+
+def test_a_domain_is_free_again():
+    with own_domain() as first:
+        pass
+    with own_domain() as second:
+        assert second == first
+
+
+def test_two_nodes_hear_each_other(ros_domain, ros_node):
+    messages = collect(ros_node, String, 'words')
+    with own_node(ros_domain, 'other') as other:
+        publisher = other.create_publisher(String, 'words', 10)
+        wait_until(publisher.get_subscription_count, node=other, what='the subscription')
+        publisher.publish(String(data='hello'))
+        wait_until(lambda: messages, node=ros_node)
+    assert [message.data for message in messages] == ['hello']
+
+
+def test_a_service_answers(ros_domain, ros_node):
+    def answer(_, response):
+        response.message = 'yes'
+        return response
+
+    ros_node.create_service(Trigger, 'ask', answer)
+    assert call(ros_node, Trigger, 'ask').message == 'yes'
+
+
+def test_waiting_ends_with_a_reason():
+    with pytest.raises(AssertionError, match=r'tea did not come within 0\.05 s'):
+        wait_until(lambda: None, 0.05, what='tea')
+
+
+def test_waiting_ends_with_the_process(tmp_path):
+    with Process([sys.executable, '-c', 'import sys; sys.exit("no tea")'], tmp_path) as child:
+        with pytest.raises(AssertionError, match=r'ended with 1(.|\n)*no tea'):
+            wait_until(lambda: False, processes=[child])
+
+
+def test_run_keeps_what_was_written(tmp_path):
+    code = 'import sys; print("out"); print("err", file=sys.stderr); sys.exit(2)'
+    done = run([sys.executable, '-c', code], tmp_path)
+    assert (done.popen.returncode, done.stdout, done.stderr) == (2, 'out\n', 'err\n')
+
+
+def test_an_error_code_on_interrupt_fails(tmp_path):
+    code = 'import time; print("up"); time.sleep(60)'
+    child = Process([sys.executable, '-c', code], tmp_path)
+    wait_until(lambda: child.stdout, processes=[child])
+    with pytest.raises(AssertionError, match='KeyboardInterrupt'):
+        child.stop()
+
+
+def test_what_does_not_end_is_killed(tmp_path):
+    code = 'import signal, time; signal.signal(2, signal.SIG_IGN); print("up"); time.sleep(60)'
+    child = Process([sys.executable, '-c', code], tmp_path)
+    wait_until(lambda: child.stdout, processes=[child])
+    with pytest.raises(AssertionError, match='did not end'):
+        child.stop(deadline=0.2)
+    assert not child.running
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_node_gets_its_arguments_and_stops(tmp_path, ros_domain, number):
+    (tmp_path / 'a_node.py').write_text(PARAMETERS)
+    env = {'PYTHONPATH': str(tmp_path)}
+    values = {'x': 1, 'y': 2.5, 'z': 'text', 'w': [True, False]}
+    with start_node('a_node', tmp_path, values, env=env, namespace='/robot', name='b',
+                    remappings={'t': 'u'}) as child:
+        lines = wait_until(lambda: child.stdout.count('\n') == 2 and child.stdout.splitlines(),
+                           processes=[child])
+        child.stop(number)
+    assert lines[1] == '/robot/b /robot/u'
+    for text in ("'x': 1", "'y': 2.5", "'z': 'text'", "'w': [True, False]"):
+        assert text in lines[0]
+    assert child.stderr == ''
