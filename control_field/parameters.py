@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 
-def _parameter(
+def parameter(
     default: Any, meaning: str, *, unit: str = '1', low: float = -math.inf, high: float = math.inf,
     choices: tuple[str, ...] = (),
 ) -> Any:
@@ -28,50 +28,49 @@ class Parameters:
 
     """
 
-    profile: str = _parameter(
+    profile: str = parameter(
         'full', 'paper: equations 1 to 7 to the letter; full: with what keeps their promise',
         choices=('paper', 'full'))
-    power: float = _parameter(
+    power: float = parameter(
         2.0, 'power p of the distance in equations 3 and 7', low=0.5, high=16.0)
-    effective_window: float = _parameter(
+    effective_window: float = parameter(
         6.0, 'radius of the effective window', unit='cells', low=1.0, high=1000.0)
-    weight_floor: float = _parameter(
+    weight_floor: float = parameter(
         0.05, 'weight of the least Q-value beside 1 for the greatest', low=1e-6, high=1.0)
-    learning_rate: float = _parameter(
+    learning_rate: float = parameter(
         0.5, 'alpha of equation 6', low=0.0, high=1.0)
-    discount: float = _parameter(
+    discount: float = parameter(
         0.98, 'lambda of equation 6', low=0.0, high=1.0)
-    oscillation_limit: int = _parameter(
+    oscillation_limit: int = parameter(
         4, 'times an action is chosen in one cell of a trial before exploration takes over',
         unit='times', low=1, high=1000)
-    step_limit: int = _parameter(
+    step_limit: int = parameter(
         2000, 'steps after which a trial is given up', unit='steps', low=1, high=10_000_000)
-    seed: int = _parameter(
+    seed: int = parameter(
         0, 'seed of everything random', low=0, high=2**63 - 1)
-    corner_cutting: bool = _parameter(
+    corner_cutting: bool = parameter(
         False, 'whether a diagonal step may pass a blocked cell beside it (a point robot)')
-    unknown_is_blocked: bool = _parameter(
+    unknown_is_blocked: bool = parameter(
         False, 'whether the robot keeps out of cells its sight calls unknown')
-    moves: int = _parameter(
+    moves: int = parameter(
         8, 'steps allowed: 8 neighbours, or 4 without the diagonals', low=4, high=8)
-    pull: bool = _parameter(
+    pull: bool = parameter(
         True, 'full profile: pull towards the nearest demonstrated or learnt path')
-    visible_windows: bool = _parameter(
+    visible_windows: bool = parameter(
         True, 'full profile: effective windows do not reach through known walls')
-    rehearsal: bool = _parameter(
+    rehearsal: bool = parameter(
         True, 'full profile: experience replay over the remembered map between trials')
-    repair: bool = _parameter(
+    repair: bool = parameter(
         True, 'full profile: prototypes that mend cells whose flow ends in a wall or a loop')
-    pruning: bool = _parameter(
+    pruning: bool = parameter(
         True, 'full profile: drop prototypes whose removal changes no heading')
-    demonstration_advantage: float = _parameter(
+    demonstration_advantage: float = parameter(
         0.5, 'full profile: share of its length that a demonstrated step is spared in rehearsal',
         low=0.0, high=0.99)
 
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
-        for spec in fields(self):
-            _check(spec.name, getattr(self, spec.name), spec.type, spec.metadata)
+        check_fields(self)
         if self.moves not in (4, 8):
             raise ValueError(f'moves is {self.moves}, must be 4 or 8')
 
@@ -91,6 +90,21 @@ class Parameters:
             if name not in known:
                 raise ValueError(f'{name} is no parameter; there are: {", ".join(sorted(known))}')
         return cls(**values)
+
+
+def check_fields(record: Any) -> None:
+    """
+    Check every value of a dataclass whose fields are declared with `parameter`.
+
+    Raises
+    ------
+    ValueError
+        If a value is of the wrong type or out of range; the message names the parameter, the
+        value and the range.
+
+    """
+    for spec in fields(record):
+        _check(spec.name, getattr(record, spec.name), spec.type, spec.metadata)
 
 
 def _check(name: str, value: Any, kind: Any, metadata: Mapping[str, Any]) -> None:

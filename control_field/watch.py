@@ -1,0 +1,354 @@
+"""
+When to stop, and whether the robot may go on by itself.
+
+Every rule that depends on time is here, with time passed in: ``now`` is a steady clock in seconds
+(in lock-step the stamp of the message), stamps are those of the messages. Nothing learnt changes
+a rule. The table for people is ``doc/safety.md``.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+import math
+from typing import Final
+
+from control_field.grid import Grid
+from control_field.records import Outcome
+
+
+class StopReason(StrEnum):
+    """Why the robot was stopped."""
+
+    STALE_ODOMETRY = 'stale_odometry'
+    STALE_NEIGHBOURHOOD = 'stale_neighbourhood'
+    CLOCK_JUMPED_BACK = 'clock_jumped_back'
+    OUTSIDE_WORKSPACE = 'outside_workspace'
+    POSE_JUMPED = 'pose_jumped'
+    NO_FIELD = 'no_field'
+    WRONG_FIELD = 'wrong_field'
+    LOW_COHERENCE = 'low_coherence'
+    NO_PROGRESS = 'no_progress'
+    STALLED = 'stalled'
+    CONTACT = 'contact'
+    STEP_LIMIT = 'step_limit'
+    TIME_LIMIT = 'time_limit'
+    NO_WAY = 'no_way'
+    TAKEN_OVER = 'taken_over'
+    OTHER_PUBLISHER = 'other_publisher'
+    BAD_INPUT = 'bad_input'
+    SHUTDOWN = 'shutdown'
+    ASKED = 'asked'
+
+    @property
+    def sentence(self) -> str:
+        """Say it in one sentence."""
+        return _SENTENCES[self]
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """Return how the trial ends by it; None where it is only paused."""
+        return _OUTCOMES.get(self)
+
+    @property
+    def resumes(self) -> bool:
+        """Tell whether the trial goes on by itself when the cause is gone."""
+        return self not in _OUTCOMES
+
+
+_SENTENCES: Final = {
+    StopReason.STALE_ODOMETRY: 'no odometry has arrived in time',
+    StopReason.STALE_NEIGHBOURHOOD: 'no neighbourhood has arrived in time',
+    StopReason.CLOCK_JUMPED_BACK: 'the stamps of the odometry went back in time',
+    StopReason.OUTSIDE_WORKSPACE: 'the robot has left the workspace',
+    StopReason.POSE_JUMPED: 'the pose moved farther than the robot can drive',
+    StopReason.NO_FIELD: 'there is no control field',
+    StopReason.WRONG_FIELD: 'the control field that arrived belongs to something else',
+    StopReason.LOW_COHERENCE: 'nothing was learnt here and the field names no clear course',
+    StopReason.NO_PROGRESS: 'the robot has not come forward',
+    StopReason.STALLED: 'the robot was told to drive and does not move',
+    StopReason.CONTACT: 'the robot has touched something',
+    StopReason.STEP_LIMIT: 'the step limit is reached',
+    StopReason.TIME_LIMIT: 'the time limit is reached',
+    StopReason.NO_WAY: 'there is no way left to try',
+    StopReason.TAKEN_OVER: 'a person is driving',
+    StopReason.OTHER_PUBLISHER: 'another controller publishes cmd_vel',
+    StopReason.BAD_INPUT: 'a message is not to be trusted',
+    StopReason.SHUTDOWN: 'the controller is shutting down',
+    StopReason.ASKED: 'the trial was stopped by request',
+}
+
+#: Reasons that end a trial; the others pause it. After an aborted one nothing is learnt, because
+#: its record of where the robot was cannot be trusted.
+_OUTCOMES: Final = {
+    StopReason.CLOCK_JUMPED_BACK: Outcome.ABORTED,
+    StopReason.POSE_JUMPED: Outcome.ABORTED,
+    StopReason.SHUTDOWN: Outcome.ABORTED,
+    StopReason.OUTSIDE_WORKSPACE: Outcome.STOPPED,
+    StopReason.LOW_COHERENCE: Outcome.STOPPED,
+    StopReason.NO_PROGRESS: Outcome.STOPPED,
+    StopReason.ASKED: Outcome.STOPPED,
+    StopReason.NO_FIELD: Outcome.STOPPED,
+    StopReason.STALLED: Outcome.COLLISION,
+    StopReason.CONTACT: Outcome.COLLISION,
+    StopReason.STEP_LIMIT: Outcome.GAVE_UP,
+    StopReason.TIME_LIMIT: Outcome.GAVE_UP,
+    StopReason.NO_WAY: Outcome.GAVE_UP,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """
+    The numbers of the rules.
+
+    Parameters
+    ----------
+    odom_timeout, neighbourhood_timeout : float
+        Age at which a message is stale, [s].
+    v_max : float
+        What the robot can drive, [m/s].
+    pose_jump : float
+        How far a pose may be off beyond what the robot can drive, [m].
+    progress_distance, progress_time : float
+        How far the robot must come, [m], in which time, [s].
+    stall_time : float
+        How long it may be told to drive without moving, [s].
+    time_limit : float
+        Longest trial, [s].
+
+    """
+
+    odom_timeout: float = 0.5
+    neighbourhood_timeout: float = 0.5
+    v_max: float = 0.22
+    pose_jump: float = 0.1
+    progress_distance: float = 0.5
+    progress_time: float = 10.0
+    stall_time: float = 2.0
+    time_limit: float = 3600.0
+
+
+#: Speed from which a command counts as told to drive, [m/s], and what counts as moving, [m].
+_TOLD: Final = 0.02
+_MOVED: Final = 0.01
+
+
+class Freshness:
+    """
+    How old the newest message of one kind is.
+
+    Parameters
+    ----------
+    timeout : float
+        Age from which it is stale, [s].
+
+    """
+
+    def __init__(self, timeout: float) -> None:
+        """Start with nothing received."""
+        self.timeout = timeout
+        self.arrived = -math.inf
+
+    def saw(self, now: float) -> None:
+        """Note an arrival; a clock that went back starts anew."""
+        self.arrived = now
+
+    def is_stale(self, now: float) -> bool:
+        """Tell whether nothing has arrived for the timeout, or ever."""
+        return now - self.arrived > self.timeout
+
+
+class PoseWatch:
+    """
+    Whether odometry can be trusted: stamps that go forward, poses that the robot can reach.
+
+    Parameters
+    ----------
+    rules : Rules
+        The numbers.
+
+    """
+
+    def __init__(self, rules: Rules) -> None:
+        """Start with no pose."""
+        self.rules = rules
+        self.n_dropped = 0
+        self._last: tuple[float, float, float] | None = None
+
+    def is_repeated(self, stamp: float) -> bool:
+        """Tell whether a message is a duplicate, or late by less than the timeout; counts it."""
+        if self._last is None:
+            return False
+        repeated = 0.0 <= self._last[0] - stamp <= self.rules.odom_timeout
+        self.n_dropped += repeated
+        return repeated
+
+    def observe(self, stamp: float, x: float, y: float, grid: Grid) -> StopReason | None:
+        """
+        Take in a pose.
+
+        Parameters
+        ----------
+        stamp : float, [s]
+            Of the odometry.
+        x, y : float, [m]
+            Finite.
+        grid : Grid
+            The workspace.
+
+        Returns
+        -------
+        StopReason or None
+            What is wrong with it.
+
+        """
+        last, self._last = self._last, (stamp, x, y)
+        if last is not None and stamp < last[0]:
+            return StopReason.CLOCK_JUMPED_BACK
+        if last is not None and math.hypot(x - last[1], y - last[2]) > (
+                self.rules.pose_jump + self.rules.v_max * (stamp - last[0])):
+            return StopReason.POSE_JUMPED
+        if not grid.contains(*grid.cell_from_world(x, y)):
+            return StopReason.OUTSIDE_WORKSPACE
+        return None
+
+
+class ProgressWatch:
+    """
+    Whether the robot comes forward: `progress_distance` or a step within `progress_time`.
+
+    Like Nav2's SimpleProgressChecker it measures from where it last came forward; a step to the
+    next cell counts too, so that exploring a small place is no reason to stop.
+
+    Parameters
+    ----------
+    rules : Rules
+        The numbers.
+
+    """
+
+    def __init__(self, rules: Rules) -> None:
+        """Start with no baseline."""
+        self.rules = rules
+        self._started: float | None = None
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew: after a pause the robot has not had the time."""
+        self._base: tuple[float, float, float, int] | None = None
+        self._still: tuple[float, float, float, float] | None = None
+
+    def observe(
+        self, stamp: float, x: float, y: float, yaw: float, n_steps: int, told: float,
+    ) -> StopReason | None:
+        """
+        Take in where the robot is.
+
+        Parameters
+        ----------
+        stamp : float, [s]
+        x, y, yaw : float, [m] and [rad]
+        n_steps : int
+            Steps made so far.
+        told : float
+            Speed it was told to drive since the last pose, [m/s].
+
+        """
+        if self._started is None:
+            self._started = stamp
+        if stamp - self._started > self.rules.time_limit:
+            return StopReason.TIME_LIMIT
+        if self._is_stalled(stamp, x, y, yaw, told):
+            return StopReason.STALLED
+        if self._base is None or n_steps != self._base[3] or math.hypot(
+                x - self._base[1], y - self._base[2]) >= self.rules.progress_distance:
+            self._base = (stamp, x, y, n_steps)
+        if stamp - self._base[0] > self.rules.progress_time:
+            return StopReason.NO_PROGRESS
+        return None
+
+    def _is_stalled(self, stamp: float, x: float, y: float, yaw: float, told: float) -> bool:
+        still = self._still
+        if still is None or abs(told) < _TOLD or abs(
+                math.remainder(yaw - still[3], math.tau)) > _MOVED or math.hypot(
+                x - still[1], y - still[2]) > _MOVED:
+            self._still = (stamp, x, y, yaw)
+            return False
+        return stamp - still[0] > self.rules.stall_time
+
+
+class TakeoverWatch:
+    """
+    Whether somebody else commands the robot.
+
+    Parameters
+    ----------
+    timeout : float
+        How long after the last foreign command the person is taken to have let go, [s].
+
+    """
+
+    def __init__(self, timeout: float) -> None:
+        """Start with nobody."""
+        self.timeout = timeout
+        self._last = -math.inf
+
+    def saw_foreign(self, now: float) -> None:
+        """Note a command that is not the controller's own."""
+        self._last = now
+
+    def is_taken_over(self, now: float) -> bool:
+        """Tell whether the person still drives."""
+        return now - self._last < self.timeout
+
+
+class OwnCommands:
+    """
+    Which commands that come back on `cmd_vel` are the controller's own.
+
+    A middleware hands a publisher's messages back in the order they were sent, so one that
+    comes back must be among those that are still out; what was sent before it was lost on the
+    way. Commands are compared by value, and by stamp where they have one.
+
+    Parameters
+    ----------
+    limit : int
+        How many may be out.
+
+    """
+
+    def __init__(self, limit: int = 64) -> None:
+        """Start with nothing sent."""
+        self.limit = limit
+        self._out: list[tuple[float, ...]] = []
+
+    def sent(self, *command: float) -> None:
+        """Note a command that is about to be published."""
+        self._out.append(command)
+        if len(self._out) > self.limit:
+            del self._out[0]
+
+    def is_own(self, *command: float) -> bool:
+        """Tell whether a command that arrived is an own one, and forget it and those before it."""
+        if command not in self._out:
+            return False
+        del self._out[:self._out.index(command) + 1]
+        return True
+
+
+def is_lost(coherence: float, is_supported: bool, q_greatest: float, least: float) -> bool:
+    """
+    Tell whether there is no point in following the field here.
+
+    Parameters
+    ----------
+    coherence : float
+        Of the field at the robot's cell, 0 to 1.
+    is_supported : bool
+        Whether a prototype's effective window reaches the cell.
+    q_greatest : float
+        Greatest absolute Q-value there.
+    least : float
+        Coherence below which the course says nothing.
+
+    """
+    return not is_supported and q_greatest == 0.0 and coherence < least
