@@ -217,3 +217,53 @@ def beside(chosen, row, col):
             if chosen[r, c]:
                 return True
     return False
+
+
+def flow_ends(known, headings, state, rules):
+    """
+    Mark where flows that do not come home end.
+
+    Returns
+    -------
+    ndarray of bool, shape (n_rows, n_cols)
+        Cells whose course is barred or missing, and one cell a loop.
+
+    """
+    rows, cols = known.shape
+    ends = np.zeros((rows, cols), dtype=np.bool_)
+    walked = np.zeros((rows, cols), dtype=np.int64)
+    mark = 0
+    for first_row in range(rows):
+        for first_col in range(cols):
+            row, col = first_row, first_col
+            if state[row, col] < 2 or walked[row, col] > 0:
+                continue
+            mark += 1
+            while walked[row, col] == 0:
+                walked[row, col] = mark
+                heading = headings[row, col]
+                if heading < 0 or not step_allowed(known, row, col, heading, rules):
+                    ends[row, col] = True
+                    break
+                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+                if walked[row, col] == mark:
+                    ends[row, col] = True
+    return ends
+
+
+def pull_to_nearest(known, cells, rules):
+    """Return the allowed heading straightest towards the nearest prototype; -1 for none."""
+    rows, cols = known.shape
+    pull = np.full((rows, cols), -1, dtype=np.int8)
+    for row in range(rows):
+        for col in range(cols):
+            best, to_row, to_col = np.inf, 0, 0
+            for i in range(cells.shape[0]):
+                d = math.hypot(cells[i, 0] - row, cells[i, 1] - col)
+                if d < best:
+                    best, to_row, to_col = d, cells[i, 0] - row, cells[i, 1] - col
+            if 0.0 < best < np.inf:
+                heading = heading_of(float(to_col), float(to_row))
+                if step_allowed(known, row, col, heading, rules):
+                    pull[row, col] = heading
+    return pull

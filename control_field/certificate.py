@@ -1,0 +1,120 @@
+"""What a field is worth, checked exhaustively on the grid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field import compiled
+from control_field.headings import headings_from_vectors
+from control_field.records import ControlField
+
+Rules = tuple[bool, bool, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """
+    How far a field can be trusted on the map that is remembered so far.
+
+    Parameters
+    ----------
+    basin : float
+        Share of the known free, reachable cells whose flow reaches the goal, taking cells never
+        seen as free.
+    proven : float
+        Share of them whose flow reaches the goal over cells seen to be free only.
+    sinks : ndarray of int32, shape (k, 2)
+        Cells ``(row, col)`` where a flow ends: its course is barred or missing, or it is the
+        first cell of a loop. Within the known free, reachable cells.
+    fidelity : float
+        Share of the demonstrated cells, among those not proven blocked, where the field still
+        does what was shown; NaN without any.
+    n_prototypes : int
+    n_free : int
+        Known free cells.
+    n_reachable : int
+        Known free cells from which the remembered map allows a way to the goal.
+    coherence_min : float
+        Least coherence over them.
+
+    """
+
+    basin: float
+    proven: float
+    sinks: npt.NDArray[np.int32]
+    fidelity: float
+    n_prototypes: int
+    n_free: int
+    n_reachable: int
+    coherence_min: float
+
+    def sentence(self) -> str:
+        """Return the certificate in one sentence."""
+        return (f'the goal is reached from {self.basin:.1%} of {self.n_reachable} known free '
+                f'cells ({self.proven:.1%} over seen ground only), {len(self.sinks)} sinks, '
+                f'fidelity {self.fidelity:.1%}, {self.n_prototypes} prototypes, '
+                f'coherence at least {self.coherence_min:.2f}')
+
+
+def fidelity_of(
+    headings: npt.NDArray[np.int8], shown: npt.NDArray[np.int8], known: npt.NDArray[np.int8],
+    rules: Rules,
+) -> float:
+    """
+    Return the share of demonstrated cells where the field does what was shown.
+
+    Parameters
+    ----------
+    headings : ndarray of int8, shape (n_rows, n_cols)
+        Of the field.
+    shown : ndarray of int8, shape (n_rows, n_cols)
+        Demonstrated heading a cell, -1 for none.
+    known : ndarray of int8, shape (n_rows, n_cols)
+        Remembered map; a demonstrated step that it bars does not count.
+
+    """
+    cells = [(row, col) for row, col in np.argwhere(shown >= 0)
+             if compiled.step_allowed(known, row, col, shown[row, col], rules)]
+    if not cells:
+        return float('nan')
+    return sum(headings[cell] == shown[cell] for cell in cells) / len(cells)
+
+
+def certify(
+    field: ControlField, shown: npt.NDArray[np.int8], n_prototypes: int, rules: Rules,
+    reachable: npt.NDArray[np.bool_] | None = None,
+) -> Certificate:
+    """
+    Check a field from every cell of its own remembered map.
+
+    Parameters
+    ----------
+    field : ControlField
+    shown : ndarray of int8, shape (n_rows, n_cols)
+        Demonstrated heading a cell, -1 for none.
+    n_prototypes : int
+    rules : tuple
+        ``(corner_cutting, unknown_is_blocked, moves)``.
+    reachable : ndarray of bool, shape (n_rows, n_cols), optional
+        Cells with a way to the goal, if the caller knows them already.
+
+    """
+    headings = headings_from_vectors(field.vx, field.vy)
+    if reachable is None:
+        cost = compiled.cost_to_go(field.known, *field.goal, shown, 0.0, rules)
+        reachable = np.isfinite(cost)
+    counted = (field.known == 0) & reachable
+    n = int(counted.sum())
+    state = compiled.flow_basin(field.known, headings, *field.goal, rules)
+    proven = compiled.flow_basin(field.known, headings, *field.goal, (rules[0], True, rules[2]))
+    at_end = compiled.flow_ends(field.known, headings, state, rules)
+    away = counted.copy()
+    away[field.goal] = False
+    return Certificate(
+        basin=float((state[counted] == 1).mean()) if n else 0.0,
+        proven=float((proven[counted] == 1).mean()) if n else 0.0,
+        sinks=np.argwhere(at_end & counted).astype(np.int32),
+        fidelity=fidelity_of(headings, shown, field.known, rules),
+        n_prototypes=n_prototypes, n_free=int((field.known == 0).sum()), n_reachable=n,
+        coherence_min=float(field.coherence[away].min()) if away.any() else 0.0)

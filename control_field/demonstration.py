@@ -1,0 +1,171 @@
+"""From a drive to a demonstration: the cells a person drove through, without the idling."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.grid import Grid
+from control_field.records import Demonstration
+
+#: A pose counts for a cell only this far inside it, as a share of its side: a diagonal drive that
+#: grazes a corner is a diagonal step, and jitter on an edge is no step at all.
+_MARGIN = 0.15
+
+
+@dataclass(frozen=True)
+class DemonstrationReport:
+    """
+    What became of the poses of a drive.
+
+    Parameters
+    ----------
+    n_poses : int
+        Poses given.
+    n_outside : int
+        Poses outside the workspace, dropped.
+    n_idle_start, n_idle_end : int
+        Poses before the first and after the last motion, dropped.
+    n_standing : int
+        Poses in between at which the robot stood still; not learnt.
+    n_filled : int
+        Cells put in where two poses lay more than a cell apart.
+    n_crossings : int
+        Cells driven through more than once; the last time wins.
+    n_cells : int
+        Cells of the demonstration.
+
+    """
+
+    n_poses: int
+    n_outside: int
+    n_idle_start: int
+    n_idle_end: int
+    n_standing: int
+    n_filled: int
+    n_crossings: int
+    n_cells: int
+
+    def __str__(self) -> str:
+        """Return one sentence; what did not happen is left out."""
+        parts = [f'{self.n_cells} cells from {self.n_poses} poses']
+        for count, what in (
+                (self.n_idle_start, 'poses of standing still at the start dropped'),
+                (self.n_idle_end, 'poses of standing still at the end dropped'),
+                (self.n_standing, 'poses of standing still in between not learnt'),
+                (self.n_outside, 'poses outside the workspace dropped'),
+                (self.n_filled, 'cells filled in between poses far apart'),
+                (self.n_crossings, 'cells crossed more than once (the last time wins)')):
+            if count:
+                parts.append(f'{count} {what}')
+        return ', '.join(parts)
+
+
+def demonstration_from_poses(
+    grid: Grid, stamps: npt.NDArray[np.float64], xy: npt.NDArray[np.float64],
+    sight_stamps: npt.NDArray[np.float64], sight_blocked: npt.NDArray[np.uint8],
+    sight_unknown: npt.NDArray[np.uint8], episode: int = 0,
+) -> tuple[Demonstration, DemonstrationReport]:
+    """
+    Turn a recorded drive into a demonstration.
+
+    Parameters
+    ----------
+    grid : Grid
+    stamps : ndarray, shape (n,), [s]
+        Of the poses, not decreasing.
+    xy : ndarray, shape (n, 2), [m]
+        Positions.
+    sight_stamps, sight_blocked, sight_unknown : ndarray, shape (m,)
+        The 3x3 sights seen under way and their stamps; may be empty.
+    episode : int
+        Number of the bag.
+
+    Raises
+    ------
+    ValueError
+        If fewer than two cells are left; the message says what was dropped.
+
+    """
+    n_poses = len(stamps)
+    finite = np.isfinite(xy).all(axis=1) & np.isfinite(stamps)
+    stamps, xy = stamps[finite], xy[finite]
+    raw = grid.cells_from_world(xy) if len(xy) else np.zeros((0, 2), dtype=np.int64)
+    inside = (raw >= 0).all(axis=1) & (raw < np.array(grid.shape)).all(axis=1)
+    n_outside = n_poses - int(inside.sum())
+    stamps, xy, raw = stamps[inside], xy[inside], raw[inside]
+    start, end, n_standing = _moving_span(xy, 1e-3 * grid.resolution)
+    n_idle = (start, len(xy) - end)
+    stamps, xy, raw = stamps[start:end], xy[start:end], raw[start:end]
+    entered = _entries(grid, xy, raw)
+    cells, at, filled = _connected(raw[entered], stamps[entered])
+    report = DemonstrationReport(
+        n_poses, n_outside, n_idle[0], n_idle[1], n_standing, int(filled.sum()),
+        len(cells) - len({tuple(cell) for cell in cells}), len(cells))
+    if len(cells) < 2:
+        raise ValueError(f'nothing to learn from this drive: it leads through {len(cells)} cells '
+                         f'of {grid.resolution} m ({report}); drive at least from one cell into '
+                         f'the next')
+    blocked, unknown = _sights(at, sight_stamps, sight_blocked, sight_unknown)
+    blocked[filled], unknown[filled] = 0, 255
+    return Demonstration(np.array(cells, dtype=np.int32), at, blocked, unknown, episode), report
+
+
+def _moving_span(xy: npt.NDArray[np.float64], still: float) -> tuple[int, int, int]:
+    """Return the first and one past the last moving pose, and how many stand in between."""
+    if len(xy) < 2:
+        return 0, len(xy), 0
+    moves = np.hypot(*np.diff(xy, axis=0).T) > still
+    if not moves.any():
+        return 0, 1, 0
+    first, last = int(moves.argmax()), len(moves) - int(moves[::-1].argmax())
+    return first, last + 1, int((~moves[first:last]).sum())
+
+
+def _entries(
+    grid: Grid, xy: npt.NDArray[np.float64], raw: npt.NDArray[np.int64],
+) -> npt.NDArray[np.int64]:
+    """Return the indices of the poses at which the drive has surely entered another cell."""
+    if len(xy) == 0:
+        return np.zeros(0, dtype=np.int64)
+    offset = np.abs(xy - grid.world_from_cells(raw)).max(axis=1) / grid.resolution
+    sure = offset <= 0.5 - _MARGIN
+    sure[0] = sure[-1] = True
+    kept = np.flatnonzero(sure)
+    changes = np.any(np.diff(raw[kept], axis=0) != 0, axis=1)
+    return kept[np.concatenate([[True], changes])]
+
+
+def _connected(
+    cells: npt.NDArray[np.int64], stamps: npt.NDArray[np.float64],
+) -> tuple[list[tuple[int, int]], npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    """Fill gaps between cells with straight steps; return which cells were filled in."""
+    path: list[tuple[int, int]] = []
+    at: list[float] = []
+    filled: list[bool] = []
+    for (row, col), stamp in zip(cells.tolist(), stamps.tolist(), strict=True):
+        while path and max(abs(row - path[-1][0]), abs(col - path[-1][1])) > 1:
+            last = path[-1]
+            path.append((last[0] + int(np.sign(row - last[0])),
+                         last[1] + int(np.sign(col - last[1]))))
+            at.append(stamp)
+            filled.append(True)
+        path.append((row, col))
+        at.append(stamp)
+        filled.append(False)
+    return path, np.array(at), np.array(filled, dtype=np.bool_)
+
+
+def _sights(
+    at: npt.NDArray[np.float64], stamps: npt.NDArray[np.float64],
+    blocked: npt.NDArray[np.uint8], unknown: npt.NDArray[np.uint8],
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
+    """Return the sight that was newest when each cell was surely entered."""
+    if len(stamps) == 0:
+        return np.zeros(len(at), dtype=np.uint8), np.full(len(at), 255, dtype=np.uint8)
+    index = np.searchsorted(stamps, at + 1e-9, side='right') - 1
+    none = index < 0
+    index = np.maximum(index, 0)
+    seen, unseen = blocked[index].copy(), unknown[index].copy()
+    seen[none], unseen[none] = 0, 255
+    return seen, unseen

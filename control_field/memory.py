@@ -1,0 +1,180 @@
+"""What episodes leave behind: Q-matrix, remembered map, and one prototype a cell."""
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field import compiled
+from control_field.grid import Grid
+from control_field.headings import heading_from_step
+from control_field.parameters import Parameters
+from control_field.policy import rules_of
+from control_field.records import Demonstration, Kind, Outcome, Prototypes, Trial
+
+
+def loop_erased(cells: npt.NDArray[np.int32]) -> npt.NDArray[np.int64]:
+    """
+    Return which entries of a path are left when its loops are cut out.
+
+    Parameters
+    ----------
+    cells : ndarray of int32, shape (n, 2)
+        Cells in the order they were entered.
+
+    Returns
+    -------
+    ndarray of int64, shape (k,)
+        Indices, growing: of every cell that is left, the last time it was entered.
+
+    """
+    kept: list[int] = []
+    place: dict[tuple[int, int], int] = {}
+    path = [(row, col) for row, col in cells.tolist()]
+    for index, cell in enumerate(path):
+        if cell in place:
+            cut = place[cell]
+            for erased in kept[cut:]:
+                del place[path[erased]]
+            del kept[cut:]
+        place[cell] = len(kept)
+        kept.append(index)
+    return np.array(kept, dtype=np.int64)
+
+
+class Memory:
+    """
+    What the episodes of one task have taught, in the order they came.
+
+    Parameters
+    ----------
+    grid : Grid
+    parameters : Parameters
+
+    """
+
+    def __init__(self, grid: Grid, parameters: Parameters) -> None:
+        self.grid = grid
+        self.parameters = parameters
+        self.goal: tuple[int, int] | None = None
+        self.n_episodes = 0
+        self.q = np.zeros((*grid.shape, 8))
+        self.known = np.full(grid.shape, -1, dtype=np.int8)
+        self.shown = np.full(grid.shape, -1, dtype=np.int8)
+        self.action = np.full(grid.shape, -1, dtype=np.int8)
+        self.episode = np.zeros(grid.shape, dtype=np.int32)
+        self.stamp = np.full(grid.shape, np.nan)
+
+    def add_demonstration(self, demonstration: Demonstration) -> None:
+        """
+        Learn a drive that a person showed: its cells become prototypes, its end the goal.
+
+        Raises
+        ------
+        ValueError
+            If it has fewer than two cells, leaves the workspace, or ends elsewhere than the
+            demonstrations before it.
+
+        """
+        cells = demonstration.cells
+        if len(cells) < 2:
+            raise ValueError('a demonstration must lead through at least two cells')
+        if (cells < 0).any() or (cells >= np.array(self.grid.shape)).any():
+            raise ValueError('a demonstration leaves the workspace')
+        self.n_episodes += 1
+        self.goal = (int(cells[-1, 0]), int(cells[-1, 1]))
+        for (row, col), blocked, unknown in zip(
+                cells.tolist(), demonstration.blocked, demonstration.unknown, strict=True):
+            compiled.remember_sight(self.known, row, col, int(blocked), int(unknown))
+        kept = loop_erased(cells)
+        self._learn_path(cells[kept], demonstration.stamps[kept], demonstration.episode, True)
+
+    def add_trial(self, trial: Trial) -> int:
+        """
+        Learn a trial (Case 2): online rewards, then R_goal carried back along its path.
+
+        Returns
+        -------
+        int
+            Reinforcements: online ones and, unless the field alone led to the goal, R_goal.
+
+        """
+        self.n_episodes += 1
+        rows = trial.decisions
+        if trial.outcome == Outcome.ABORTED:
+            return 0
+        for row in rows:
+            compiled.remember_sight(self.known, int(row['row']), int(row['col']),
+                                    int(row['blocked']), int(row['unknown']))
+        moved = rows[rows['kind'] != Kind.BLOCKED]
+        if len(moved) == 0:
+            return 0
+        alone = bool((rows['kind'] == Kind.FIELD).all())
+        if trial.outcome == Outcome.STOPPED or (alone and trial.outcome == Outcome.GOAL):
+            self._learn_taught(moved, trial.episode)
+            return 0
+        self._apply_online(rows)
+        cells = np.stack([moved['row'], moved['col']], axis=1)
+        cells = np.concatenate([cells, [[moved['next_row'][-1], moved['next_col'][-1]]]])
+        kept = loop_erased(cells)
+        stamps = np.append(moved['stamp'], moved['stamp'][-1])
+        reached = trial.outcome == Outcome.GOAL
+        self._carry_back(cells[kept], 1.0 if reached else -1.0)
+        if reached:
+            self._learn_path(cells[kept], stamps[kept], trial.episode, False)
+        self._learn_taught(moved, trial.episode)
+        return trial.n_online_reinforcements + 1
+
+    def _apply_online(self, rows: npt.NDArray[np.void]) -> None:
+        rules = rules_of(self.parameters)
+        for row in rows[rows['reward'] != 0]:
+            compiled.backup(
+                self.q, self.known, int(row['row']), int(row['col']), int(row['action']),
+                float(row['reward']), int(row['next_row']), int(row['next_col']),
+                float(self.parameters.learning_rate), float(self.parameters.discount), rules)
+
+    def _carry_back(self, cells: npt.NDArray[np.int32], reward: float) -> None:
+        """Give R_goal to the last step of a path and carry it back by eq. 6."""
+        rules = rules_of(self.parameters)
+        for i in range(len(cells) - 2, -1, -1):
+            (row, col), (next_row, next_col) = cells[i].tolist(), cells[i + 1].tolist()
+            if max(abs(next_row - row), abs(next_col - col)) != 1:
+                continue
+            compiled.backup(
+                self.q, self.known, row, col, heading_from_step(next_row - row, next_col - col),
+                reward if i == len(cells) - 2 else 0.0, next_row, next_col,
+                float(self.parameters.learning_rate), float(self.parameters.discount), rules)
+
+    def _learn_path(self, cells: npt.NDArray[np.int32], stamps: npt.NDArray[np.float64],
+                    episode: int, shown: bool) -> None:
+        """Make every step of a path the prototype of its cell; the last one taken wins."""
+        for i in range(len(cells) - 1):
+            (row, col), (next_row, next_col) = cells[i].tolist(), cells[i + 1].tolist()
+            if max(abs(next_row - row), abs(next_col - col)) != 1:
+                continue
+            heading = heading_from_step(next_row - row, next_col - col)
+            self._learn_step(row, col, heading, episode, float(stamps[i]), shown)
+        if shown:
+            self._carry_back(cells, 1.0)
+
+    def _learn_taught(self, moved: npt.NDArray[np.void], episode: int) -> None:
+        """Steps that a person drove in a trial count as demonstrated."""
+        for row in moved[moved['kind'] == Kind.TAUGHT]:
+            self._learn_step(int(row['row']), int(row['col']), int(row['action']), episode,
+                             float(row['stamp']), True)
+
+    def _learn_step(self, row: int, col: int, heading: int, episode: int, stamp: float,
+                    shown: bool) -> None:
+        self.action[row, col] = heading
+        self.episode[row, col] = episode
+        self.stamp[row, col] = stamp
+        if shown:
+            self.shown[row, col] = heading
+
+    def prototypes(self) -> Prototypes:
+        """Return all that was learnt, one prototype a cell, with its Q-value by eq. 6."""
+        cells = np.argwhere(self.action >= 0).astype(np.int32)
+        at = (cells[:, 0], cells[:, 1])
+        headings = self.action[at]
+        return Prototypes(
+            cells=cells, headings=headings, q=self.q[(*at, headings)],
+            episodes=self.episode[at], stamps=self.stamp[at],
+            demonstrated=self.shown[at] == headings)
