@@ -1,0 +1,207 @@
+"""Maps of ROS's map_server: a YAML file beside an image."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+import math
+from pathlib import Path
+from typing import Any, Final
+import warnings
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+import yaml
+
+from control_field.sight import BLOCKED, FREE
+from sim_node.map_error import WorldError, check_size, read_bytes
+
+_YAML_LIMIT: Final = 64 * 1024
+_FORMATS: Final = ('PPM', 'PNG', 'BMP')  # Pillow calls PGM 'PPM'
+_MODES: Final = ('trinary', 'scale', 'raw')
+#: What Pillow raises for broken files, beside its own errors (which are OSErrors).
+_BROKEN: Final = (OSError, ValueError, SyntaxError, EOFError, OverflowError, TypeError,
+                  MemoryError, Image.DecompressionBombError, Warning)
+
+
+@dataclass(frozen=True)
+class MapHeader:
+    """What the YAML file says; see map_server's documentation."""
+
+    image: Path
+    resolution: float
+    origin_x: float
+    origin_y: float
+    negate: bool
+    occupied_thresh: float
+    free_thresh: float
+    mode: str
+
+
+def read_map_server(path: Path) -> tuple[MapHeader, npt.NDArray[np.int8]]:
+    """
+    Read a map_server YAML file and its image.
+
+    Returns
+    -------
+    header : MapHeader
+        What the YAML file says.
+    occupancy : ndarray of int8, shape (n_rows, n_cols)
+        0 free, 100 blocked; row 0 at the lowest y. Cells whose state is unknown are blocked: in
+        a true world there is no third kind.
+
+    Raises
+    ------
+    WorldError
+        If one of the two is missing or malformed.
+
+    """
+    header = read_header(path)
+    shade, opaque = read_shades(header.image)
+    return header, _occupancy(header, shade, opaque)
+
+
+def read_header(path: Path) -> MapHeader:
+    """
+    Read and check the YAML file alone.
+
+    Raises
+    ------
+    WorldError
+        If a field is missing, of the wrong type or out of range.
+
+    """
+    fields = _fields(path)
+    image = fields.get('image')
+    if not isinstance(image, str) or not image or '\0' in image:
+        raise WorldError(path, 'image must be the name of a PGM or PNG file')
+    if fields.get('mode', 'trinary') not in _MODES:
+        raise WorldError(path, f'mode must be one of {", ".join(_MODES)}')
+    origin_x, origin_y = _origin(path, fields)
+    header = MapHeader(
+        path.parent / image, _number(path, fields, 'resolution', None, 1e-6, 1e6),
+        origin_x, origin_y, bool(_number(path, fields, 'negate', 0, 0, 1)),
+        _number(path, fields, 'occupied_thresh', 0.65, 0, 1),
+        _number(path, fields, 'free_thresh', 0.25, 0, 1), fields.get('mode', 'trinary'))
+    if header.free_thresh > header.occupied_thresh:
+        raise WorldError(path, f'free_thresh {header.free_thresh} is above occupied_thresh '
+                               f'{header.occupied_thresh}')
+    return header
+
+
+def read_shades(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """
+    Read how bright and how opaque each pixel of an image is.
+
+    Returns
+    -------
+    shade, opaque : ndarray, shape (n_rows, n_cols)
+        0 to 1; first row at the top of the image.
+
+    Raises
+    ------
+    WorldError
+        If the file is no image, is cut off or longer than its header says.
+
+    """
+    read_bytes(path, 0x7fffffff)  # the clear words for missing files, folders and permissions
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter('error')
+            with Image.open(path, formats=_FORMATS) as image:
+                check_size(path, image.height, image.width)
+                _check_length(path, image)
+                return _shades_from_image(path, image)
+    except WorldError:
+        raise
+    except _BROKEN as error:
+        raise WorldError(path, 'is no complete PGM or PNG image, write it anew '
+                               f'({type(error).__name__})') from error
+
+
+def _check_length(path: Path, image: Image.Image) -> None:
+    """Refuse a binary PGM that goes on behind its last pixel: its header lies about the size."""
+    with path.open('rb') as file:
+        if file.read(2) != b'P5':
+            return
+        file.seek(image.tile[0][2])
+        left = file.read()
+    n_bytes = image.width * image.height * (1 if image.mode == 'L' else 2)
+    if left[n_bytes:].strip():
+        raise WorldError(path, f'holds {len(left)} bytes of pixels, its header says '
+                               f'{image.width} x {image.height}: {n_bytes}')
+
+
+def _shades_from_image(
+    path: Path, image: Image.Image,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    if image.mode in ('I', 'I;16', 'I;16B'):
+        shade = np.asarray(image, dtype=np.float64) / 65535.0
+        return shade, np.ones_like(shade)
+    if image.mode == 'F':
+        raise WorldError(path, 'has pixels of floating point, save it as 8-bit grey')
+    pixels = np.asarray(image.convert('RGBA'), dtype=np.float64) / 255.0
+    return pixels[:, :, :3].mean(axis=2), pixels[:, :, 3]
+
+
+def _occupancy(
+    header: MapHeader, shade: npt.NDArray[np.float64], opaque: npt.NDArray[np.float64],
+) -> npt.NDArray[np.int8]:
+    """Tell free from blocked as map_server does; only what is surely free is free."""
+    if header.mode == 'raw':
+        # Pixels are the values of an OccupancyGrid themselves: 0 to 100, unknown above that.
+        free = np.rint(shade * 255.0) < 50.0
+    else:
+        if header.mode == 'trinary':
+            # map_server averages opacity in with the colours, but only where there is one.
+            shade = np.where((opaque < 1.0).any(), (3.0 * shade + opaque) / 4.0, shade)
+        occupied = shade if header.negate else 1.0 - shade
+        free = occupied < header.free_thresh
+        if header.mode == 'scale':
+            middle = (header.free_thresh + header.occupied_thresh) / 2.0
+            free = ((occupied < middle) | free) & (opaque >= 1.0)
+    return np.ascontiguousarray(np.where(free, FREE, BLOCKED).astype(np.int8)[::-1])
+
+
+def _fields(path: Path) -> Mapping[str, Any]:
+    text = read_bytes(path, _YAML_LIMIT)
+    try:
+        fields = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        where = f' in line {mark.line + 1}' if mark else ''
+        raise WorldError(path, f'is no YAML{where}, see the maps in config/worlds') from error
+    except (ValueError, RecursionError, OverflowError) as error:
+        raise WorldError(path, 'is no YAML, see the maps in config/worlds') from error
+    if not isinstance(fields, dict) or 'image' not in fields:
+        raise WorldError(path, 'is no map_server file: it must have image, resolution and origin')
+    return fields
+
+
+def _origin(path: Path, fields: Mapping[str, Any]) -> tuple[float, float]:
+    origin = fields.get('origin')
+    if not isinstance(origin, list) or len(origin) not in (2, 3):
+        raise WorldError(path, 'origin must be [x, y, yaw]')
+    places = {name: value for name, value in zip(('x', 'y', 'yaw'), origin, strict=False)}
+    x, y = (_number(path, places, name, None, -1e7, 1e7) for name in ('x', 'y'))
+    if _number(path, places, 'yaw', 0.0, -1e7, 1e7) != 0.0:
+        raise WorldError(path, 'the yaw of origin must be 0: cells are parallel to the axes')
+    return x, y
+
+
+def _number(
+    path: Path, fields: Mapping[str, Any], name: str, default: float | None, low: float,
+    high: float,
+) -> float:
+    value = fields.get(name, default)
+    if isinstance(value, str):  # YAML 1.1 reads 1e-2 as a word, map_server as a number
+        value = _float_or_none(value)
+    if not isinstance(value, int | float) or not math.isfinite(value) or not low <= value <= high:
+        raise WorldError(path, f'{name} must be a number between {low:g} and {high:g}')
+    return float(value)
+
+
+def _float_or_none(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None

@@ -1,0 +1,364 @@
+"""The node `sim_node`: a simulated robot on the topics of a real one."""
+
+import sys
+from typing import Any, Final, NoReturn
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+import rclpy
+from rclpy.clock import Clock as RosClock
+from rclpy.clock import ClockType
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from msgs_bridge import qos
+from msgs_bridge.neighbourhoods import (
+    grid_from_neighbourhood,
+    map_from_occupancy,
+    Neighbourhood,
+)
+from msgs_bridge.poses import (
+    check_frame,
+    odometry_from_pose,
+    Pose,
+    pose_from_initialpose,
+    stamp_from_seconds,
+)
+from msgs_bridge.processes import prepare
+from msgs_bridge.velocities import velocity_from_twist
+from sim_node.parameters import Declaration, SimParameters
+from sim_node.robot import Placement
+from sim_node.simulation import Simulation
+from sim_node.world import find_world, load_world, World
+
+#: How often the node looks after its peers, in seconds of the wall clock.
+_CARE_PERIOD: Final = 0.5
+#: How often a tick is published again for a reader that came late (lock-step).
+_REPEATS: Final = 4
+_LOG_PERIOD: Final = 5.0
+
+
+class SimNode(Node):
+    """
+    A simulated robot.
+
+    Publishes `odom`, `neighbourhood`, `map`, `contact`, `/clock` and `/diagnostics`; listens to
+    `cmd_vel` and `initialpose`; serves `~/reset`. Every parameter is described in
+    `sim_node.parameters`.
+
+    Raises
+    ------
+    ValueError, rclpy.exceptions.ParameterException
+        If a parameter or the world is wrong; the message is for the user.
+
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Read the world and start."""
+        super().__init__('sim_node', **options)
+        self._values: dict[str, Any] = {}
+        self._declare_parameters()
+        self._parameters = SimParameters.from_ros(self._values)
+        self._simulation = Simulation(self._load(self._parameters), self._parameters)
+        self._period = 1.0 / self._parameters.rate
+        self._stale_told = False
+        self._n_ticks = 1  # a stamp of 0 means "no time" to ROS
+        self._n_refused = self._n_readers = self._repeats = self._unanswered = 0
+        self._told_contact: bool | None = None
+        self._pending: tuple[SimParameters, World | None] | None = None
+        self._make_topics()
+        self._make_timers()
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+        self._publish_map()
+        self._publish()
+
+    def _declare_parameters(self) -> None:
+        for declaration in SimParameters.declarations():
+            declared = self.declare_parameter(
+                declaration.name, declaration.default, _descriptor(declaration))
+            self._values[declaration.name] = declared.value
+
+    def _load(self, parameters: SimParameters) -> World:
+        return load_world(find_world(parameters.world), parameters.frame_id)
+
+    def _make_topics(self) -> None:
+        self._odometry = self.create_publisher(Odometry, 'odom', qos.ODOMETRY_PUB)
+        self._sight = self.create_publisher(OccupancyGrid, 'neighbourhood', qos.SENSOR)
+        self._map = self.create_publisher(OccupancyGrid, 'map', qos.LATCHED)
+        self._contact = self.create_publisher(Bool, 'contact', qos.LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._clock_topic = None
+        if self._parameters.publish_clock:
+            self._clock_topic = self.create_publisher(Clock, '/clock', 10)
+        self._command_type = (
+            TwistStamped if self._parameters.enable_stamped_cmd_vel else Twist)
+        self.create_subscription(
+            self._command_type, 'cmd_vel', self._on_command, qos.COMMAND)
+        self.create_subscription(
+            PoseWithCovarianceStamped, 'initialpose', self._on_initialpose, qos.POSE)
+        self.create_service(Trigger, '~/reset', self._on_reset)
+
+    def _make_timers(self) -> None:
+        # Timers run on the steady clock: with use_sim_time they would wait for themselves.
+        steady = RosClock(clock_type=ClockType.STEADY_TIME)
+        self._system_clock = RosClock(clock_type=ClockType.SYSTEM_TIME)
+        self.create_timer(_CARE_PERIOD, self._care, clock=steady)
+        self._ticker = None
+        if not self._parameters.lockstep:
+            self._ticker = self.create_timer(
+                self._period / self._parameters.speed_factor, self._advance, clock=steady)
+
+    # What comes in
+
+    def _on_command(self, msg: Any) -> None:
+        lockstep = self._parameters.lockstep
+        if lockstep and msg.header.stamp != self._stamp:
+            return  # it answers another tick
+        try:
+            self._simulation.command(*velocity_from_twist(msg))
+        except ValueError as error:
+            self._refuse(str(error))
+            return
+        if lockstep:
+            self._advance()
+
+    def _on_initialpose(self, msg: PoseWithCovarianceStamped) -> None:
+        try:
+            check_frame(msg.header.frame_id, self._parameters.frame_id, 'initialpose')
+            pose = pose_from_initialpose(msg)
+            self._simulation.place(Placement(pose.x, pose.y, pose.yaw), 'initialpose')
+        except ValueError as error:
+            self._refuse(str(error))
+            return
+        self._next_tick()
+
+    def _on_reset(self, _: Any, response: Any) -> Any:
+        try:
+            self._simulation.reset()
+        except ValueError as error:
+            response.message = str(error)
+            return response
+        self._next_tick()
+        response.success = True
+        response.message = 'the robot stands at its start'
+        return response
+
+    def _refuse(self, problem: str) -> None:
+        self._n_refused += 1
+        self.get_logger().warning(f'refused: {problem} ({self._n_refused} messages so far)',
+                                  throttle_duration_sec=_LOG_PERIOD)
+
+    # Parameters at run time
+
+    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        values = {parameter.name: parameter.value for parameter in parameters}
+        try:
+            checked = SimParameters.from_ros(self._values | values)
+            world = self._load(checked) if 'world' in values else None
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        self._pending = checked, world
+        return SetParametersResult(successful=True)
+
+    def _apply_parameters(self, parameters: list[Parameter]) -> None:
+        if self._pending is None:
+            return
+        (self._parameters, world), self._pending = self._pending, None
+        self._values |= {parameter.name: parameter.value for parameter in parameters}
+        self._simulation.change(self._parameters, world)
+        if self._ticker is not None:
+            self._ticker.timer_period_ns = round(
+                1e9 * self._period / self._parameters.speed_factor)
+        if world is not None:
+            self.get_logger().info(f'the world is now {world.name}')
+            self._publish_map()
+            self._next_tick()
+
+    # Time
+
+    def _advance(self) -> None:
+        """Let one tick pass."""
+        self._simulation.tick(self._period)
+        self._n_ticks += 1
+        self._publish()
+        self._tell_staleness()
+
+    def _next_tick(self) -> None:
+        """Show at once what has changed; in lock-step as a tick in which nothing moves."""
+        if self._parameters.lockstep:
+            self._n_ticks += 1
+            self._publish()
+
+    def _seconds(self) -> float:
+        if self._parameters.publish_clock or self._parameters.lockstep:
+            return self._n_ticks * self._period
+        return self._system_clock.now().nanoseconds * 1e-9
+
+    def _tell_staleness(self) -> None:
+        stale = self._simulation.is_stale
+        if stale and not self._stale_told and self._simulation.is_commanded:
+            self.get_logger().warning(
+                f'no command for {self._parameters.cmd_vel_timeout:g} s: the robot stops')
+        self._stale_told = stale
+
+    # What goes out
+
+    def _publish(self) -> None:
+        """Tell everything about this tick: contact first, the odometry last."""
+        seconds = self._seconds()
+        self._stamp = stamp_from_seconds(seconds)
+        self._unanswered = 0
+        self._publish_contact()
+        if self._clock_topic is not None:
+            self._clock_topic.publish(Clock(clock=self._stamp))
+        self._publish_sensors(seconds)
+
+    def _publish_sensors(self, seconds: float) -> None:
+        robot, sight = self._simulation.robot, self._simulation.sight()
+        frame_id = self._parameters.frame_id
+        self._sight.publish(grid_from_neighbourhood(
+            Neighbourhood(seconds, sight.row, sight.col, sight.cells, frame_id),
+            self._simulation.world.grid))
+        place, yaw = robot.variances
+        pose = Pose(seconds, *robot.odometry, robot.speed, robot.turn_rate, frame_id)
+        self._odometry.publish(odometry_from_pose(
+            pose, self._parameters.child_frame_id, (place, place, yaw)))
+
+    def _publish_contact(self) -> None:
+        touches = self._simulation.in_contact
+        if touches == self._told_contact:
+            return
+        if touches:
+            truth = self._simulation.robot.truth
+            self.get_logger().warning(
+                f'collision at ({truth.x:.3f}, {truth.y:.3f}) m: the robot is stopped')
+        self._told_contact = touches
+        self._contact.publish(Bool(data=touches))
+        self._publish_diagnostics()
+
+    def _publish_map(self) -> None:
+        world = self._simulation.world
+        self._map.publish(map_from_occupancy(world.occupancy, world.grid))
+
+    def _publish_diagnostics(self) -> None:
+        touches = self._simulation.in_contact
+        values = {'world': self._simulation.world.name, 'contact': str(touches).lower(),
+                  'collisions': self._simulation.n_collisions, 'refused': self._n_refused,
+                  'stale': str(self._simulation.is_stale).lower(), 'ticks': self._n_ticks}
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.ERROR if touches else DiagnosticStatus.OK,
+            name=f'{self.get_fully_qualified_name().lstrip("/")}: robot',
+            message='the robot touches an obstacle or a wall' if touches else 'all well',
+            hardware_id='simulated robot',
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self._system_clock.now().to_msg()
+        self._diagnostics.publish(array)
+
+    # Care for the peers, by the wall clock
+
+    def _care(self) -> None:
+        self._publish_diagnostics()
+        self._warn_of_other_type()
+        if self._parameters.lockstep:
+            self._repeat_for_late_readers()
+
+    def _repeat_for_late_readers(self) -> None:
+        """Publish a tick that nobody answers again when somebody new has come to hear it."""
+        n_readers = self._odometry.get_subscription_count()
+        if n_readers > self._n_readers:
+            self._repeats = _REPEATS
+        self._n_readers = n_readers
+        self._unanswered += 1
+        if self._unanswered > 1 and self._repeats > 0:
+            self._repeats -= 1
+            self._publish_sensors(self._seconds())
+
+    def _warn_of_other_type(self) -> None:
+        """Say once a while which parameter to set when somebody commands with the other type."""
+        mine = f'geometry_msgs/msg/{self._command_type.__name__}'
+        for peer in self.get_publishers_info_by_topic(self.resolve_topic_name('cmd_vel')):
+            if peer.topic_type != mine:
+                other = str(not self._parameters.enable_stamped_cmd_vel).lower()
+                self.get_logger().warning(
+                    f'{peer.node_name} publishes {peer.topic_type} on cmd_vel, which is {mine} '
+                    f'here: set enable_stamped_cmd_vel: {other}',
+                    throttle_duration_sec=12 * _LOG_PERIOD)
+
+
+def _descriptor(declaration: Declaration) -> ParameterDescriptor:
+    """
+    Describe a parameter to ROS.
+
+    Types are checked by `SimParameters`, so that a whole number may stand for a float.
+    """
+    low, high = declaration.low, declaration.high
+    descriptor = ParameterDescriptor(
+        description=f'{declaration.meaning} [{declaration.unit}]',
+        read_only=declaration.fixed, dynamic_typing=True)
+    if isinstance(declaration.default, float):
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    elif isinstance(declaration.default, int) and not isinstance(declaration.default, bool):
+        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    return descriptor
+
+
+def main(args: list[str] | None = None) -> None:
+    """
+    Run the node until SIGINT or SIGTERM.
+
+    Raises
+    ------
+    SystemExit
+        With code 2, after one line on stderr, if an argument, a parameter or the world is wrong.
+
+    """
+    prepare()
+    try:
+        _init(args)
+        rclpy.spin(_make_node())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except Exception:
+        # A signal invalidates whatever is being made or published at that moment: no error.
+        if rclpy.ok():
+            raise
+    finally:
+        rclpy.try_shutdown()
+
+
+def _init(args: list[str] | None) -> None:
+    try:
+        rclpy.init(args=args)
+    except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
+        _exit_with(f'wrong ROS arguments: {str(error).split(", at /")[0]}')
+
+
+def _make_node() -> SimNode:
+    try:
+        return SimNode()
+    except (ValueError, ParameterException) as error:
+        _exit_with(str(error))
+
+
+def _exit_with(problem: str) -> NoReturn:
+    print('sim_node:', ' '.join(problem.split()), file=sys.stderr)
+    raise SystemExit(2)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,177 @@
+"""The simulated robot in its world: commands in, ticks on, what it senses out. ROS-free."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.sight import crop_neighbourhood
+from sim_node.clearance import Clearance
+from sim_node.parameters import SimParameters
+from sim_node.robot import Placement, Robot
+from sim_node.world import World
+
+
+@dataclass(frozen=True)
+class Sight:
+    """
+    The 3x3 neighbourhood as a robot gets it.
+
+    Its sensors are where the robot truly is, but the robot places what they see by its odometry:
+    ``cells`` is cut out around the true cell, ``row, col`` is the cell of the odometry. Without
+    slip and drift the two are the same.
+    """
+
+    row: int
+    col: int
+    cells: npt.NDArray[np.int8]
+
+
+class Simulation:
+    """
+    A robot in a world, in simulated time.
+
+    Parameters
+    ----------
+    world : World
+    parameters : SimParameters
+        Its ``world`` is not looked at: files are the caller's business.
+
+    Raises
+    ------
+    ValueError
+        If the robot cannot stand where it should start.
+
+    """
+
+    def __init__(self, world: World, parameters: SimParameters) -> None:
+        """Put the robot at its start."""
+        self.world = world
+        self.parameters = parameters
+        self._clearance = Clearance(world, parameters.radius)
+        self._check_placement(parameters.start, 'the start (start.x, start.y)')
+        self.robot = Robot(parameters.body, parameters.wheels, parameters.start)
+        self.reset()
+
+    def reset(self) -> None:
+        """
+        Start anew: robot at the start, contacts forgotten, the same random numbers again.
+
+        Raises
+        ------
+        ValueError
+            If the robot cannot stand at its start in this world; nothing is changed then.
+
+        """
+        self.place(self.parameters.start, 'the start (start.x, start.y)')
+        self._rng = np.random.default_rng(self.parameters.seed)
+        self.n_collisions = 0
+
+    def place(self, where: Placement, name: str = 'the place') -> None:
+        """
+        Put the robot somewhere; it stands still there, and its odometry knows.
+
+        Raises
+        ------
+        ValueError
+            If it is not finite, outside the workspace, or touches an obstacle; the robot stays
+            where it is then.
+
+        """
+        self._check_placement(where, name)
+        self.robot.place(where)
+        self.in_contact = False
+        self._command = (0.0, 0.0)
+        self._command_age = math.inf
+
+    def change(self, parameters: SimParameters, world: World | None = None) -> None:
+        """
+        Take other parameters and, if given, another world; the robot stays where it is.
+
+        A robot that finds itself in an obstacle of the new world can only move out of it.
+        """
+        if parameters.seed != self.parameters.seed:
+            self._rng = np.random.default_rng(parameters.seed)
+        self.parameters = parameters
+        self.robot.body, self.robot.wheels = parameters.body, parameters.wheels
+        if world is not None or self._clearance.radius != parameters.radius:
+            self.world = world or self.world
+            self._clearance = Clearance(self.world, parameters.radius)
+            self.in_contact = self._clearance.at(*self.robot.truth[:2]) < 0.0
+
+    def command(self, v: float, w: float) -> None:
+        """
+        Take a command; it holds until the next one or until it is stale.
+
+        Raises
+        ------
+        ValueError
+            If it is not finite; the last one stays.
+
+        """
+        if not (math.isfinite(v) and math.isfinite(w)):
+            raise ValueError(f'command is ({v}, {w}), must be finite')
+        self._command = (v, w)
+        self._command_age = 0.0
+
+    @property
+    def is_stale(self) -> bool:
+        """Tell whether the last command is too old to be followed."""
+        return self._command_age >= self.parameters.cmd_vel_timeout - 1e-9
+
+    @property
+    def is_commanded(self) -> bool:
+        """Tell whether the last command, stale or not, asks for motion."""
+        return self._command != (0.0, 0.0)
+
+    def tick(self, seconds: float) -> bool:
+        """
+        Let time pass.
+
+        Parameters
+        ----------
+        seconds : float
+            A tick; the command is the same during it.
+
+        Returns
+        -------
+        bool
+            Whether the robot ran into something in this tick.
+
+        """
+        v, w = (0.0, 0.0) if self.is_stale else self._command
+        before = self.robot.truth
+        hit = self.robot.drive(v, w, seconds, self._clearance, self._rng)
+        self._command_age += seconds
+        self.n_collisions += hit and not self.in_contact
+        moved = self.robot.truth[:2] != before[:2]
+        self.in_contact = hit or (self.in_contact and not moved)
+        return hit
+
+    def sight(self) -> Sight:
+        """Return the 3x3 neighbourhood as the robot gets it."""
+        cell = self.world.grid.cell_from_world
+        truth, odometry = self.robot.truth, self.robot.odometry
+        return Sight(*cell(odometry.x, odometry.y),
+                     crop_neighbourhood(self.world.occupancy, *cell(truth.x, truth.y)))
+
+    def _check_placement(self, where: Placement, name: str) -> None:
+        x, y = where.x, where.y
+        if not all(map(math.isfinite, where)):
+            raise ValueError(f'{name} is ({x}, {y}) with yaw {where.yaw}, must be finite')
+        if not self.world.grid.contains(*self.world.grid.cell_from_world(x, y)):
+            raise ValueError(f'{name} is ({x:g}, {y:g}) m, outside the world {self.world.name}, '
+                             f'{self._extent()}')
+        if self._clearance.at(x, y) < 0.0:
+            raise ValueError(
+                f'{name} is ({x:g}, {y:g}) m, where a robot of radius '
+                f'{self.parameters.radius:g} m touches an obstacle or wall of the world '
+                f'{self.world.name}')
+
+    def _extent(self) -> str:
+        grid = self.world.grid
+        high_x = grid.origin_x + grid.n_cols * grid.resolution
+        high_y = grid.origin_y + grid.n_rows * grid.resolution
+        return (f'which goes from ({grid.origin_x:g}, {grid.origin_y:g}) to '
+                f'({high_x:g}, {high_y:g}) m')
