@@ -10,7 +10,7 @@ import warnings
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
-import yaml
+import yaml  # type: ignore[import-untyped, unused-ignore]
 
 from control_field.sight import BLOCKED, FREE
 from sim_node.map_error import WorldError, check_size, read_bytes
@@ -181,7 +181,7 @@ def _origin(path: Path, fields: Mapping[str, Any]) -> tuple[float, float]:
     origin = fields.get('origin')
     if not isinstance(origin, list) or len(origin) not in (2, 3):
         raise WorldError(path, 'origin must be [x, y, yaw]')
-    places = {name: value for name, value in zip(('x', 'y', 'yaw'), origin, strict=False)}
+    places = dict(zip(('x', 'y', 'yaw'), origin, strict=False))
     x, y = (_number(path, places, name, None, -1e7, 1e7) for name in ('x', 'y'))
     if _number(path, places, 'yaw', 0.0, -1e7, 1e7) != 0.0:
         raise WorldError(path, 'the yaw of origin must be 0: cells are parallel to the axes')

@@ -6,16 +6,10 @@ from typing import Any, Final, NoReturn
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
+from rcl_interfaces.msg import SetParametersResult
 import rclpy
 from rclpy.clock import Clock as RosClock
-from rclpy.clock import ClockType
-from rclpy.exceptions import ParameterException
+from rclpy.clock_type import ClockType
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
@@ -30,6 +24,7 @@ from msgs_bridge.neighbourhoods import (
     map_from_occupancy,
     Neighbourhood,
 )
+from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import (
     check_frame,
     odometry_from_pose,
@@ -39,7 +34,7 @@ from msgs_bridge.poses import (
 )
 from msgs_bridge.processes import prepare
 from msgs_bridge.velocities import velocity_from_twist
-from sim_node.parameters import Declaration, SimParameters
+from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement
 from sim_node.simulation import Simulation
 from sim_node.world import find_world, load_world, World
@@ -61,7 +56,7 @@ class SimNode(Node):
 
     Raises
     ------
-    ValueError, rclpy.exceptions.ParameterException
+    ValueError
         If a parameter or the world is wrong; the message is for the user.
 
     """
@@ -69,31 +64,23 @@ class SimNode(Node):
     def __init__(self, **options: Any) -> None:
         """Read the world and start."""
         super().__init__('sim_node', **options)
-        self._values: dict[str, Any] = {}
-        self._declare_parameters()
-        self._parameters = SimParameters.from_ros(self._values)
-        self._simulation = Simulation(self._load(self._parameters), self._parameters)
-        self._period = 1.0 / self._parameters.rate
+        self._settings = declare_parameters_from(
+            self, SimParameters, fixed=FIXED, on_change=self._on_change)
+        self.add_on_set_parameters_callback(self._check_world)
+        self._new_world: World | None = None
+        self._simulation = Simulation(self._load(self._settings.world), self._settings)
+        self._period = 1.0 / self._settings.rate
         self._stale_told = False
         self._n_ticks = 1  # a stamp of 0 means "no time" to ROS
         self._n_refused = self._n_readers = self._repeats = self._unanswered = 0
         self._told_contact: bool | None = None
-        self._pending: tuple[SimParameters, World | None] | None = None
         self._make_topics()
         self._make_timers()
-        self.add_on_set_parameters_callback(self._check_parameters)
-        self.add_post_set_parameters_callback(self._apply_parameters)
         self._publish_map()
         self._publish()
 
-    def _declare_parameters(self) -> None:
-        for declaration in SimParameters.declarations():
-            declared = self.declare_parameter(
-                declaration.name, declaration.default, _descriptor(declaration))
-            self._values[declaration.name] = declared.value
-
-    def _load(self, parameters: SimParameters) -> World:
-        return load_world(find_world(parameters.world), parameters.frame_id)
+    def _load(self, name: str) -> World:
+        return load_world(find_world(name), self._settings.frame_id)
 
     def _make_topics(self) -> None:
         self._odometry = self.create_publisher(Odometry, 'odom', qos.ODOMETRY_PUB)
@@ -102,10 +89,10 @@ class SimNode(Node):
         self._contact = self.create_publisher(Bool, 'contact', qos.LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._clock_topic = None
-        if self._parameters.publish_clock:
+        if self._settings.has_clock:
             self._clock_topic = self.create_publisher(Clock, '/clock', 10)
         self._command_type = (
-            TwistStamped if self._parameters.enable_stamped_cmd_vel else Twist)
+            TwistStamped if self._settings.is_stamped else Twist)
         self.create_subscription(
             self._command_type, 'cmd_vel', self._on_command, qos.COMMAND)
         self.create_subscription(
@@ -118,14 +105,14 @@ class SimNode(Node):
         self._system_clock = RosClock(clock_type=ClockType.SYSTEM_TIME)
         self.create_timer(_CARE_PERIOD, self._care, clock=steady)
         self._ticker = None
-        if not self._parameters.lockstep:
+        if not self._settings.lockstep:
             self._ticker = self.create_timer(
-                self._period / self._parameters.speed_factor, self._advance, clock=steady)
+                self._period / self._settings.speed_factor, self._advance, clock=steady)
 
     # What comes in
 
     def _on_command(self, msg: Any) -> None:
-        lockstep = self._parameters.lockstep
+        lockstep = self._settings.lockstep
         if lockstep and msg.header.stamp != self._stamp:
             return  # it answers another tick
         try:
@@ -138,7 +125,7 @@ class SimNode(Node):
 
     def _on_initialpose(self, msg: PoseWithCovarianceStamped) -> None:
         try:
-            check_frame(msg.header.frame_id, self._parameters.frame_id, 'initialpose')
+            check_frame(msg.header.frame_id, self._settings.frame_id, 'initialpose')
             pose = pose_from_initialpose(msg)
             self._simulation.place(Placement(pose.x, pose.y, pose.yaw), 'initialpose')
         except ValueError as error:
@@ -164,25 +151,23 @@ class SimNode(Node):
 
     # Parameters at run time
 
-    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
-        values = {parameter.name: parameter.value for parameter in parameters}
-        try:
-            checked = SimParameters.from_ros(self._values | values)
-            world = self._load(checked) if 'world' in values else None
-        except ValueError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        self._pending = checked, world
+    def _check_world(self, parameters: list[Parameter]) -> SetParametersResult:
+        """Read a new world before it is agreed to."""
+        self._new_world = None
+        for parameter in parameters:
+            if parameter.name == 'world':
+                try:
+                    self._new_world = self._load(str(parameter.value))
+                except ValueError as error:
+                    return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _apply_parameters(self, parameters: list[Parameter]) -> None:
-        if self._pending is None:
-            return
-        (self._parameters, world), self._pending = self._pending, None
-        self._values |= {parameter.name: parameter.value for parameter in parameters}
-        self._simulation.change(self._parameters, world)
+    def _on_change(self, settings: SimParameters) -> None:
+        self._settings = settings
+        world, self._new_world = self._new_world, None
+        self._simulation.change(settings, world)
         if self._ticker is not None:
-            self._ticker.timer_period_ns = round(
-                1e9 * self._period / self._parameters.speed_factor)
+            self._ticker.timer_period_ns = round(1e9 * self._period / settings.speed_factor)
         if world is not None:
             self.get_logger().info(f'the world is now {world.name}')
             self._publish_map()
@@ -199,12 +184,12 @@ class SimNode(Node):
 
     def _next_tick(self) -> None:
         """Show at once what has changed; in lock-step as a tick in which nothing moves."""
-        if self._parameters.lockstep:
+        if self._settings.lockstep:
             self._n_ticks += 1
             self._publish()
 
     def _seconds(self) -> float:
-        if self._parameters.publish_clock or self._parameters.lockstep:
+        if self._settings.has_clock:
             return self._n_ticks * self._period
         return self._system_clock.now().nanoseconds * 1e-9
 
@@ -212,7 +197,7 @@ class SimNode(Node):
         stale = self._simulation.is_stale
         if stale and not self._stale_told and self._simulation.is_commanded:
             self.get_logger().warning(
-                f'no command for {self._parameters.cmd_vel_timeout:g} s: the robot stops')
+                f'no command for {self._settings.cmd_vel_timeout:g} s: the robot stops')
         self._stale_told = stale
 
     # What goes out
@@ -229,14 +214,14 @@ class SimNode(Node):
 
     def _publish_sensors(self, seconds: float) -> None:
         robot, sight = self._simulation.robot, self._simulation.sight()
-        frame_id = self._parameters.frame_id
+        frame_id = self._settings.frame_id
         self._sight.publish(grid_from_neighbourhood(
             Neighbourhood(seconds, sight.row, sight.col, sight.cells, frame_id),
             self._simulation.world.grid))
         place, yaw = robot.variances
         pose = Pose(seconds, *robot.odometry, robot.speed, robot.turn_rate, frame_id)
         self._odometry.publish(odometry_from_pose(
-            pose, self._parameters.child_frame_id, (place, place, yaw)))
+            pose, self._settings.child_frame_id, (place, place, yaw)))
 
     def _publish_contact(self) -> None:
         touches = self._simulation.in_contact
@@ -274,7 +259,7 @@ class SimNode(Node):
     def _care(self) -> None:
         self._publish_diagnostics()
         self._warn_of_other_type()
-        if self._parameters.lockstep:
+        if self._settings.lockstep:
             self._repeat_for_late_readers()
 
     def _repeat_for_late_readers(self) -> None:
@@ -293,28 +278,11 @@ class SimNode(Node):
         mine = f'geometry_msgs/msg/{self._command_type.__name__}'
         for peer in self.get_publishers_info_by_topic(self.resolve_topic_name('cmd_vel')):
             if peer.topic_type != mine:
-                other = str(not self._parameters.enable_stamped_cmd_vel).lower()
+                other = str(not self._settings.is_stamped).lower()
                 self.get_logger().warning(
                     f'{peer.node_name} publishes {peer.topic_type} on cmd_vel, which is {mine} '
                     f'here: set enable_stamped_cmd_vel: {other}',
                     throttle_duration_sec=12 * _LOG_PERIOD)
-
-
-def _descriptor(declaration: Declaration) -> ParameterDescriptor:
-    """
-    Describe a parameter to ROS.
-
-    Types are checked by `SimParameters`, so that a whole number may stand for a float.
-    """
-    low, high = declaration.low, declaration.high
-    descriptor = ParameterDescriptor(
-        description=f'{declaration.meaning} [{declaration.unit}]',
-        read_only=declaration.fixed, dynamic_typing=True)
-    if isinstance(declaration.default, float):
-        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
-    elif isinstance(declaration.default, int) and not isinstance(declaration.default, bool):
-        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
-    return descriptor
 
 
 def main(args: list[str] | None = None) -> None:
@@ -351,7 +319,7 @@ def _init(args: list[str] | None) -> None:
 def _make_node() -> SimNode:
     try:
         return SimNode()
-    except (ValueError, ParameterException) as error:
+    except ValueError as error:
         _exit_with(str(error))
 
 

@@ -31,22 +31,22 @@ class Body:
     ----------
     radius : float, [m]
         Of the disc that the robot is.
-    max_speed : float, [m/s]
-    max_turn_rate : float, [rad/s]
+    v_max : float, [m/s]
+    w_max : float, [rad/s]
     wheel_separation : float, [m]
-    max_acceleration : float, [m/s^2]
+    a_max : float, [m/s^2]
         0 for no limit.
-    max_turn_acceleration : float, [rad/s^2]
+    alpha_max : float, [rad/s^2]
         0 for no limit.
 
     """
 
     radius: float = 0.105
-    max_speed: float = 0.22
-    max_turn_rate: float = 2.84
+    v_max: float = 0.22
+    w_max: float = 2.84
     wheel_separation: float = 0.160
-    max_acceleration: float = 0.0
-    max_turn_acceleration: float = 0.0
+    a_max: float = 0.0
+    alpha_max: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -233,10 +233,10 @@ class Robot:
 
     def _within_limits(self, v: float, w: float, seconds: float) -> tuple[float, float]:
         body = self.body
-        v = min(max(v, -body.max_speed), body.max_speed)
-        w = min(max(w, -body.max_turn_rate), body.max_turn_rate)
-        return (towards(self.speed, v, body.max_acceleration * seconds),
-                towards(self.turn_rate, w, body.max_turn_acceleration * seconds))
+        v = min(max(v, -body.v_max), body.v_max)
+        w = min(max(w, -body.w_max), body.w_max)
+        return (towards(self.speed, v, body.a_max * seconds),
+                towards(self.turn_rate, w, body.alpha_max * seconds))
 
     def _through_wheels(
         self, v: float, w: float, rng: np.random.Generator,

@@ -49,8 +49,8 @@ class Simulation:
         """Put the robot at its start."""
         self.world = world
         self.parameters = parameters
-        self._clearance = Clearance(world, parameters.radius)
-        self._check_placement(parameters.start, 'the start (start.x, start.y)')
+        self._clearance = Clearance(world, parameters.robot_radius)
+        self._check_placement(parameters.start, 'the start (start_x, start_y)')
         self.robot = Robot(parameters.body, parameters.wheels, parameters.start)
         self.reset()
 
@@ -64,7 +64,7 @@ class Simulation:
             If the robot cannot stand at its start in this world; nothing is changed then.
 
         """
-        self.place(self.parameters.start, 'the start (start.x, start.y)')
+        self.place(self.parameters.start, 'the start (start_x, start_y)')
         self._rng = np.random.default_rng(self.parameters.seed)
         self.n_collisions = 0
 
@@ -95,9 +95,9 @@ class Simulation:
             self._rng = np.random.default_rng(parameters.seed)
         self.parameters = parameters
         self.robot.body, self.robot.wheels = parameters.body, parameters.wheels
-        if world is not None or self._clearance.radius != parameters.radius:
+        if world is not None or self._clearance.radius != parameters.robot_radius:
             self.world = world or self.world
-            self._clearance = Clearance(self.world, parameters.radius)
+            self._clearance = Clearance(self.world, parameters.robot_radius)
             self.in_contact = self._clearance.at(*self.robot.truth[:2]) < 0.0
 
     def command(self, v: float, w: float) -> None:
@@ -166,7 +166,7 @@ class Simulation:
         if self._clearance.at(x, y) < 0.0:
             raise ValueError(
                 f'{name} is ({x:g}, {y:g}) m, where a robot of radius '
-                f'{self.parameters.radius:g} m touches an obstacle or wall of the world '
+                f'{self.parameters.robot_radius:g} m touches an obstacle or wall of the world '
                 f'{self.world.name}')
 
     def _extent(self) -> str:

@@ -93,15 +93,17 @@ def load_world(path: str | Path, frame_id: str = 'odom') -> World:
     try:
         if path.suffix == '.map':
             occupancy = read_moving_ai(path)
-            return World(Grid(*occupancy.shape, 1.0, frame_id=frame_id), occupancy, path.stem)
-        if path.suffix in ('.yaml', '.yml'):
+            resolution, x, y = 1.0, 0.0, 0.0
+        elif path.suffix in ('.yaml', '.yml'):
             header, occupancy = read_map_server(path)
-            grid = Grid(*occupancy.shape, header.resolution, header.origin_x, header.origin_y,
-                        frame_id)
-            return World(grid, occupancy, path.stem)
+            resolution, x, y = header.resolution, header.origin_x, header.origin_y
+        else:
+            raise WorldError(
+                path, 'a world is a .yaml file of map_server or a .map file of MovingAI')
     except MemoryError as error:
         raise WorldError(path, 'is too large for the memory of this machine') from error
-    raise WorldError(path, 'a world is a .yaml file of map_server or a .map file of MovingAI')
+    n_rows, n_cols = occupancy.shape
+    return World(Grid(n_rows, n_cols, resolution, x, y, frame_id), occupancy, path.stem)
 
 
 def save_world(path: str | Path, world: World) -> Path:
