@@ -1,0 +1,236 @@
+"""
+The folders that bags live in: ``bags/<task>/<NNNN>_<demo|trial>/``.
+
+Nothing here reads a bag; it names, numbers and lists them.
+"""
+
+import fcntl
+from itertools import pairwise
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Final
+
+_TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
+_EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
+_LOCK: Final = '.lock'
+
+
+class BagError(ValueError):
+    """A bag cannot be read or written; the message is one line that says what and why."""
+
+
+class EpisodeKind(StrEnum):
+    """What a bag holds."""
+
+    DEMO = 'demo'
+    TRIAL = 'trial'
+
+
+@dataclass(frozen=True, order=True)
+class EpisodeFolder:
+    """
+    The folder of one bag.
+
+    Parameters
+    ----------
+    number : int
+        From 1, counting demonstrations and trials together.
+    kind : EpisodeKind
+        What the bag holds.
+    path : Path
+        Where it is.
+
+    """
+
+    number: int
+    kind: EpisodeKind
+    path: Path
+
+    @property
+    def bag(self) -> Path:
+        """Return where its MCAP file is."""
+        return mcap_path(self.path)
+
+    @property
+    def name(self) -> str:
+        """Return task and number as people type them: ``task1/0003``."""
+        return f'{self.path.parent.name}/{self.number:04d}'
+
+
+def mcap_path(folder: Path) -> Path:
+    """Return where the MCAP file of a bag's folder is."""
+    return folder / f'{folder.name}_0.mcap'
+
+
+def error_line(action: str, path: Path, error: OSError) -> str:
+    """Say in one line what could not be done, where and why."""
+    return f'cannot {action} {path}: {(error.strerror or str(error)).lower()}'
+
+
+def check_task_name(task: str) -> str:
+    """
+    Return a task's name if it can be a folder's.
+
+    Raises
+    ------
+    BagError
+        If it holds anything but letters, digits, ``_`` and ``-``, or is empty or above 64 long.
+
+    """
+    if not isinstance(task, str) or _TASK.fullmatch(task) is None:
+        raise BagError(f'task is {task!r}, must be 1 to 64 letters, digits, _ or -')
+    return task
+
+
+def episode_from_path(path: Path) -> EpisodeFolder:
+    """
+    Return number and kind of a bag's folder, from its name.
+
+    Raises
+    ------
+    BagError
+        If it is not named like ``0001_demo``.
+
+    """
+    path = Path(path)
+    match = _EPISODE.fullmatch(path.name)
+    if match is None:
+        raise BagError(f'{path} is no bag of ours, must be named like 0001_demo or 0002_trial')
+    return EpisodeFolder(int(match[1]), EpisodeKind(match[2]), path)
+
+
+class TaskFolder:
+    """
+    All bags of one task.
+
+    Parameters
+    ----------
+    root : Path
+        The bags folder; nothing outside it is touched.
+    task : str
+        Name of the task, see `check_task_name`.
+
+    Raises
+    ------
+    BagError
+        If the name is none, or leads out of ``root``.
+
+    """
+
+    def __init__(self, root: Path | str, task: str) -> None:
+        self.root = Path(root)
+        self.task = check_task_name(task)
+        self.path = self.root / task
+        if self.path.resolve().parent != self.root.resolve():
+            raise BagError(f'{self.path} leads out of {self.root}')
+
+    def episodes(self) -> list[EpisodeFolder]:
+        """
+        Return the bags there are, by number; other files and folders are passed over.
+
+        Raises
+        ------
+        BagError
+            If the folder cannot be read, or two bags have the same number.
+
+        """
+        try:
+            entries = sorted(os.scandir(self.path), key=lambda entry: entry.name)
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            raise BagError(error_line('read', self.path, error)) from None
+        found = sorted(
+            episode_from_path(Path(entry.path)) for entry in entries
+            if _EPISODE.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False))
+        for first, second in pairwise(found):
+            if first.number == second.number:
+                raise BagError(f'{first.path} and {second.path} have the same number')
+        return found
+
+    def find(self, number: int) -> EpisodeFolder:
+        """
+        Return the bag of a number.
+
+        Raises
+        ------
+        BagError
+            If there is none.
+
+        """
+        for episode in self.episodes():
+            if episode.number == number:
+                return episode
+        raise BagError(f'there is no bag {number:04d} in {self.path}')
+
+    def new_episode(self, kind: EpisodeKind | str) -> EpisodeFolder:
+        """
+        Make the folder of the next bag; no other process gets the same number.
+
+        Parameters
+        ----------
+        kind : EpisodeKind or str
+            What it will hold.
+
+        Raises
+        ------
+        BagError
+            If it cannot be made: no permission, read-only, disk full.
+
+        """
+        kind = EpisodeKind(kind)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            with self._locked():
+                number = max((episode.number for episode in self.episodes()), default=0) + 1
+                path = self.path / f'{number:04d}_{kind}'
+                path.mkdir()
+        except OSError as error:
+            raise BagError(error_line('make a bag in', self.path, error)) from None
+        return EpisodeFolder(number, kind, path)
+
+    def remove(self, number: int) -> None:
+        """
+        Remove a bag, at once or not at all.
+
+        Raises
+        ------
+        BagError
+            If there is none of that number, or it cannot be removed.
+
+        """
+        episode = self.find(number)
+        bin_path = self.path / f'.removed-{episode.path.name}-{os.getpid()}'
+        try:
+            episode.path.rename(bin_path)
+            shutil.rmtree(bin_path)
+        except OSError as error:
+            raise BagError(error_line('remove', episode.path, error)) from None
+
+    @contextmanager
+    def _locked(self) -> Iterator[None]:
+        """Hold the folder's lock; the system lets go of it when the process dies."""
+        file = os.open(self.path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            yield
+        finally:
+            os.close(file)
+
+
+def tasks(root: Path | str) -> list[str]:
+    """Return the names of the tasks in a bags folder that have a bag."""
+    try:
+        entries = sorted(entry.name for entry in os.scandir(root) if entry.is_dir())
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise BagError(error_line('read', Path(root), error)) from None
+    return [name for name in entries
+            if _TASK.fullmatch(name) and TaskFolder(root, name).episodes()]

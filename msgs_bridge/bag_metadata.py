@@ -1,0 +1,195 @@
+"""rosbag2's ``metadata.yaml``, version 9, as Jazzy writes it."""
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from msgs_bridge.bag_folder import BagError, error_line
+
+NAME: Final = 'metadata.yaml'
+_FOREVER: Final = '\n    sec: 9223372036\n    nsec: 854775807'
+_EMPTY: Final = '""'
+#: rosbag2's starting time of a bag without messages.
+_NEVER: Final = 2**63 - 1
+
+
+@dataclass(frozen=True)
+class OfferedQos:
+    """
+    How a recorded topic's publisher offered it; `ros2 bag play` offers it the same way.
+
+    Parameters
+    ----------
+    history : str
+        ``keep_last``, ``keep_all`` or ``unknown``.
+    depth : int
+        Messages kept.
+    reliability : str
+        ``reliable`` or ``best_effort``.
+    durability : str
+        ``volatile`` or ``transient_local``.
+
+    """
+
+    history: str = 'keep_last'
+    depth: int = 10
+    reliability: str = 'reliable'
+    durability: str = 'volatile'
+
+    def to_yaml(self) -> str:
+        """Return it as rosbag2 stores it in a channel: a list of one profile."""
+        return (
+            f'- history: {self.history}\n  depth: {self.depth}\n'
+            f'  reliability: {self.reliability}\n  durability: {self.durability}\n'
+            f'  deadline:{_FOREVER}\n  lifespan:{_FOREVER}\n  liveliness: automatic\n'
+            f'  liveliness_lease_duration:{_FOREVER}\n'
+            '  avoid_ros_namespace_conventions: false')
+
+
+_LATCHED: Final = OfferedQos(depth=1, durability='transient_local')
+_KNOWN: Final = {
+    'control_field': _LATCHED, 'prototypes': _LATCHED, 'trial': _LATCHED, 'map': _LATCHED,
+    'markers': _LATCHED, 'cmd_vel': OfferedQos(depth=1), 'goal_pose': OfferedQos(depth=1),
+    'initialpose': OfferedQos(depth=1), 'experience': OfferedQos(history='keep_all', depth=0),
+    'neighbourhood': OfferedQos(depth=5, reliability='best_effort'),
+}
+
+
+def known_qos(topic: str) -> OfferedQos:
+    """Return the profile that a topic of ours is offered with, by the last part of its name."""
+    return _KNOWN.get(topic.rpartition('/')[2], OfferedQos())
+
+
+@dataclass(frozen=True)
+class TopicSummary:
+    """
+    What a bag holds of a topic.
+
+    Parameters
+    ----------
+    name, type_name, type_hash : str
+        Such as ``/odom``, ``nav_msgs/msg/Odometry``, ``RIHS01_...``.
+    qos : str
+        YAML list of the offered profiles, the same text as in the channel's metadata.
+    count : int
+        Messages.
+
+    """
+
+    name: str
+    type_name: str
+    type_hash: str
+    qos: str
+    count: int
+
+
+@dataclass(frozen=True)
+class BagSummary:
+    """
+    What a bag holds.
+
+    Parameters
+    ----------
+    file : str
+        Name of the MCAP file.
+    start, end : int, [ns]
+        Log times of the first and last message; both 0 without messages.
+    topics : sequence of TopicSummary
+        In the order of their channels.
+
+    """
+
+    file: str
+    start: int
+    end: int
+    topics: Sequence[TopicSummary]
+
+    @property
+    def count(self) -> int:
+        """Return the number of messages."""
+        return sum(topic.count for topic in self.topics)
+
+    def to_yaml(self) -> str:
+        """Return the text that rosbag2 stores; in ``metadata.yaml`` it stands under one key."""
+        return '\n'.join(self._lines()) + '\n'
+
+    def _lines(self) -> Iterator[str]:
+        span = [
+            f'starting_time:\n  nanoseconds_since_epoch: {self.start if self.count else _NEVER}',
+            f'duration:\n  nanoseconds: {self.end - self.start}',
+            f'message_count: {self.count}']
+        yield 'version: 9'
+        yield 'storage_identifier: mcap'
+        yield from (span[1], span[0], span[2])
+        yield 'topics_with_message_count:' if self.topics else 'topics_with_message_count: []'
+        for topic in self.topics:
+            yield from _topic_lines(topic)
+        yield 'compression_format: ""\ncompression_mode: ""'
+        yield f'relative_file_paths:\n  - {self.file}'
+        yield f'files:\n  - path: {self.file}'
+        yield from (_indented(text, 4) for text in span)
+        yield f'custom_data: ~\nros_distro: {os.environ.get("ROS_DISTRO", "jazzy")}'
+
+
+def _topic_lines(topic: TopicSummary) -> Iterator[str]:
+    yield '  - topic_metadata:'
+    yield f'      name: {topic.name}'
+    yield f'      type: {topic.type_name}'
+    yield '      serialization_format: cdr'
+    yield '      offered_qos_profiles:' if topic.qos else '      offered_qos_profiles: []'
+    if topic.qos:
+        yield _indented(topic.qos, 8)
+    yield f'      type_description_hash: {topic.type_hash or _EMPTY}'
+    yield f'    message_count: {topic.count}'
+
+
+def _indented(text: str, n: int) -> str:
+    return '\n'.join(' ' * n + line for line in text.splitlines())
+
+
+def write_metadata(folder: Path, summary: BagSummary) -> None:
+    """
+    Write ``metadata.yaml`` into a bag's folder, whole or not at all.
+
+    Raises
+    ------
+    BagError
+        If it cannot be written.
+
+    """
+    text = 'rosbag2_bagfile_information:\n' + _indented(summary.to_yaml(), 2) + '\n'
+    write_atomically(folder / NAME, text.encode())
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """
+    Replace a file, whole or not at all, also when the power goes.
+
+    Raises
+    ------
+    BagError
+        If it cannot be written.
+
+    """
+    draft = path.with_name(path.name + '.tmp')
+    try:
+        with draft.open('wb') as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        draft.replace(path)
+        sync_folder(path.parent)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise BagError(error_line('write', path, error)) from None
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a rename in a folder survive a power cut."""
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
