@@ -29,6 +29,7 @@ test: setup
 
 check: setup
 	$(BIN)/ruff check $(CODE)
+	$(BIN)/flake8 $(CODE)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/check_dependencies.py

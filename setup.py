@@ -1,6 +1,5 @@
 """Build recipe for colcon (ament_python) and for pip."""
 
-from glob import glob
 from pathlib import Path
 
 from setuptools import setup
@@ -16,6 +15,7 @@ ROOMS = [
     'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
     'experience_cli',
 ]
+DATA = ['launch', 'config', 'config/worlds']
 
 
 def data_files():
@@ -24,10 +24,13 @@ def data_files():
     return [
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (share, ['package.xml']),
-        (f'{share}/launch', sorted(glob('launch/*.launch.py'))),
-        (f'{share}/config', sorted(path for path in glob('config/*') if Path(path).is_file())),
-        (f'{share}/config/worlds', sorted(glob('config/worlds/*'))),
+        *((f'{share}/{folder}', files_in(folder)) for folder in DATA),
     ]
+
+
+def files_in(folder):
+    """Return the files right in a folder."""
+    return sorted(str(path) for path in Path(folder).iterdir() if path.is_file())
 
 
 setup(

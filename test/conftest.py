@@ -6,6 +6,7 @@ import sys
 
 from hypothesis import HealthCheck, settings
 import pytest
+
 import ros_helpers
 
 # A busy machine is slow now and then; that is no error of the code under test.

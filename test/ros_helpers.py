@@ -1,4 +1,4 @@
-"""Real processes and real topics for tests: start, wait with a deadline, stop, look at what came."""
+"""Real processes and real topics for tests: start, wait with a deadline, stop, look."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -211,8 +211,9 @@ class Process:
 
 def child_environment(env: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return this process' environment, unbuffered, with the tree importable, and `env` on top."""
-    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get('PYTHONPATH'))))
-    return {**os.environ, 'PYTHONUNBUFFERED': '1', 'PYTHONPATH': path, **(env or {})}
+    ours = {name: text for name, text in os.environ.items() if not name.startswith('PYTEST_')}
+    path = os.pathsep.join(filter(None, (str(ROOT), ours.get('PYTHONPATH'))))
+    return {**ours, 'PYTHONUNBUFFERED': '1', 'PYTHONPATH': path, **(env or {})}
 
 
 def node_command(

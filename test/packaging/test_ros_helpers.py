@@ -4,11 +4,12 @@ import signal
 import sys
 
 import pytest
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
 from ros_helpers import (
     call, collect, own_domain, own_node, Process, run, start_node, wait_until,
 )
-from std_msgs.msg import String
-from std_srvs.srv import Trigger
 
 PARAMETERS = """
 import rclpy, sys

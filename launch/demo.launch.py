@@ -1,0 +1,71 @@
+"""
+Start simulator, controller and learner on one of the paper's tasks, for a person to watch.
+
+`ros2 launch experience_controller demo.launch.py task:=1 rviz:=true`
+"""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+PACKAGE = 'experience_controller'
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the three nodes, and RViz if it is asked for."""
+    config = PathJoinSubstitution([FindPackageShare(PACKAGE), 'config'])
+    task = ['task', LaunchConfiguration('task')]
+    world = ParameterValue([config, '/worlds/', *task, '.yaml'], value_type=str)
+    return LaunchDescription([
+        *arguments(),
+        node('sim_node', {'world': world, 'speed_factor': argument('speed_factor', float)}),
+        node('control_field_node', {}),
+        node('learner_node', {
+            'task': ParameterValue(task, value_type=str),
+            'bags': argument('bags', str),
+            'auto_trials': argument('trials', int),
+        }),
+        *rviz(PathJoinSubstitution([config, 'experience.rviz'])),
+    ])
+
+
+def rviz(config: PathJoinSubstitution) -> list[Node]:
+    """Return RViz and, as nobody else publishes tf, the transform it takes its frame from."""
+    wanted = IfCondition(LaunchConfiguration('rviz'))
+    return [
+        Node(package='rviz2', executable='rviz2', namespace=LaunchConfiguration('namespace'),
+             arguments=['-d', config], parameters=[{'use_sim_time': True}], condition=wanted),
+        Node(package='tf2_ros', executable='static_transform_publisher', condition=wanted,
+             arguments=['--frame-id', 'map', '--child-frame-id', 'odom']),
+    ]
+
+
+def arguments() -> list[DeclareLaunchArgument]:
+    """Return what can be said on the command line."""
+    return [
+        DeclareLaunchArgument('task', default_value='1', choices=['1', '2'],
+                              description="which of the paper's tasks"),
+        DeclareLaunchArgument('trials', default_value='6', description='how many trials to run'),
+        DeclareLaunchArgument('bags', default_value='bags', description="the robot's memory"),
+        DeclareLaunchArgument('speed_factor', default_value='1.0',
+                              description='simulated seconds in a second'),
+        DeclareLaunchArgument('namespace', default_value='', description='of all nodes'),
+        DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
+                              description='whether to show it in RViz'),
+    ]
+
+
+def argument(name: str, kind: type) -> ParameterValue:
+    """Return the value of an argument as a parameter of that type."""
+    return ParameterValue(LaunchConfiguration(name), value_type=kind)
+
+
+def node(name: str, parameters: dict[str, object]) -> Node:
+    """Return one of our nodes, with the parameters of demo.yaml and these on top."""
+    common = PathJoinSubstitution([FindPackageShare(PACKAGE), 'config', 'demo.yaml'])
+    return Node(package=PACKAGE, executable=name, name=name, output='screen',
+                namespace=LaunchConfiguration('namespace'), parameters=[common, parameters])
