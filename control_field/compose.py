@@ -9,7 +9,7 @@ from control_field import compiled
 from control_field.headings import UNIT
 from control_field.interpolation import interpolate, weight_from_q
 from control_field.memory import Memory
-from control_field.policy import rules_of
+from control_field.policy import caution_factor, rules_of
 from control_field.records import CellFlag, ControlField, Prototypes
 
 #: Weight of the pull beside a prototype of full weight one cell away.
@@ -56,7 +56,7 @@ def compose(memory: Memory) -> Composition:
         raise ValueError('there is no control field before the first demonstration')
     if memory.parameters.profile == 'paper':
         return _compose_paper(memory)
-    return _Composer(memory).compose()
+    return _Composer(memory, caution_factor(memory.known, memory.parameters)).compose()
 
 
 def _compose_paper(memory: Memory) -> Composition:
@@ -70,7 +70,7 @@ def _compose_paper(memory: Memory) -> Composition:
         UNIT[prototypes.headings], weights, parameters.power, parameters.effective_window)
     vx, vy = vectors[:, 0].reshape(grid.shape), vectors[:, 1].reshape(grid.shape)
     cost = compiled.cost_to_go(memory.known, *_goal(memory), memory.shown, 0.0,
-                               rules_of(parameters))
+                               np.ones(grid.shape), rules_of(parameters))
     field = _field(memory, vx, vy, memory.q, prototypes)
     return Composition(field, prototypes, weights, np.isfinite(cost))
 
@@ -120,18 +120,19 @@ def _supported(memory: Memory, prototypes: Prototypes) -> npt.NDArray[np.bool_]:
 class _Composer:
     """The steps of `profile: full`, over shared arrays."""
 
-    def __init__(self, memory: Memory) -> None:
+    def __init__(self, memory: Memory, factor: npt.NDArray[np.float64]) -> None:
         self.memory = memory
+        self.factor = factor
         self.parameters = memory.parameters
         self.rules = rules_of(memory.parameters)
         self.known = memory.known
         self.shown = self._still_shown()
         advantage = self.parameters.demonstration_advantage
         self.cost = compiled.cost_to_go(
-            self.known, *_goal(memory), self.shown, advantage, self.rules)
+            self.known, *_goal(memory), self.shown, advantage, self.factor, self.rules)
         self.q = compiled.q_from_cost(
-            self.known, self.cost, self.shown, advantage, self.parameters.discount, self.rules
-        ) if self.parameters.rehearsal else memory.q
+            self.known, self.cost, self.shown, advantage, self.factor, self.parameters.discount,
+            self.rules) if self.parameters.rehearsal else memory.q
         self.centre = np.full(memory.grid.shape, -1, dtype=np.int8)
         self.mended = np.zeros(memory.grid.shape, dtype=np.bool_)
 
@@ -209,7 +210,7 @@ class _Composer:
             return np.full(self.memory.grid.shape, -1, dtype=np.int8)
         if self.parameters.rehearsal:
             return compiled.pull_from_cost(
-                self.known, self.cost, self.totals[0], self.totals[1], self.rules)
+                self.known, self.cost, self.factor, self.totals[0], self.totals[1], self.rules)
         return compiled.pull_to_nearest(self.known, prototypes.cells.astype(np.int64), self.rules)
 
     def _repair(self) -> None:
@@ -223,26 +224,30 @@ class _Composer:
                 return
             for row, col in np.argwhere(cells).tolist():
                 self.centre[row, col] = compiled.best_step(
-                    self.known, self.cost, row, col, -1, self.rules)
+                    self.known, self.cost, self.factor, row, col, -1, self.rules)
                 self.mended[row, col] = True
             self._interpolate()
 
     def _prune(self) -> None:
-        """Drop the prototypes that change no heading; what a person showed stays."""
+        """Drop the prototypes without which no course is worse; what a person showed stays."""
         prototypes, weights = self._table()
         candidates = np.flatnonzero(~prototypes.demonstrated)
         order = candidates[np.argsort(prototypes.q[candidates], kind='stable')]
-        centre = self.centre.copy()
+        before, centre = self.centre, self.centre.copy()
         idle = compiled.idle_prototypes(
             order, prototypes.cells.astype(np.int64), prototypes.headings, weights,
-            *(total.copy() for total in self.totals), centre, self.known, self.pull,
-            PULL_STRENGTH, self.headings, *self._window())
+            tuple(total.copy() for total in self.totals), centre, self.known, self.cost,
+            self.factor, self.pull, PULL_STRENGTH, self.headings.copy(), *self._window(), self.rules)
         if not idle.any():
             return
-        kept = self.centre
-        headings = self.headings
+        n_home = self._n_home()
         self.centre = centre
         self._interpolate()
-        if not np.array_equal(headings[self.known != 100], self.headings[self.known != 100]):
-            self.centre = kept
+        if self._n_home() < n_home:
+            self.centre = before
             self._interpolate()
+
+    def _n_home(self) -> int:
+        """Return from how many cells the flow comes home."""
+        state = compiled.flow_basin(self.known, self.headings, *_goal(self.memory), self.rules)
+        return int((state == 1).sum())

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from control_field.headings import STEP_COL, STEP_ROW, UNIT
+from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import _BLOCKED, best_step, is_barred, step_allowed
 
 
@@ -101,7 +101,7 @@ def courses(total_x, total_y, total_w, centre, pull, strength):
     return vx, vy, headings
 
 
-def pull_from_cost(known, cost, total_x, total_y, rules):
+def pull_from_cost(known, cost, factor, total_x, total_y, rules):
     """Return the heading of least cost a cell, ties nearest to eq. 7's course; -1 for none."""
     rows, cols = known.shape
     pull = np.full((rows, cols), -1, dtype=np.int8)
@@ -109,19 +109,44 @@ def pull_from_cost(known, cost, total_x, total_y, rules):
         for col in range(cols):
             if not is_barred(known, row, col, rules[1]) and cost[row, col] > 0.0:
                 course = heading_of(total_x[row, col], total_y[row, col])
-                pull[row, col] = best_step(known, cost, row, col, course, rules)
+                pull[row, col] = best_step(known, cost, factor, row, col, course, rules)
     return pull
 
 
-def idle_prototypes(order, cells, proto_headings, weights, total_x, total_y, total_w, centre,
-                    known, pull, strength, headings, window, power, visible):
+def through(known, cost, factor, row, col, heading, rules):
+    """Return the cost to go by way of a step, inf where it is barred."""
+    if heading < 0 or not step_allowed(known, row, col, heading, rules):
+        return np.inf
+    r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
+    return STEP_LENGTH[heading] * factor[r, c] + cost[r, c]
+
+
+def needed(row, col, centre, totals, known, cost, factor, pull, strength, headings, window, rules):
+    """Tell whether a cell of a window has a worse course than ``headings`` says it had."""
+    reach = int(window)
+    for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
+        for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
+            if centre[r, c] >= 0 or known[r, c] == _BLOCKED:
+                continue
+            x, y = course_at(r, c, totals[0], totals[1], totals[2], pull, strength)
+            heading = heading_of(x, y)
+            if heading != headings[r, c] and (
+                    through(known, cost, factor, r, c, heading, rules)
+                    > through(known, cost, factor, r, c, headings[r, c], rules) + 1e-9):
+                return True
+    return False
+
+
+def idle_prototypes(order, cells, proto_headings, weights, totals, centre, known, cost, factor,
+                    pull, strength, headings, window, power, visible, rules):
     """
-    Drop the prototypes whose removal changes no heading, one after the other.
+    Drop the prototypes without which no cell's course is worse, one after the other.
 
     Parameters
     ----------
     order : ndarray of int64
-        Which prototypes to try, in this order. The totals and ``centre`` are changed in place.
+        Which prototypes to try, in this order. ``totals``, ``centre`` and ``headings`` are changed
+        in place.
 
     Returns
     -------
@@ -135,22 +160,20 @@ def idle_prototypes(order, cells, proto_headings, weights, total_x, total_y, tot
         i = order[k]
         row, col = cells[i, 0], cells[i, 1]
         centre[row, col] = -1
-        spread(total_x, total_y, total_w, known, row, col, proto_headings[i], -weights[i], window,
-               power, visible)
-        same = True
+        spread(totals[0], totals[1], totals[2], known, row, col, proto_headings[i], -weights[i],
+               window, power, visible)
+        if needed(row, col, centre, totals, known, cost, factor, pull, strength, headings, window,
+                  rules):
+            centre[row, col] = proto_headings[i]
+            spread(totals[0], totals[1], totals[2], known, row, col, proto_headings[i],
+                   weights[i], window, power, visible)
+            continue
+        idle[i] = True
         for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
             for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
-                if not same or centre[r, c] >= 0 or known[r, c] == _BLOCKED:
-                    continue
-                x, y = course_at(r, c, total_x, total_y, total_w, pull, strength)
-                if heading_of(x, y) != headings[r, c]:
-                    same = False
-        if same:
-            idle[i] = True
-        else:
-            centre[row, col] = proto_headings[i]
-            spread(total_x, total_y, total_w, known, row, col, proto_headings[i], weights[i],
-                   window, power, visible)
+                if centre[r, c] < 0:
+                    x, y = course_at(r, c, totals[0], totals[1], totals[2], pull, strength)
+                    headings[r, c] = heading_of(x, y)
     return idle
 
 
@@ -267,3 +290,60 @@ def pull_to_nearest(known, cells, rules):
                 if step_allowed(known, row, col, heading, rules):
                     pull[row, col] = heading
     return pull
+
+
+def n_crossing(headings, state, goal_row, goal_col):
+    """
+    Count from how many cells the flow home leads through each cell, itself included.
+
+    Parameters
+    ----------
+    state : ndarray of int8
+        Of `kernels.flow_basin`.
+
+    """
+    rows, cols = headings.shape
+    count = np.zeros((rows, cols))
+    n_before = np.zeros((rows, cols), dtype=np.int64)
+    for row in range(rows):
+        for col in range(cols):
+            if state[row, col] == 1 and not (row == goal_row and col == goal_col):
+                heading = headings[row, col]
+                n_before[row + STEP_ROW[heading], col + STEP_COL[heading]] += 1
+    for first_row in range(rows):
+        for first_col in range(cols):
+            row, col = first_row, first_col
+            while state[row, col] == 1 and n_before[row, col] == 0:
+                n_before[row, col] = -1
+                count[row, col] += 1.0
+                if row == goal_row and col == goal_col:
+                    break
+                heading = headings[row, col]
+                r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
+                count[r, c] += count[row, col]
+                n_before[r, c] -= 1
+                row, col = r, c
+    return count
+
+
+def unseen_along(headings, state, known, value, goal_row, goal_col):
+    """Return the summed value of the unseen cells that come into sight along each flow home."""
+    rows, cols = headings.shape
+    total = np.zeros((rows, cols))
+    mark = np.zeros((rows, cols), dtype=np.int64)
+    for first_row in range(rows):
+        for first_col in range(cols):
+            if state[first_row, first_col] != 1:
+                continue
+            row, col = first_row, first_col
+            while True:
+                for r in range(max(0, row - 1), min(rows, row + 2)):
+                    for c in range(max(0, col - 1), min(cols, col + 2)):
+                        if known[r, c] == -1 and mark[r, c] != first_row * cols + first_col + 1:
+                            mark[r, c] = first_row * cols + first_col + 1
+                            total[first_row, first_col] += value[r, c]
+                if row == goal_row and col == goal_col:
+                    break
+                heading = headings[row, col]
+                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+    return total

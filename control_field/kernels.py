@@ -70,14 +70,15 @@ def remember_sight(known, row, col, blocked, unknown):
     return n_barred
 
 
-def cost_to_go(known, goal_row, goal_col, shown, advantage, rules):
+def cost_to_go(known, goal_row, goal_col, shown, advantage, factor, rules):
     """
     Return the least cost from every cell to the goal, in cells: eq. 6 run to its fixed point.
 
     With learning rate 1 in a deterministic world the fixed point of eq. 6 is
     ``V(s) = max_a discount ** length(a) * V(s')``; its logarithm is a least cost, and sweeping the
     backups in order of priority is Dijkstra's order. A demonstrated step (``shown[row, col]`` is
-    its heading) costs ``1 - advantage`` of its length.
+    its heading) costs ``1 - advantage`` of its length; ``factor`` scales the length of steps into a
+    cell.
     """
     cost = np.full(known.shape, np.inf)
     cost[goal_row, goal_col] = 0.0
@@ -90,7 +91,7 @@ def cost_to_go(known, goal_row, goal_col, shown, advantage, rules):
             r, c = row - STEP_ROW[heading], col - STEP_COL[heading]
             if is_barred(known, r, c, rules[1]) or not step_allowed(known, r, c, heading, rules):
                 continue
-            length = STEP_LENGTH[heading]
+            length = STEP_LENGTH[heading] * factor[row, col]
             if shown[r, c] == heading:
                 length *= 1.0 - advantage
             if at + length < cost[r, c] - 1e-12:
@@ -99,7 +100,7 @@ def cost_to_go(known, goal_row, goal_col, shown, advantage, rules):
     return cost
 
 
-def q_from_cost(known, cost, shown, advantage, discount, rules):
+def q_from_cost(known, cost, shown, advantage, factor, discount, rules):
     """Return the Q-matrix of a cost to go: -1 where a step is known to be blocked."""
     rows, cols = known.shape
     q = np.zeros((rows, cols, 8))
@@ -111,16 +112,16 @@ def q_from_cost(known, cost, shown, advantage, discount, rules):
                 if not step_allowed(known, row, col, heading, rules):
                     q[row, col, heading] = -1.0
                     continue
-                length = STEP_LENGTH[heading]
+                r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
+                length = STEP_LENGTH[heading] * factor[r, c]
                 if shown[row, col] == heading:
                     length *= 1.0 - advantage
-                ahead = cost[row + STEP_ROW[heading], col + STEP_COL[heading]]
-                if ahead < np.inf:
-                    q[row, col, heading] = discount ** (length + ahead)
+                if cost[r, c] < np.inf:
+                    q[row, col, heading] = discount ** (length + cost[r, c])
     return q
 
 
-def best_step(known, cost, row, col, course, rules):
+def best_step(known, cost, factor, row, col, course, rules):
     """
     Return the allowed step of least cost to go; ties go to the one nearest the field's course.
 
@@ -130,7 +131,8 @@ def best_step(known, cost, row, col, course, rules):
     for heading in range(8):
         if not step_allowed(known, row, col, heading, rules):
             continue
-        total = cost[row + STEP_ROW[heading], col + STEP_COL[heading]] + STEP_LENGTH[heading]
+        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
+        total = cost[r, c] + STEP_LENGTH[heading] * factor[r, c]
         turn = 0
         if course >= 0:
             turn = abs((heading - course + 4) % 8 - 4)
@@ -204,7 +206,7 @@ def flow_basin(known, headings, goal_row, goal_col, rules):
     return state
 
 
-def rehearse_locally(known, cost, row, col, goal_row, goal_col, n_backups, rules):
+def rehearse_locally(known, cost, factor, row, col, goal_row, goal_col, n_backups, rules):
     """
     Mend the cost to go around the robot, in place, by at most ``n_backups`` backups each way.
 
@@ -229,7 +231,7 @@ def rehearse_locally(known, cost, row, col, goal_row, goal_col, n_backups, rules
             if not step_allowed(known, r, c, heading, rules):
                 continue
             nr, nc = r + STEP_ROW[heading], c + STEP_COL[heading]
-            length = at + STEP_LENGTH[heading]
+            length = at + STEP_LENGTH[heading] * factor[nr, nc]
             if (nr, nc) not in reach or length < reach[(nr, nc)] - 1e-12:
                 if (nr, nc) not in reach:
                     settled[(nr, nc)] = False
@@ -252,7 +254,7 @@ def rehearse_locally(known, cost, row, col, goal_row, goal_col, n_backups, rules
                 continue
             if not step_allowed(known, nr, nc, heading, rules):
                 continue
-            total = at + STEP_LENGTH[heading]
+            total = at + STEP_LENGTH[heading] * factor[r, c]
             if total < cost[nr, nc] - 1e-12:
                 cost[nr, nc] = total
                 heapq.heappush(rim, (total, nr, nc))

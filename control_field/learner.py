@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from control_field.certificate import Certificate, certify
 from control_field.compose import compose, Composition
 from control_field.grid import Grid
@@ -9,6 +11,7 @@ from control_field.memory import Memory
 from control_field.parameters import Parameters
 from control_field.policy import rules_of
 from control_field.records import ControlField, Demonstration, Prototypes, Trial
+from control_field.starts import best_cells, curious_field, promise
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,3 +119,65 @@ class Learner:
     def _certify(self, composition: Composition) -> Certificate:
         return certify(composition.field, self.memory.shown, len(composition.prototypes),
                        rules_of(self.parameters), composition.reachable)
+
+    def trial_field(self, curious: bool) -> ControlField:
+        """
+        Return the field the next trial shall be driven on.
+
+        Parameters
+        ----------
+        curious : bool
+            Whether it is a trial from a chosen start, to learn from (profile full): it prefers
+            ground not seen yet. Otherwise the field in force.
+
+        Raises
+        ------
+        ValueError
+            If nothing was demonstrated yet.
+
+        """
+        field = self._current().field
+        parameters = self.parameters
+        if curious and parameters.profile == 'full' and parameters.curiosity > 0.0:
+            return curious_field(self.memory, field)
+        return field
+
+    def next_starts(
+        self, n: int, rng: np.random.Generator, driven: ControlField | None = None,
+    ) -> list[tuple[int, int]]:
+        """
+        Propose cells for the next trial to start from, best first.
+
+        Where the flow would show most unseen ground that matters; when nothing is left to see (and
+        in the paper's profile), known free cells at random. A proposed cell may turn out blocked.
+
+        Parameters
+        ----------
+        n : int
+            At most this many.
+        rng : numpy.random.Generator
+        driven : ControlField, optional
+            What the trial will be driven on, if not the field in force.
+
+        """
+        field = self._current().field
+        cells: list[tuple[int, int]] = []
+        if self.parameters.profile == 'full':
+            rules = rules_of(self.parameters)
+            cells = best_cells(promise(field, driven or field, rules), n)
+        free = np.argwhere((field.known == 0) & self._current().composition.reachable)
+        picked = free[rng.permutation(len(free))[:n - len(cells)]]
+        return cells + [(int(row), int(col)) for row, col in picked if (row, col) != field.goal]
+
+    def teach_here(self, n: int) -> list[tuple[int, int]]:
+        """Return the cells from which one more demonstration would help most, best first."""
+        field = self._current().field
+        value = promise(field, field, rules_of(self.parameters))
+        for row, col in self._current().certificate.sinks:
+            value[row, col] += field.known.size
+        return best_cells(value, n)
+
+    def _current(self) -> Refresh:
+        if self.refresh is None:
+            raise ValueError('nothing was demonstrated yet')
+        return self.refresh

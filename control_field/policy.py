@@ -58,6 +58,21 @@ def cost_from_q(q: npt.NDArray[np.floating], discount: float) -> npt.NDArray[np.
     return np.maximum(cost, 0.0)
 
 
+def caution_factor(
+    known: npt.NDArray[np.int8], parameters: Parameters,
+) -> npt.NDArray[np.float64]:
+    """
+    Return what scales the length of a step into each cell: unseen ground counts as longer.
+
+    Parameters
+    ----------
+    known : ndarray of int8, shape (n_rows, n_cols)
+        Remembered map.
+
+    """
+    return np.where(known < 0, 1.0 + parameters.caution, 1.0)
+
+
 def rules_of(parameters: Parameters) -> tuple[bool, bool, int]:
     """Return the rules of a step as the kernels take them."""
     return parameters.corner_cutting, parameters.unknown_is_blocked, parameters.moves
@@ -110,6 +125,7 @@ class TrialPolicy:
         self._headings = headings_from_vectors(field.vx, field.vy)
         self._q = field.q.astype(np.float64)
         rehearsed = options_of(self._parameters)[0]
+        self._factor = caution_factor(self._known, self._parameters)
         self._cost = cost_from_q(self._q, self._parameters.discount) if rehearsed else (
             np.zeros(field.grid.shape))
         if rehearsed:
@@ -165,7 +181,7 @@ class TrialPolicy:
         parameters = self._parameters
         heading, kind, barred, reward = trial_kernels.decide(
             row, col, blocked, unknown, self._headings, self._known, self._q, self._cost,
-            self._counts, self._entered, self._punished, self.field.goal,
+            self._factor, self._counts, self._entered, self._punished, self.field.goal,
             (parameters.learning_rate, parameters.discount), options_of(parameters),
             rules_of(parameters), self._rng)
         rows = []

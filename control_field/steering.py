@@ -3,8 +3,9 @@ Steering: which velocity brings the robot to the next cell's centre.
 
 The way to a cell is a `Leg`. An *exact* leg keeps to the line between its ends and turns on the
 spot for anything but small errors: a body of 0.105 m has 2 cm to spare in a corridor of 0.25 m. An
-open leg heads for its end and turns while driving. What comes out is what the robot should do; how
-suddenly it may is the gate's business (`control_field.gate`).
+open leg heads for its end and turns while driving. Both brake so as to rest at the end, should nobody
+know what comes next. How suddenly the robot may change is the gate's business
+(`control_field.gate`).
 """
 
 from dataclasses import dataclass
@@ -37,8 +38,6 @@ class Leg:
         Where it begins and ends, [m].
     exact : bool
         Whether to keep to the line and to turn on the spot.
-    stop : bool
-        Whether to come to rest at its end.
 
     """
 
@@ -47,7 +46,6 @@ class Leg:
     bx: float
     by: float
     exact: bool
-    stop: bool
 
     def remaining(self, x: float, y: float) -> float:
         """Return how far the end lies ahead, along the leg [m]; negative when passed."""
@@ -128,9 +126,6 @@ def steer(x: float, y: float, yaw: float, leg: Leg, limits: Limits) -> Velocity:
     error = wrapped(heading_wanted(x, y, leg, limits) - yaw)
     cone = EXACT_CONE if leg.exact else OPEN_CONE
     turn = approach_speed(abs(error), limits.w_max, BRAKE_SHARE * limits.alpha_max, TURN_GAIN)
-    speed = limits.v_max * max(0.0, 1.0 - abs(error) / cone)
-    if leg.stop:
-        ahead = leg.remaining(x, y)
-        speed = min(speed, approach_speed(
-            ahead, limits.v_max, BRAKE_SHARE * limits.a_max, DRIVE_GAIN))
-    return speed, math.copysign(turn, error)
+    ahead = approach_speed(
+        leg.remaining(x, y), limits.v_max, BRAKE_SHARE * limits.a_max, DRIVE_GAIN)
+    return min(ahead, limits.v_max * max(0.0, 1.0 - abs(error) / cone)), math.copysign(turn, error)

@@ -20,8 +20,8 @@ def backup(q, known, row, col, action, reward, next_row, next_col, alpha, discou
     q[row, col, action] += alpha * (reward + discount * ahead - q[row, col, action])
 
 
-def choose(row, col, course, allowed, headings, known, q, cost, counts, entered, goal, options,
-           rules, rng):
+def choose(row, col, course, allowed, headings, known, q, cost, factor, counts, entered, goal,
+           options, rules, rng):
     """
     Choose the heading of a step, once the sight is in the remembered map.
 
@@ -35,8 +35,8 @@ def choose(row, col, course, allowed, headings, known, q, cost, counts, entered,
             or flow_reaches(known, headings, row, col, goal[0], goal[1], rules) >= 0):
         return course, _FIELD
     if rehearsed:
-        rehearse_locally(known, cost, row, col, goal[0], goal[1], n_backups, rules)
-        heading = best_step(known, cost, row, col, course, rules)
+        rehearse_locally(known, cost, factor, row, col, goal[0], goal[1], n_backups, rules)
+        heading = best_step(known, cost, factor, row, col, course, rules)
         if heading >= 0 and counts[row, col, heading] < 4 * limit:
             return heading, _DETOUR if free else _AVOID
         if heading < 0:
@@ -49,8 +49,8 @@ def choose(row, col, course, allowed, headings, known, q, cost, counts, entered,
     return least_chosen(counts, row, col, allowed, rng), _EXPLORE
 
 
-def decide(row, col, blocked, unknown, headings, known, q, cost, counts, entered, punished, goal,
-           learning, options, rules, rng):
+def decide(row, col, blocked, unknown, headings, known, q, cost, factor, counts, entered,
+           punished, goal, learning, options, rules, rng):
     """
     Make one decision and give its rewards (Case 1 and eq. 4 to 6 online).
 
@@ -80,8 +80,8 @@ def decide(row, col, blocked, unknown, headings, known, q, cost, counts, entered
         backup(q, known, row, col, course, -1.0, row, col, learning[0], learning[1], rules)
     if allowed == 0:
         return -1, _AVOID, barred, 0
-    heading, kind = choose(row, col, course, allowed, headings, known, q, cost, counts, entered,
-                           goal, options, rules, rng)
+    heading, kind = choose(row, col, course, allowed, headings, known, q, cost, factor, counts,
+                           entered, goal, options, rules, rng)
     if heading < 0:
         return -1, kind, barred, 0
     counts[row, col, heading] += 1
@@ -106,7 +106,7 @@ def see(truth, row, col):
     return mask
 
 
-def run_trial(truth, row, col, headings, known, q, cost, goal, learning, options, rules,
+def run_trial(truth, row, col, headings, known, q, cost, factor, goal, learning, options, rules,
               step_limit, rng, log):
     """
     Run a trial on the grid, without a robot; the arrays are changed in place.
@@ -139,8 +139,8 @@ def run_trial(truth, row, col, headings, known, q, cost, goal, learning, options
             break
         blocked = see(truth, row, col)
         heading, kind, barred, reward = decide(
-            row, col, blocked, 0, headings, known, q, cost, counts, entered, punished, goal,
-            learning, options, rules, rng)
+            row, col, blocked, 0, headings, known, q, cost, factor, counts, entered, punished,
+            goal, learning, options, rules, rng)
         if barred >= 0:
             n_reinforcements += 1
             n_rows = write_row(log, n_rows, row, col, barred, row, col, -1, _BLOCKED_KIND,

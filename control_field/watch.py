@@ -87,6 +87,7 @@ _OUTCOMES: Final = {
     StopReason.NO_PROGRESS: Outcome.STOPPED,
     StopReason.ASKED: Outcome.STOPPED,
     StopReason.NO_FIELD: Outcome.STOPPED,
+    StopReason.OTHER_PUBLISHER: Outcome.STOPPED,
     StopReason.STALLED: Outcome.COLLISION,
     StopReason.CONTACT: Outcome.COLLISION,
     StopReason.STEP_LIMIT: Outcome.GAVE_UP,
