@@ -1,0 +1,141 @@
+"""
+Driving from cell to cell: when to decide, and along which legs to go.
+
+In the open the robot heads for the next centre and decides shortly before it arrives. Beside
+anything barred it keeps to the lines between the centres: a turn is made on the centre.
+"""
+
+import math
+from typing import Final
+
+from control_field.grid import Grid
+from control_field.headings import STEP_COL, STEP_ROW
+from control_field.limits import Limits, Velocity
+from control_field.steering import EXACT_CONE, Leg, steer, wrapped
+from control_field_node.seen import Seen
+from msgs_bridge.poses import Pose
+
+#: How near a centre the robot turns in tight places, in cells; also where it rests at the goal.
+EXACT: Final = 0.05
+
+Cell = tuple[int, int]
+_STEPS: Final = tuple(zip(STEP_ROW.tolist(), STEP_COL.tolist(), strict=True))
+
+
+class Drive:
+    """
+    Where the robot is on its way.
+
+    Parameters
+    ----------
+    grid : Grid
+        The workspace.
+    limits : Limits
+        What the robot can do.
+    tolerance : float
+        How far before a centre the next step is decided, in cells.
+    corner_cutting : bool
+        Whether a diagonal step may pass a barred cell beside it.
+
+    """
+
+    def __init__(
+        self, grid: Grid, limits: Limits, tolerance: float, corner_cutting: bool = False,
+    ) -> None:
+        """Start somewhere, on the way to nowhere."""
+        self.grid = grid
+        self.limits = limits
+        self.tolerance = tolerance
+        self.corner_cutting = corner_cutting
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the way; the next `is_due` begins from where the robot is."""
+        self._legs: list[Leg] = []
+        self._target: Cell = (-1, -1)
+        self._source: Cell = (-1, -1)
+        self._reach = 0.0
+
+    def is_due(self, pose: Pose, seen: Seen) -> bool:
+        """Tell whether the robot has come to where the next step is decided."""
+        cell = self.grid.cell_from_world(pose.x, pose.y)
+        if not self._legs:
+            self._begin(pose, cell, seen)
+        elif self._is_barred(cell, seen) or _apart(cell, self._target) > 1:
+            self.to_centre(pose)
+        elif seen.is_tight and not self._legs[-1].exact:
+            end = self._legs[-1]
+            self._legs = [Leg(pose.x, pose.y, end.bx, end.by, True)]
+        while len(self._legs) > 1 and self._left(pose) <= EXACT * self.grid.resolution:
+            del self._legs[0]
+        return (cell == self._target == (seen.row, seen.col) and len(self._legs) == 1
+                and self._left(pose) <= self._reach)
+
+    def go(self, heading: int, pose: Pose, seen: Seen) -> None:
+        """Set out for the neighbour in a heading of the cell where the step was decided."""
+        row, col = seen.row, seen.col
+        step = _STEPS[heading]
+        x, y = self.grid.world_from_cell(row, col)
+        end = self.grid.world_from_cell(row + step[0], col + step[1])
+        line = Leg(x, y, *end, seen.is_tight)
+        if not seen.is_tight:
+            self._legs = [Leg(pose.x, pose.y, *end, False)]
+        elif self._is_on(line, pose):
+            self._legs = [line]
+        else:
+            self._legs = [self._to(x, y, pose), line]
+        self._source, self._target = (row, col), (row + step[0], col + step[1])
+        self._reach = self.tolerance * self.grid.resolution
+
+    def to_centre(self, pose: Pose) -> None:
+        """Drive to the centre of the robot's own cell, exactly."""
+        cell = self.grid.cell_from_world(pose.x, pose.y)
+        self._legs = [self._to(*self.grid.world_from_cell(*cell), pose)]
+        self._source = self._target = cell
+        self._reach = EXACT * self.grid.resolution
+
+    def velocity(self, pose: Pose) -> Velocity:
+        """Return the velocity along the present leg."""
+        return steer(pose.x, pose.y, pose.yaw, self._legs[0], self.limits)
+
+    def _begin(self, pose: Pose, cell: Cell, seen: Seen) -> None:
+        """Go on from anywhere; in the open there is no need to find the centre first."""
+        self.to_centre(pose)
+        if not seen.is_tight:
+            self._reach = math.inf
+
+    def _to(self, x: float, y: float, pose: Pose) -> Leg:
+        """Return the exact leg to a point, along the present one if it leads there."""
+        if self._legs and self._legs[-1].exact and (self._legs[-1].bx, self._legs[-1].by) == (x, y):
+            return self._legs[-1]
+        return Leg(pose.x, pose.y, x, y, True)
+
+    def _left(self, pose: Pose) -> float:
+        return self._legs[0].remaining(pose.x, pose.y)
+
+    def _is_on(self, line: Leg, pose: Pose) -> bool:
+        """Tell whether the robot can go on along a line without turning on its beginning."""
+        if line.remaining(pose.x, pose.y) > (1.0 + self.tolerance) * math.hypot(
+                line.bx - line.ax, line.by - line.ay):
+            return False
+        return (abs(line.lateral(pose.x, pose.y)) <= EXACT * self.grid.resolution
+                and (abs(wrapped(line.heading() - pose.yaw)) < EXACT_CONE
+                     or self._is_at(line.ax, line.ay, pose)))
+
+    def _is_at(self, x: float, y: float, pose: Pose) -> bool:
+        return math.hypot(x - pose.x, y - pose.y) <= EXACT * self.grid.resolution
+
+    def _is_barred(self, cell: Cell, seen: Seen) -> bool:
+        """Tell whether the sight bars the step under way."""
+        source, target = self._source, self._target
+        if cell == target or source == target:
+            return False
+        if target in seen.barred:
+            return True
+        if self.corner_cutting or source[0] == target[0] or source[1] == target[1]:
+            return False
+        return (source[0], target[1]) in seen.barred or (target[0], source[1]) in seen.barred
+
+
+def _apart(first: Cell, second: Cell) -> int:
+    return max(abs(first[0] - second[0]), abs(first[1] - second[1]))

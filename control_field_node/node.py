@@ -1,0 +1,434 @@
+"""The node `control_field_node`: turns the field into commands, trial by trial."""
+
+import signal
+import sys
+import time
+from typing import Any, Final, NoReturn
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from control_field.limits import STANDSTILL
+from control_field.parameters import Parameters
+from control_field.watch import OwnCommands, StopReason
+from control_field_node.reports import diagnostic_from_supervisor, mismatch_of
+from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
+from control_field_node.supervisor import Answer, Supervisor
+from msgs_bridge import qos
+from msgs_bridge.neighbourhoods import neighbourhood_from_grid
+from msgs_bridge.parameters import declare_parameters_from
+from msgs_bridge.poses import pose_from_odometry, pose_from_pose_stamped
+from msgs_bridge.processes import prepare
+from msgs_bridge.tables import cloud_from_decisions, field_from_cloud
+from msgs_bridge.trial_status import status_from_trial
+from msgs_bridge.velocities import fill_twist, velocity_from_twist
+
+#: How often the node looks for what has not come, and tells how it stands, [s] of the wall clock.
+_WATCH_PERIOD: Final = 0.1
+_TELL_PERIOD: Final = 1.0
+
+
+class ControlFieldNode(Node):
+    """
+    The controller.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is wrong: one line that names it.
+
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Declare, subscribe, wait."""
+        super().__init__('control_field_node', **options)
+        parameters = declare_parameters_from(
+            self, Parameters, names=DECISION_PARAMETERS, on_change=self._on_parameters)
+        self._settings = declare_parameters_from(
+            self, Settings, fixed=FIXED, on_change=self._on_settings)
+        self.supervisor = Supervisor(self._settings, parameters, self._log)
+        self._own = OwnCommands()
+        self._told: tuple[object, ...] = ()
+        self._mismatch = ''
+        self._others: list[str] = []
+        self._n_publishers = 0
+        self._sight_message: OccupancyGrid | None = None
+        self._odometry_message: Odometry | None = None
+        self._answered: tuple[int, int] | None = None
+        self._owes_stop = False
+        self._teleop_at: float | None = None
+        self._make_publishers()
+        self._make_subscriptions()
+        self.create_service(Trigger, '~/start_trial', self._on_start)
+        self.create_service(Trigger, '~/stop_trial', self._on_stop)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(_WATCH_PERIOD, self._watch, clock=steady)
+        self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
+        self._tell_trial()
+
+    def _make_publishers(self) -> None:
+        stamped = self._settings.is_stamped
+        self._command_type = TwistStamped if stamped else Twist
+        self._command = self._command_type()
+        if stamped:
+            self._command.header.frame_id = self._settings.base_frame_id
+        self._commands = self.create_publisher(self._command_type, 'cmd_vel', qos.COMMAND)
+        self._requests = self.create_publisher(TwistStamped, 'cmd_vel_requested', qos.COMMAND)
+        self._experience = self.create_publisher(PointCloud2, 'experience', qos.EXPERIENCE)
+        self._trials = self.create_publisher(DiagnosticStatus, 'trial', qos.LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+
+    def _make_subscriptions(self) -> None:
+        lockstep = self._settings.lockstep
+        self.create_subscription(PointCloud2, 'control_field', self._on_field, qos.LATCHED)
+        self.create_subscription(
+            OccupancyGrid, 'neighbourhood', self._on_neighbourhood, qos.SENSOR)
+        # A lost odometry would stop a lock-step for good.
+        self.create_subscription(
+            Odometry, 'odom', self._on_odometry, qos.ODOMETRY_PUB if lockstep else qos.SENSOR)
+        self.create_subscription(PoseStamped, 'goal_pose', self._on_goal, qos.POSE)
+        self.create_subscription(Bool, 'contact', self._on_contact, qos.LATCHED)
+        self.create_subscription(self._command_type, 'cmd_vel', self._on_command, qos.SENSOR)
+        self.create_subscription(
+            self._command_type, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)
+
+    # Parameters and log
+
+    def _on_parameters(self, parameters: Parameters) -> None:
+        self.supervisor.parameters = parameters
+
+    def _on_settings(self, settings: Settings) -> None:
+        self._settings = settings
+        self.supervisor.change_settings(settings)
+
+    def _log(self, level: str, text: str) -> None:
+        # rclpy wants one line of source a level.
+        if level == 'info':
+            self.get_logger().info(text)
+        elif level == 'warning':
+            self.get_logger().warning(text)
+        else:
+            self.get_logger().error(text)
+
+    # What comes in
+
+    def _on_field(self, msg: PointCloud2) -> None:
+        try:
+            field = field_from_cloud(msg)
+        except ValueError as error:
+            self.supervisor.refuse_field(str(error))
+            return
+        if self.supervisor.accept_field(field):
+            self._read_sight()
+        self._tell_trial()
+
+    def _on_neighbourhood(self, msg: OccupancyGrid) -> None:
+        self._sight_message = msg
+        if self._read_sight():
+            self._answer_tick()
+
+    def _read_sight(self) -> bool:
+        """Read the newest neighbourhood; before there is a field nobody knows its cells."""
+        grid = self.supervisor.grid
+        if grid is None or self._sight_message is None:
+            return False
+        try:
+            neighbourhood = neighbourhood_from_grid(self._sight_message, grid)
+        except ValueError as error:
+            self.supervisor.refuse_message(str(error))
+            return False
+        self.supervisor.saw_neighbourhood(neighbourhood, time.monotonic())
+        return True
+
+    def _on_odometry(self, msg: Odometry) -> None:
+        now = time.monotonic()
+        try:
+            pose = pose_from_odometry(msg)
+        except ValueError as error:
+            self._publish(self.supervisor.saw_bad_input(str(error), now), msg)
+            return
+        if self._settings.lockstep:
+            if _key(msg) != self._answered:
+                self._odometry_message = msg
+                self._take_pose(pose, now)
+        elif not self.supervisor.is_late(pose):
+            self._odometry_message = msg
+            self._publish(self.supervisor.saw_pose(pose, now), msg)
+
+    def _take_pose(self, pose: Any, now: float) -> None:
+        """Lock-step: keep a pose until the neighbourhood of its stamp is there."""
+        if self.supervisor.run is None:
+            self.supervisor.saw_pose(pose, now)
+            self._pay_stop()
+        else:
+            self._answer_tick()
+
+    def _answer_tick(self) -> None:
+        """Lock-step: answer a stamp, once, when both messages of it have come."""
+        odometry, supervisor = self._odometry_message, self.supervisor
+        if not self._settings.lockstep or supervisor.run is None or not self._is_open():
+            return
+        assert odometry is not None
+        answer = supervisor.saw_pose(pose_from_odometry(odometry), time.monotonic())
+        if answer.velocity is None and supervisor.problem is not StopReason.TAKEN_OVER:
+            answer = Answer(STANDSTILL, answer.rows)
+        self._publish(answer, odometry)
+
+    def _is_open(self) -> bool:
+        """Lock-step: tell whether a stamp is complete and not answered."""
+        odometry, sight = self._odometry_message, self._sight_message
+        return (odometry is not None and sight is not None and _key(odometry) == _key(sight)
+                and _key(odometry) != self._answered)
+
+    def _pay_stop(self) -> None:
+        """Lock-step: a trial stopped between two ticks owes the next one its standstill."""
+        if self._owes_stop and self._odometry_message is not None:
+            self._owes_stop = False
+            self._send(STANDSTILL, self._odometry_message)
+
+    def _on_command(self, msg: Any) -> None:
+        try:
+            velocity = velocity_from_twist(msg)
+        except ValueError as error:
+            self.supervisor.refuse_message(str(error))
+            return
+        if not self._own.is_own(*_stamp_of(msg), *velocity):
+            if self.supervisor.run is not None and self._has_rival():
+                self._publish(self.supervisor.saw_rival('another controller'))
+            else:
+                self._publish(self.supervisor.saw_foreign(velocity, time.monotonic()))
+
+    def _on_teleop(self, msg: Any) -> None:
+        try:
+            velocity = velocity_from_twist(msg)
+        except ValueError as error:
+            self.supervisor.refuse_message(str(error))
+            return
+        now = time.monotonic()
+        dt = min(now - self._teleop_at, 0.5) if self._teleop_at is not None else 0.1
+        self._teleop_at = now
+        request = TwistStamped()
+        request.header.stamp = self.get_clock().now().to_msg()
+        request.header.frame_id = self._settings.base_frame_id
+        fill_twist(request, *velocity)
+        self._requests.publish(request)
+        if not self._settings.lockstep or self._is_open():
+            self._publish(self.supervisor.teleop(velocity, now, dt))
+
+    def _on_contact(self, msg: Bool) -> None:
+        if msg.data:
+            self._publish(self.supervisor.saw_contact())
+
+    def _on_goal(self, msg: PoseStamped) -> None:
+        """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
+        field = self.supervisor.field
+        try:
+            goal = pose_from_pose_stamped(msg)
+        except ValueError as error:
+            self.supervisor.refuse_message(str(error))
+            return
+        if field is None:
+            self._log('warning', 'goal_pose: there is no control field yet')
+        elif field.grid.cell_from_world(goal.x, goal.y) != field.goal:
+            x, y = field.grid.world_from_cell(*field.goal)
+            self._log('warning', f'goal_pose: the control field leads to ({x:g}, {y:g}) m only; '
+                                 f'demonstrate the way to ({goal.x:g}, {goal.y:g}) m first')
+
+    # Services
+
+    def _on_start(self, _: Any, response: Any) -> Any:
+        response.message = self.supervisor.start(time.monotonic())
+        response.success = not response.message
+        if response.success:
+            response.message = self.supervisor.status.sentence
+            self._owes_stop = False
+            self._tell_trial()
+            self._answer_tick()
+        return response
+
+    def _on_stop(self, _: Any, response: Any) -> Any:
+        response.success = self.supervisor.run is not None
+        if not response.success:
+            response.message = 'no trial is running'
+            return response
+        self._publish(self.supervisor.stop())
+        response.message = self.supervisor.status.sentence
+        return response
+
+    # What goes out
+
+    def _publish(self, answer: Answer, odometry: Odometry | None = None) -> None:
+        """Publish decisions first, then how the trial stands, the command last."""
+        grid = self.supervisor.grid
+        if grid is not None:
+            for rows in answer.rows:
+                self._experience.publish(cloud_from_decisions(rows, grid))
+        self._tell_trial()
+        if answer.velocity is not None:
+            self._send(answer.velocity, odometry or self._odometry_message)
+
+    def _send(self, velocity: tuple[float, float], odometry: Odometry | None) -> None:
+        if self._settings.lockstep and odometry is not None:
+            if _key(odometry) == self._answered:
+                self._owes_stop = velocity == STANDSTILL
+                return
+            self._answered = _key(odometry)
+        self._send_now(velocity, odometry)
+
+    def _send_now(self, velocity: tuple[float, float], odometry: Odometry | None) -> None:
+        fill_twist(self._command, *velocity)
+        if self._settings.is_stamped:
+            self._command.header.stamp = (
+                self.get_clock().now().to_msg() if odometry is None else odometry.header.stamp)
+        self._own.sent(*_stamp_of(self._command), *velocity)
+        self._commands.publish(self._command)
+
+    def _tell_trial(self) -> None:
+        """Publish how the trial stands when that has changed."""
+        status = self.supervisor.status
+        now = (status.state, status.trial, status.outcome, status.reason, status.decisions,
+               status.revision)
+        if now != self._told:
+            self._told = now
+            self._trials.publish(status_from_trial(status, self._settings.robot_id))
+
+    # Time alone
+
+    def _watch(self) -> None:
+        now = time.monotonic()
+        self._publish(self.supervisor.watch(now))
+        if self.supervisor.is_let_go(now):
+            self._answer_tick()
+        if self._teleop_at is not None and now - self._teleop_at > (
+                self._settings.takeover_timeout):
+            self._teleop_at = None
+            self._end_teleop()
+        if self.count_publishers('cmd_vel') != self._n_publishers:
+            self._look_at_peers()
+
+    def _end_teleop(self) -> None:
+        """Stop the robot when a person lets go of the keys outside a trial."""
+        if self.supervisor.run is None and self.supervisor.velocity != STANDSTILL:
+            self.supervisor.velocity = STANDSTILL
+            self._publish(Answer(STANDSTILL))
+
+    def _look_at_peers(self) -> None:
+        """Note who is on `cmd_vel`, and say once which parameter to set for another type."""
+        topic = self.resolve_topic_name('cmd_vel')
+        publishers = self.get_publishers_info_by_topic(topic)
+        self._n_publishers = len(publishers)
+        names = [f'{peer.node_namespace.rstrip("/")}/{peer.node_name}' for peer in publishers]
+        if self.get_fully_qualified_name() in names:
+            names.remove(self.get_fully_qualified_name())
+        self._others = names
+        mine = f'geometry_msgs/msg/{self._command_type.__name__}'
+        mismatch = mismatch_of(mine, publishers, self.get_subscriptions_info_by_topic(topic))
+        if mismatch and mismatch != self._mismatch:
+            self._log('warning', mismatch)
+        self._mismatch = mismatch
+        if names and self._settings.exclusive_cmd_vel:
+            self._publish(self.supervisor.saw_rival(names[0]))
+
+    def _has_rival(self) -> bool:
+        """Tell whether another controller is on `cmd_vel`."""
+        if self.count_publishers('cmd_vel') != self._n_publishers:
+            self._look_at_peers()
+        return any(name.rpartition('/')[2] == self.get_name() for name in self._others)
+
+    def _tell(self) -> None:
+        self._look_at_peers()
+        array = DiagnosticArray(status=[diagnostic_from_supervisor(
+            self.supervisor, self.get_fully_qualified_name(), self._mismatch, self._others)])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
+
+    def close(self) -> None:
+        """Leave the robot standing, and say how the trial ended."""
+        self.supervisor.stop(StopReason.SHUTDOWN)
+        self._tell_trial()
+        self._send_now(STANDSTILL, self._odometry_message)
+        patience = Duration(nanoseconds=200_000_000)
+        self._commands.wait_for_all_acked(patience)
+        self._trials.wait_for_all_acked(patience)
+
+
+def _key(msg: Any) -> tuple[int, int]:
+    return msg.header.stamp.sec, msg.header.stamp.nanosec
+
+
+def _stamp_of(msg: Any) -> tuple[int, ...]:
+    return _key(msg) if hasattr(msg, 'header') else ()
+
+
+def main(args: list[str] | None = None) -> None:
+    """
+    Run the node until SIGINT or SIGTERM; a standstill goes out before it ends.
+
+    Raises
+    ------
+    SystemExit
+        With code 2, after one line on stderr, if an argument or a parameter is wrong.
+
+    """
+    prepare()
+    node = None
+    try:
+        _init(args)
+        node = _make_node()
+        _spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        if node is not None and rclpy.ok():
+            node.close()
+        rclpy.try_shutdown()
+
+
+def _spin(node: ControlFieldNode) -> None:
+    """Work until a signal comes; ROS must outlive it, so that the robot can be stopped."""
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    stopped: list[int] = []
+
+    def stop(number: int, _: Any) -> None:
+        stopped.append(number)
+        executor.wake()
+
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
+    while not stopped and rclpy.ok():
+        executor.spin_once(_TELL_PERIOD)
+
+
+def _init(args: list[str] | None) -> None:
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
+        _exit_with(f'wrong ROS arguments: {str(error).split(", at /")[0]}')
+
+
+def _make_node() -> ControlFieldNode:
+    try:
+        return ControlFieldNode()
+    except ValueError as error:
+        _exit_with(str(error))
+
+
+def _exit_with(problem: str) -> NoReturn:
+    print('control_field_node:', ' '.join(problem.split()), file=sys.stderr)
+    raise SystemExit(2)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,94 @@
+"""What can be set about the controller beside the learning parameters: robot, timeouts, topics."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from control_field.limits import Limits
+from control_field.parameters import check_fields, parameter
+from control_field.watch import Rules
+
+#: The learning parameters that decisions depend on; the others are the learner's alone.
+DECISION_PARAMETERS: Final = (
+    'profile', 'power', 'effective_window', 'learning_rate', 'discount', 'oscillation_limit',
+    'step_limit', 'seed', 'corner_cutting', 'unknown_is_blocked', 'moves', 'rehearsal')
+
+#: Settings that topics and clocks are made from: they hold from start to end.
+FIXED: Final = ('lockstep', 'enable_stamped_cmd_vel', 'base_frame_id', 'robot_id')
+
+
+@dataclass(frozen=True)
+class Settings:
+    """
+    Settings of the controller; see the metadata of each field for unit, range and meaning.
+
+    Raises
+    ------
+    ValueError
+        If a value is of the wrong type or out of range; the message names it.
+
+    """
+
+    lockstep: bool = parameter(
+        False, 'answer each odometry exactly once, with its stamp; the simulator waits for it')
+    enable_stamped_cmd_vel: bool = parameter(
+        False, 'publish and read cmd_vel as TwistStamped instead of Twist (always in lock-step)')
+    base_frame_id: str = parameter('base_footprint', 'frame written into stamped commands')
+    robot_id: str = parameter('robot', 'hardware_id of trial and diagnostics')
+    v_max: float = parameter(
+        0.22, 'greatest speed', unit='m/s', low=0.01, high=5.0)
+    w_max: float = parameter(
+        2.84, 'greatest turning rate', unit='rad/s', low=0.05, high=20.0)
+    a_max: float = parameter(
+        2.5, 'greatest change of speed', unit='m/s^2', low=0.05, high=20.0)
+    alpha_max: float = parameter(
+        3.2, 'greatest change of turning rate', unit='rad/s^2', low=0.1, high=50.0)
+    robot_radius: float = parameter(
+        0.105, 'radius of the body', unit='m', low=0.0, high=2.0)
+    arrival_tolerance: float = parameter(
+        0.25, 'how far before a centre the next step is decided, in cells', unit='cells',
+        low=0.02, high=0.45)
+    odom_timeout: float = parameter(
+        0.5, 'age at which odometry is stale', unit='s', low=0.05, high=60.0)
+    neighbourhood_timeout: float = parameter(
+        0.5, 'age at which a neighbourhood is stale', unit='s', low=0.05, high=60.0)
+    takeover_timeout: float = parameter(
+        0.5, 'how long after a person let go the field goes on', unit='s', low=0.05, high=60.0)
+    pose_jump: float = parameter(
+        0.1, 'how far a pose may be off what the robot can drive', unit='m', low=0.0, high=100.0)
+    progress_distance: float = parameter(
+        0.5, 'how far the robot must come, or a step, in progress_time', unit='m',
+        low=0.01, high=100.0)
+    progress_time: float = parameter(
+        10.0, 'time to come forward by progress_distance or a step', unit='s',
+        low=0.5, high=3600.0)
+    stall_time: float = parameter(
+        2.0, 'how long the robot may be told to drive without moving', unit='s',
+        low=0.2, high=3600.0)
+    time_limit: float = parameter(
+        3600.0, 'longest trial', unit='s', low=1.0, high=1e6)
+    least_coherence: float = parameter(
+        0.05, 'coherence below which a field without support says nothing', low=0.0, high=1.0)
+    exclusive_cmd_vel: bool = parameter(
+        False, 'pause while anybody else has a publisher on cmd_vel, even a silent one')
+    teleop_outside_trials: bool = parameter(
+        True, 'pass cmd_vel_teleop on to cmd_vel while no trial runs')
+
+    def __post_init__(self) -> None:
+        """Validate every value against its declaration."""
+        check_fields(self)
+
+    @property
+    def limits(self) -> Limits:
+        """Return what the robot's body can do."""
+        return Limits(self.v_max, self.w_max, self.a_max, self.alpha_max, self.robot_radius)
+
+    @property
+    def rules(self) -> Rules:
+        """Return the numbers of the stop rules."""
+        return Rules(self.odom_timeout, self.neighbourhood_timeout, self.v_max, self.pose_jump,
+                     self.progress_distance, self.progress_time, self.stall_time, self.time_limit)
+
+    @property
+    def is_stamped(self) -> bool:
+        """Tell whether cmd_vel is a TwistStamped."""
+        return self.lockstep or self.enable_stamped_cmd_vel

@@ -1,0 +1,357 @@
+"""
+The controller without ROS: which trial runs, what stops it, and what may go to the wheels.
+
+Whoever owns a `Supervisor` tells it what arrives, with the time on a steady clock, and publishes
+the `Answer` it gets.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+import math
+from typing import Final
+
+from control_field.gate import gate, GateReason
+from control_field.grid import Grid
+from control_field.limits import STANDSTILL, Velocity, within_acceleration, within_speed
+from control_field.parameters import Parameters
+from control_field.records import ControlField, Outcome
+from control_field.watch import Freshness, PoseWatch, StopReason, TakeoverWatch
+from control_field_node.seen import cached_seen, Seen
+from control_field_node.settings import Settings
+from control_field_node.trial_run import Move, Rows, TrialRun
+from msgs_bridge.neighbourhoods import Neighbourhood
+from msgs_bridge.poses import Pose
+from msgs_bridge.trial_status import State, TrialStatus
+
+#: Time a command is taken to last where it is not known yet, [s].
+_USUAL_STEP: Final = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """
+    What to publish.
+
+    Parameters
+    ----------
+    velocity : tuple of float or None, [m/s] and [rad/s]
+        For `cmd_vel`; None: nothing.
+    rows : tuple of ndarray of DECISION_DTYPE
+        For `experience`, a message each.
+
+    """
+
+    velocity: Velocity | None = None
+    rows: tuple[Rows, ...] = ()
+
+
+NOTHING: Final = Answer()
+STOP: Final = Answer(STANDSTILL)
+
+
+class Supervisor:
+    """
+    Runs trials and watches over them.
+
+    Parameters
+    ----------
+    settings : Settings
+        Of robot and rules.
+    parameters : Parameters
+        Of the decisions; a trial keeps those it was started with.
+    log : callable
+        Gets ``'info'``, ``'warning'`` or ``'error'`` and one line.
+
+    """
+
+    def __init__(
+        self, settings: Settings, parameters: Parameters, log: Callable[[str, str], None],
+    ) -> None:
+        """Start idle, without a field."""
+        self.parameters = parameters
+        self.field: ControlField | None = None
+        self.run: TrialRun | None = None
+        self.problem: StopReason | None = None
+        self.refusal = ''
+        self.counts: Counter[str] = Counter()
+        self.velocity: Velocity = STANDSTILL
+        self.pose: Pose | None = None
+        self.neighbourhood: Neighbourhood | None = None
+        self._trial = 0
+        self._ended: TrialStatus | None = None
+        self._log = log
+        self._seen = cached_seen()
+        self._takeover = TakeoverWatch(settings.takeover_timeout)
+        self._odometry, self._sight = Freshness(0.0), Freshness(0.0)
+        self._poses = PoseWatch(settings.rules)
+        self._dt = _USUAL_STEP
+        self._bad_until = -math.inf
+        self._refused: set[str] = set()
+        self.change_settings(settings)
+
+    def change_settings(self, settings: Settings) -> None:
+        """Take over new settings; a trial under way keeps how it drives."""
+        self.settings = settings
+        self.limits = settings.limits
+        self._takeover.timeout = settings.takeover_timeout
+        self._poses.rules = settings.rules
+        waits = settings.lockstep
+        self._odometry.timeout = math.inf if waits else settings.odom_timeout
+        self._sight.timeout = math.inf if waits else settings.neighbourhood_timeout
+
+    @property
+    def grid(self) -> Grid | None:
+        """Return the workspace; None before the first field."""
+        return None if self.field is None else self.field.grid
+
+    @property
+    def status(self) -> TrialStatus:
+        """Return how the trial stands."""
+        run = self.run
+        if run is None:
+            return self._ended or TrialStatus(State.IDLE, self._trial, revision=self._revision)
+        return TrialStatus(
+            State.RUNNING if self.problem is None else State.PAUSED, run.trial,
+            reason='' if self.problem is None else self.problem.sentence,
+            steps=run.policy.n_steps, decisions=run.policy.n_decisions,
+            reinforcements=run.policy.n_reinforcements, revision=run.revision,
+            stamp=self._stamp)
+
+    @property
+    def _revision(self) -> int:
+        return -1 if self.field is None else self.field.revision
+
+    @property
+    def _stamp(self) -> float:
+        return 0.0 if self.pose is None else self.pose.stamp
+
+    # The field
+
+    def accept_field(self, field: ControlField) -> bool:
+        """Take over a field for the next decision; refuse one of another grid."""
+        if self.grid is not None and field.grid != self.grid:
+            self.refuse_field(f'it is of {field.grid}, this robot drives in {self.grid}; '
+                              f'restart the controller to change the workspace')
+            return False
+        self.refusal = ''
+        self.field = field
+        if self.run is not None:
+            self.run.refresh(field)
+        else:
+            # Whoever waits to start the next trial sees by the revision that it is here.
+            self._ended = None
+        self._log('info', f'control field revision {field.revision}')
+        return True
+
+    def refuse_field(self, why: str) -> None:
+        """Keep the field there is; say so once a reason."""
+        self.counts['refused fields'] += 1
+        if why != self.refusal:
+            self._log('error', f'control field refused: {why}')
+        self.refusal = why
+
+    # Trials
+
+    def start(self, now: float) -> str:
+        """Start a trial; return why not, or an empty string."""
+        refusal = self._why_not(now)
+        if refusal or self.field is None:
+            return refusal
+        self._trial += 1
+        self.run = TrialRun(self.field, self.parameters, self.settings, self._trial)
+        self.problem, self._ended = None, None
+        self._log('info', f'trial {self._trial} starts on field revision {self.field.revision}')
+        return ''
+
+    def _why_not(self, now: float) -> str:
+        if self.run is not None:
+            return f'trial {self.run.trial} is already running'
+        if self.field is None:
+            return 'there is no control field' + (f' ({self.refusal})' if self.refusal else '')
+        if self.pose is None or self._odometry.is_stale(now):
+            return f'no odometry has arrived for {self._odometry.timeout:g} s'
+        if self.neighbourhood is None or self._sight.is_stale(now):
+            return f'no neighbourhood has arrived for {self._sight.timeout:g} s'
+        if not self.field.grid.contains(*self.field.grid.cell_from_world(
+                self.pose.x, self.pose.y)):
+            return f'the robot is outside the workspace, at ({self.pose.x:g}, {self.pose.y:g}) m'
+        if self._takeover.is_taken_over(now):
+            return 'a person is driving'
+        return ''
+
+    def stop(self, reason: StopReason = StopReason.ASKED) -> Answer:
+        """End the trial, if one runs, with one standstill."""
+        if self.run is None:
+            return NOTHING
+        return self._end(reason.outcome or Outcome.STOPPED, reason.sentence)
+
+    def _end(self, outcome: Outcome, reason: str, rows: tuple[Rows, ...] = ()) -> Answer:
+        run, silent = self.run, self.problem is StopReason.TAKEN_OVER
+        assert run is not None
+        self._ended = TrialStatus(
+            State.ENDED, run.trial, outcome, reason, run.policy.n_steps, run.policy.n_decisions,
+            run.policy.n_reinforcements, run.revision, self._stamp)
+        self.run, self.problem = None, None
+        self._log('info' if outcome is Outcome.GOAL else 'warning', self._ended.sentence)
+        if silent:
+            return Answer(None, rows)
+        self.velocity = STANDSTILL
+        return Answer(STANDSTILL, rows)
+
+    def _pause(self, reason: StopReason, detail: str = '') -> Answer:
+        """Stand still until the cause is gone; the standstill is said once."""
+        run = self.run
+        if run is None or reason is self.problem:
+            return NOTHING
+        if reason.outcome is not None:
+            return self._end(reason.outcome, detail or reason.sentence)
+        self.problem = reason
+        run.interrupt()
+        self._log('warning', f'trial {run.trial} pauses: {detail or reason.sentence}')
+        if reason is StopReason.TAKEN_OVER:
+            return NOTHING
+        self.velocity = STANDSTILL
+        return STOP
+
+    def _resume(self) -> None:
+        if self.problem is not None and self.run is not None:
+            self._log('info', f'trial {self.run.trial} goes on: no longer so that '
+                              f'{self.problem.sentence}')
+            self.problem = None
+
+    # What arrives
+
+    def saw_neighbourhood(self, neighbourhood: Neighbourhood, now: float) -> None:
+        """Take in a neighbourhood; one older than the last is passed over."""
+        last = self.neighbourhood
+        if last is not None and 0.0 < last.stamp - neighbourhood.stamp <= (
+                self.settings.neighbourhood_timeout):
+            self.counts['late neighbourhoods'] += 1
+            return
+        self.neighbourhood = neighbourhood
+        self._sight.saw(now)
+
+    def refuse_message(self, what: str) -> None:
+        """Pass over something that is not to be trusted; say so once a kind."""
+        self.counts['refused messages'] += 1
+        kind = what.partition(' is ')[0]
+        if kind not in self._refused:
+            self._refused.add(kind)
+            self._log('warning', f'refused: {what} (not said again)')
+
+    def saw_bad_input(self, what: str, now: float) -> Answer:
+        """Take in odometry that is not to be trusted: stand still until it has been good again."""
+        self.refuse_message(what)
+        self._bad_until = now + (0.0 if self.settings.lockstep else self.settings.odom_timeout)
+        return self._pause(StopReason.BAD_INPUT, what)
+
+    def saw_foreign(self, velocity: Velocity, now: float) -> Answer:
+        """Take in a command on `cmd_vel` that is not an own one: somebody else drives."""
+        self._takeover.saw_foreign(now)
+        self.velocity = velocity
+        return self._pause(StopReason.TAKEN_OVER)
+
+    def saw_rival(self, who: str) -> Answer:
+        """Take in that another publisher is on `cmd_vel` which must not be there."""
+        return self._pause(StopReason.OTHER_PUBLISHER, f'{who} publishes cmd_vel, too')
+
+    def saw_contact(self) -> Answer:
+        """Take in that the robot touches something."""
+        return self._pause(StopReason.CONTACT)
+
+    def is_late(self, pose: Pose) -> bool:
+        """Tell whether a pose is a duplicate or came late, and is to be passed over."""
+        late = self._poses.is_repeated(pose.stamp)
+        self.counts['late odometry'] += late
+        return late
+
+    def saw_pose(self, pose: Pose, now: float) -> Answer:
+        """Take in a pose and answer it."""
+        last, self.pose = self.pose, pose
+        self._odometry.saw(now)
+        if self.field is None:
+            return NOTHING
+        if pose.frame_id.lstrip('/') != self.field.grid.frame_id.lstrip('/'):
+            return self.saw_bad_input(
+                f'odom: frame is {pose.frame_id!r}, must be {self.field.grid.frame_id!r}', now)
+        if last is not None and pose.stamp > last.stamp:
+            self._dt = pose.stamp - last.stamp
+        problem = self._poses.observe(pose.stamp, pose.x, pose.y, self.field.grid)
+        if self.run is None:
+            return NOTHING
+        if problem is not None:
+            return self._pause(problem)
+        return self._answer(self.run, pose, now)
+
+    def _answer(self, run: TrialRun, pose: Pose, now: float) -> Answer:
+        seen = self._seen_now(now)
+        if self._takeover.is_taken_over(now):
+            return self._follow(run, pose, seen)
+        if seen is None:
+            return self._pause(StopReason.STALE_NEIGHBOURHOOD)
+        if now < self._bad_until:
+            return NOTHING
+        self._resume()
+        move = run.step(pose, seen, self.velocity[0])
+        if move.outcome is not None:
+            return self._end(move.outcome, move.reason, move.rows)
+        return Answer(self._gated(move.velocity, pose, seen, self._dt), move.rows)
+
+    def _follow(self, run: TrialRun, pose: Pose, seen: Seen | None) -> Answer:
+        self._pause(StopReason.TAKEN_OVER)
+        move = Move(STANDSTILL) if seen is None else run.follow(pose, seen)
+        if move.outcome is not None:
+            return self._end(move.outcome, move.reason, move.rows)
+        return Answer(None, move.rows)
+
+    def _seen_now(self, now: float) -> Seen | None:
+        if self.neighbourhood is None or self.grid is None or self._sight.is_stale(now):
+            return None
+        return self._seen(self.neighbourhood, self.grid, self.parameters.unknown_is_blocked)
+
+    def _gated(self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float) -> Velocity:
+        self.velocity, reason = gate(
+            wanted, self.velocity, dt, (pose.x, pose.y, pose.yaw),
+            None if seen is None else seen.sight, self.limits)
+        if reason is not GateReason.NONE:
+            self.counts[f'gate {reason}'] += 1
+        return self.velocity
+
+    # Time alone
+
+    def watch(self, now: float) -> Answer:
+        """Look whether something has not arrived for too long."""
+        if self.run is None:
+            return NOTHING
+        if self._odometry.is_stale(now):
+            return self._pause(StopReason.STALE_ODOMETRY)
+        if self._sight.is_stale(now) and self.problem is None:
+            return self._pause(StopReason.STALE_NEIGHBOURHOOD)
+        return NOTHING
+
+    def is_let_go(self, now: float) -> bool:
+        """Tell whether a person has driven and does not any more."""
+        return (self.problem is StopReason.TAKEN_OVER
+                and not self._takeover.is_taken_over(now))
+
+    # A person's commands through the gate
+
+    def teleop(self, wanted: Velocity, now: float, dt: float) -> Answer:
+        """
+        Pass a person's command on, as far as the gate lets it.
+
+        Where no sight has ever come, the limits of speed and acceleration are all there is to
+        hold to; where it has come and is stale, the robot only turns.
+        """
+        if self.run is None and not self.settings.teleop_outside_trials:
+            return NOTHING
+        if self.run is not None:
+            self._takeover.saw_foreign(now)
+            self._pause(StopReason.TAKEN_OVER)
+        if self.neighbourhood is None or self.pose is None:
+            self.velocity = within_acceleration(
+                within_speed(wanted, self.limits), self.velocity, dt, self.limits)
+            return Answer(self.velocity)
+        seen = None if self._odometry.is_stale(now) else self._seen_now(now)
+        return Answer(self._gated(wanted, self.pose, seen, dt))
