@@ -82,7 +82,7 @@ install_dependencies() {
         die "could not install the builder (see above): is a Python package index reachable?"
     # pip is the way out where only pip is set up for the index.
     UV_LINK_MODE=copy "$VENV/bin/uv" pip install -q --python "$VENV/bin/python" \
-        --no-build-isolation --require-hashes -r requirements.lock ||
+        --compile-bytecode --no-build-isolation --require-hashes -r requirements.lock ||
         $pip install --no-build-isolation --require-hashes -r requirements.lock ||
         die "could not install the dependencies (see above)"
 }
