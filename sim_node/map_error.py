@@ -1,7 +1,7 @@
 """The one error that every map reader raises, and the careful opening of files."""
 
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final
 
 #: The largest map that is read, [cells].
 MAX_CELLS: Final = 25_000_000
@@ -11,8 +11,31 @@ class WorldError(ValueError):
     """A world that cannot be read; the message is one line that names the file and the remedy."""
 
     def __init__(self, path: Path, problem: str) -> None:
-        """Put file and problem on one line."""
-        super().__init__(f'{path}: {" ".join(problem.split())}')
+        """Put file and problem on one line, whatever the file is called."""
+        super().__init__(' '.join(f'{path}: {problem}'.split()))
+
+
+def open_map(path: Path) -> BinaryIO:
+    """
+    Open a regular file for reading.
+
+    Raises
+    ------
+    WorldError
+        If it is missing, no regular file or unreadable.
+
+    """
+    try:
+        if path.is_dir():
+            raise WorldError(path, 'is a folder, name the map file in it')
+        if not path.exists():
+            raise WorldError(path, 'there is no such file, check the name')
+        if not path.is_file():
+            raise WorldError(path, 'is no regular file, name a map file')
+        return path.open('rb')
+    except OSError as error:
+        raise WorldError(path, f'cannot be read ({error.strerror}), check the path and its '
+                               'permissions') from error
 
 
 def read_bytes(path: Path, limit: int) -> bytes:
@@ -32,20 +55,8 @@ def read_bytes(path: Path, limit: int) -> bytes:
         If it is missing, no regular file, unreadable or too large.
 
     """
-    try:
-        if path.is_dir():
-            raise WorldError(path, 'is a folder, name the map file in it')
-        if not path.exists():
-            raise WorldError(path, 'there is no such file, check the name')
-        if not path.is_file():
-            raise WorldError(path, 'is no regular file, name a map file')
-        with path.open('rb') as file:
-            data = file.read(limit + 1)
-    except (OSError, ValueError) as error:
-        if isinstance(error, WorldError):
-            raise
-        raise WorldError(path, f'cannot be read ({_reason(error)}), check the path and its '
-                               'permissions') from error
+    with open_map(path) as file:
+        data = file.read(limit + 1)
     if len(data) > limit:
         raise WorldError(path, f'is larger than {limit} bytes, which no map of this kind is')
     return data
@@ -58,6 +69,3 @@ def check_size(path: Path, n_rows: int, n_cols: int) -> None:
         raise WorldError(path, f'{n_cols} x {n_rows} cells, must be 1 to {MAX_CELLS} in all and '
                                'at most 100000 a side')
 
-
-def _reason(error: Exception) -> str:
-    return getattr(error, 'strerror', None) or str(error)

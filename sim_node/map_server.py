@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-import math
+import os
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, BinaryIO, Final, TypeAlias
 import warnings
 
 import numpy as np
@@ -13,14 +13,19 @@ from PIL import Image
 import yaml  # type: ignore[import-untyped, unused-ignore]
 
 from control_field.sight import BLOCKED, FREE
-from sim_node.map_error import WorldError, check_size, read_bytes
+from sim_node.map_error import WorldError, check_size, open_map, read_bytes
 
 _YAML_LIMIT: Final = 64 * 1024
 _FORMATS: Final = ('PPM', 'PNG', 'BMP')  # Pillow calls PGM 'PPM'
+#: How far behind the pixels is looked for something other than blanks.
+_MAX_TAIL: Final = 1024
 _MODES: Final = ('trinary', 'scale', 'raw')
 #: What Pillow raises for broken files, beside its own errors (which are OSErrors).
 _BROKEN: Final = (OSError, ValueError, SyntaxError, EOFError, OverflowError, TypeError,
                   MemoryError, Image.DecompressionBombError, Warning)
+
+
+Shades: TypeAlias = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -88,7 +93,7 @@ def read_header(path: Path) -> MapHeader:
     return header
 
 
-def read_shades(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def read_shades(path: Path) -> tuple[Shades, Shades]:
     """
     Read how bright and how opaque each pixel of an image is.
 
@@ -103,49 +108,48 @@ def read_shades(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.flo
         If the file is no image, is cut off or longer than its header says.
 
     """
-    read_bytes(path, 0x7fffffff)  # the clear words for missing files, folders and permissions
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter('error')
-            with Image.open(path, formats=_FORMATS) as image:
-                check_size(path, image.height, image.width)
-                _check_length(path, image)
-                return _shades_from_image(path, image)
-    except WorldError:
-        raise
-    except _BROKEN as error:
-        raise WorldError(path, 'is no complete PGM or PNG image, write it anew '
-                               f'({type(error).__name__})') from error
+    with open_map(path) as file:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter('error')
+                with Image.open(file, formats=_FORMATS) as image:
+                    check_size(path, image.height, image.width)
+                    _check_length(path, file, image)
+                    return _shades_from_image(path, image)
+        except WorldError:
+            raise
+        except _BROKEN as error:
+            raise WorldError(path, 'is no complete PGM or PNG image, write it anew '
+                                   f'({type(error).__name__})') from error
 
 
-def _check_length(path: Path, image: Image.Image) -> None:
-    """Refuse a binary PGM that goes on behind its last pixel: its header lies about the size."""
-    with path.open('rb') as file:
-        if file.read(2) != b'P5':
-            return
-        file.seek(image.tile[0][2])
-        left = file.read()
+def _check_length(path: Path, file: BinaryIO, image: Image.Image) -> None:
+    """Refuse a binary PGM with more or fewer pixels than its header says."""
+    file.seek(0)
+    if file.read(2) != b'P5':
+        return
+    first = getattr(image, 'tile')[0][2]  # noqa: B009 - Pillow's types do not know it
     n_bytes = image.width * image.height * (1 if image.mode == 'L' else 2)
-    if left[n_bytes:].strip():
-        raise WorldError(path, f'holds {len(left)} bytes of pixels, its header says '
+    n_there = file.seek(0, os.SEEK_END) - first
+    file.seek(first + n_bytes)
+    if n_there < n_bytes or file.read(_MAX_TAIL).strip():
+        raise WorldError(path, f'holds {n_there} bytes of pixels, its header says '
                                f'{image.width} x {image.height}: {n_bytes}')
 
 
-def _shades_from_image(
-    path: Path, image: Image.Image,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    if image.mode in ('I', 'I;16', 'I;16B'):
-        shade = np.asarray(image, dtype=np.float64) / 65535.0
-        return shade, np.ones_like(shade)
+def _shades_from_image(path: Path, image: Image.Image) -> tuple[Shades, Shades]:
     if image.mode == 'F':
         raise WorldError(path, 'has pixels of floating point, save it as 8-bit grey')
-    pixels = np.asarray(image.convert('RGBA'), dtype=np.float64) / 255.0
-    return pixels[:, :, :3].mean(axis=2), pixels[:, :, 3]
+    if image.mode in ('L', 'I', 'I;16', 'I;16B'):
+        white = 255.0 if image.mode == 'L' else 65535.0
+        shade = np.asarray(image).astype(np.float32) / np.float32(white)
+        return shade, np.ones_like(shade)
+    pixels = np.asarray(image.convert('RGBA'))
+    shade = pixels[:, :, :3].mean(axis=2, dtype=np.float32) / np.float32(255.0)
+    return shade, pixels[:, :, 3].astype(np.float32) / np.float32(255.0)
 
 
-def _occupancy(
-    header: MapHeader, shade: npt.NDArray[np.float64], opaque: npt.NDArray[np.float64],
-) -> npt.NDArray[np.int8]:
+def _occupancy(header: MapHeader, shade: Shades, opaque: Shades) -> npt.NDArray[np.int8]:
     """Tell free from blocked as map_server does; only what is surely free is free."""
     if header.mode == 'raw':
         # Pixels are the values of an OccupancyGrid themselves: 0 to 100, unknown above that.
@@ -153,7 +157,7 @@ def _occupancy(
     else:
         if header.mode == 'trinary':
             # map_server averages opacity in with the colours, but only where there is one.
-            shade = np.where((opaque < 1.0).any(), (3.0 * shade + opaque) / 4.0, shade)
+            shade = (3.0 * shade + opaque) / 4.0 if (opaque < 1.0).any() else shade
         occupied = shade if header.negate else 1.0 - shade
         free = occupied < header.free_thresh
         if header.mode == 'scale':
@@ -195,7 +199,7 @@ def _number(
     value = fields.get(name, default)
     if isinstance(value, str):  # YAML 1.1 reads 1e-2 as a word, map_server as a number
         value = _float_or_none(value)
-    if not isinstance(value, int | float) or not math.isfinite(value) or not low <= value <= high:
+    if not isinstance(value, int | float) or not low <= value <= high:  # NaN is in no range
         raise WorldError(path, f'{name} must be a number between {low:g} and {high:g}')
     return float(value)
 

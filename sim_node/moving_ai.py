@@ -46,7 +46,8 @@ def read_moving_ai(path: Path) -> npt.NDArray[np.int8]:
 
 
 def _size_from_header(path: Path, header: list[bytes]) -> tuple[int, int]:
-    found = dict(match.groups() for match in map(_HEADER.fullmatch, header[:3]) if match)
+    matches = [_HEADER.fullmatch(line) for line in header[:3]]
+    found = {match[1]: match[2] for match in matches if match}
     if len(header) < 4 or header[3].strip() != b'map' or found.get(b'type') != b'octile':
         raise WorldError(path, 'is no MovingAI map: it must begin with the lines "type octile", '
                                '"height H", "width W", "map"')

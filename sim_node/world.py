@@ -145,7 +145,7 @@ def find_world(name: str) -> Path:
 
     """
     path = Path(name)
-    if path.suffix in ('.yaml', '.yml', '.map') or len(path.parts) != 1:
+    if path.suffix in ('.yaml', '.yml', '.map') or os.sep in name:
         return path
     folders = world_folders()
     for folder in folders:
