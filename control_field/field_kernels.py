@@ -347,3 +347,36 @@ def unseen_along(headings, state, known, value, goal_row, goal_col):
                 heading = headings[row, col]
                 row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
     return total
+
+
+def flow_lengths(known, headings, goal_row, goal_col, rules):
+    """Return the length of every cell's flow to the goal, inf where it does not get there."""
+    rows, cols = known.shape
+    length = np.full((rows, cols), np.nan)
+    length[goal_row, goal_col] = 0.0
+    path = np.empty((rows * cols, 2), dtype=np.int64)
+    on_path = np.zeros((rows, cols), dtype=np.bool_)
+    for first_row in range(rows):
+        for first_col in range(cols):
+            n, row, col, end = 0, first_row, first_col, np.inf
+            while True:
+                if on_path[row, col] or is_barred(known, row, col, rules[1]):
+                    break
+                if not np.isnan(length[row, col]):
+                    end = length[row, col]
+                    break
+                heading = headings[row, col]
+                on_path[row, col] = True
+                path[n, 0], path[n, 1] = row, col
+                n += 1
+                if heading < 0 or not step_allowed(known, row, col, heading, rules):
+                    break
+                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+            for i in range(n - 1, -1, -1):
+                row, col = path[i, 0], path[i, 1]
+                end += STEP_LENGTH[max(headings[row, col], 0)]
+                length[row, col] = end
+                on_path[row, col] = False
+            if np.isnan(length[first_row, first_col]):
+                length[first_row, first_col] = np.inf
+    return length

@@ -68,10 +68,10 @@ class Parameters:
         0.5, 'full profile: share of its length that a demonstrated step is spared in rehearsal',
         low=0.0, high=0.99)
     caution: float = parameter(
-        0.1, 'full profile: how much longer rehearsal takes unseen ground to be', low=0.0,
+        0.2, 'full profile: how much longer rehearsal takes unseen ground to be', low=0.0,
         high=10.0)
     curiosity: float = parameter(
-        0.6, 'full profile: how much shorter ground full of unseen cells counts in trials from '
+        0.8, 'full profile: how much shorter ground full of unseen cells counts in trials from '
         'chosen starts', low=0.0, high=0.9)
 
     def __post_init__(self) -> None:

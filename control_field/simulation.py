@@ -1,0 +1,144 @@
+"""Trials on a grid world, without a robot: what evaluation and the next starts are judged with."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field import compiled
+from control_field.headings import headings_from_vectors
+from control_field.parameters import Parameters
+from control_field.policy import caution_factor, cost_from_q, options_of, rules_of
+from control_field.records import ControlField, DECISION_DTYPE, Outcome, Trial
+
+_OUTCOMES = (Outcome.GOAL, Outcome.COLLISION, Outcome.GAVE_UP)
+_LOGGED = ('row', 'col', 'action', 'next_row', 'next_col', 'reward', 'kind', 'blocked', 'step')
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """
+    What became of trials from several starts.
+
+    Parameters
+    ----------
+    outcome : ndarray of int8, shape (n,)
+        0 goal, 1 collision, 2 gave up.
+    n_steps, n_reinforcements : ndarray of int64, shape (n,)
+    length : ndarray of float64, shape (n,), [cells]
+
+    """
+
+    outcome: npt.NDArray[np.int8]
+    n_steps: npt.NDArray[np.int64]
+    n_reinforcements: npt.NDArray[np.int64]
+    length: npt.NDArray[np.float64]
+
+
+class GridWorld:
+    """
+    A true map that trials are run in, cell by cell; nothing is learnt here.
+
+    Parameters
+    ----------
+    occupancy : ndarray of int8, shape (n_rows, n_cols)
+        0 free, anything else blocked.
+    parameters : Parameters
+
+    """
+
+    def __init__(self, occupancy: npt.NDArray[np.int8], parameters: Parameters) -> None:
+        self.truth = np.where(occupancy == 0, 0, 100).astype(np.int8)
+        self.parameters = parameters
+        self.rules = rules_of(parameters)
+
+    def cost_to(self, goal: tuple[int, int]) -> npt.NDArray[np.float64]:
+        """Return the true least cost from every cell to the goal, in cells; inf without a way."""
+        none = np.full(self.truth.shape, -1, dtype=np.int8)
+        cost: npt.NDArray[np.float64] = compiled.cost_to_go(
+            self.truth, *goal, none, 0.0, np.ones(self.truth.shape), self.rules)
+        return np.where(self.truth == 0, cost, np.inf)
+
+    def sight(self, row: int, col: int) -> int:
+        """Return the mask of the blocked neighbours of a cell."""
+        return int(compiled.see(self.truth, row, col))
+
+    def trial(self, field: ControlField, start: tuple[int, int], seed: int, number: int = 1,
+              ) -> tuple[Trial, float]:
+        """
+        Run one trial with sight and exploration.
+
+        Parameters
+        ----------
+        field : ControlField
+            What the robot drives on.
+        start : tuple of int
+            Free cell.
+        seed : int
+            Of the exploration.
+        number : int
+            Trial number, written into the decisions and the episode.
+
+        Returns
+        -------
+        trial : Trial
+        length : float, [cells]
+
+        Raises
+        ------
+        ValueError
+            If the start is blocked.
+
+        """
+        if self.truth[start] != 0:
+            raise ValueError(f'the start {start} is blocked')
+        log = np.zeros((3 * self.parameters.step_limit + 10, len(_LOGGED)), dtype=np.int32)
+        outcome, _, n_rows, length, _ = self._run(field, start, seed, log)
+        rows = np.zeros(n_rows, dtype=DECISION_DTYPE)
+        for index, name in enumerate(_LOGGED):
+            rows[name] = log[:n_rows, index]
+        rows['trial'], rows['revision'] = number, field.revision
+        rows['stamp'] = rows['step']
+        return Trial(rows, _OUTCOMES[outcome], number), float(length)
+
+    def trials(self, field: ControlField, starts: npt.NDArray[np.integer], seed: int) -> Runs:
+        """
+        Run a trial from every start, each on a field and memory of its own; nothing is learnt.
+
+        Parameters
+        ----------
+        starts : ndarray of int, shape (n, 2)
+            Free cells.
+
+        """
+        log = np.zeros((0, len(_LOGGED)), dtype=np.int32)
+        results = [self._run(field, (int(row), int(col)), seed + index, log)
+                   for index, (row, col) in enumerate(starts)]
+        table = np.array(results, dtype=np.float64).reshape(-1, 5)
+        return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
+                    table[:, 4].astype(np.int64), table[:, 3])
+
+    def _run(self, field: ControlField, start: tuple[int, int], seed: int,
+             log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+        parameters = self.parameters
+        q = field.q.astype(np.float64)
+        options = options_of(parameters)
+        cost = cost_from_q(q, parameters.discount) if options[0] else np.zeros(field.grid.shape)
+        cost[field.goal] = 0.0
+        result: tuple[int, int, int, float, int] = compiled.run_trial(
+            self.truth, *start, headings_from_vectors(field.vx, field.vy), field.known.copy(), q,
+            cost, caution_factor(field.known, parameters), field.goal,
+            (float(parameters.learning_rate), float(parameters.discount)), options, self.rules,
+            parameters.step_limit, np.random.default_rng(seed), log)
+        return result
+
+    def flow_home(self, field: ControlField) -> npt.NDArray[np.bool_]:
+        """Return from which cells the flow alone, without sight, reaches the goal in the truth."""
+        state = compiled.flow_basin(self.truth, headings_from_vectors(field.vx, field.vy),
+                                    *field.goal, self.rules)
+        return np.asarray(state == 1)
+
+    def flow_lengths(self, field: ControlField) -> npt.NDArray[np.float64]:
+        """Return the length of the flow home from every cell, in cells; inf where it fails."""
+        return np.asarray(compiled.flow_lengths(
+            self.truth, headings_from_vectors(field.vx, field.vy), *field.goal, self.rules))
