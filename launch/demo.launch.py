@@ -49,7 +49,7 @@ def arguments() -> list[DeclareLaunchArgument]:
     return [
         DeclareLaunchArgument('task', default_value='1', choices=['1', '2'],
                               description="which of the paper's tasks"),
-        DeclareLaunchArgument('trials', default_value='6', description='how many trials to run'),
+        DeclareLaunchArgument('trials', default_value='6', description='how many trials to run by itself'),
         DeclareLaunchArgument('bags', default_value='bags', description="the robot's memory"),
         DeclareLaunchArgument('speed_factor', default_value='1.0',
                               description='simulated seconds in a second'),
