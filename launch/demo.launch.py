@@ -49,7 +49,8 @@ def arguments() -> list[DeclareLaunchArgument]:
     return [
         DeclareLaunchArgument('task', default_value='1', choices=['1', '2'],
                               description="which of the paper's tasks"),
-        DeclareLaunchArgument('trials', default_value='6', description='how many trials to run by itself'),
+        DeclareLaunchArgument('trials', default_value='6',
+                              description='how many trials run by themselves'),
         DeclareLaunchArgument('bags', default_value='bags', description="the robot's memory"),
         DeclareLaunchArgument('speed_factor', default_value='1.0',
                               description='simulated seconds in a second'),
