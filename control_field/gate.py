@@ -1,10 +1,10 @@
 """
 The last gate before the wheels: what no learnt thing can change.
 
-It knows neither field nor Q-value, only a command, where the robot is and what its 3x3 sight shows.
-A command passes as far as it is finite, within the limits of speed and acceleration, and as far
-as the robot's disc, driving its arc and then braking, touches no cell that the sight shows blocked
-and leaves nothing but the nine cells it sees. Turning on the spot moves no disc and always passes.
+It knows neither field nor Q-value, only a command, where the robot is and what its 3x3 sight
+shows. A command passes as far as it is finite, within the limits of speed and acceleration, and as
+far as the robot's disc, driving its arc and then braking, touches no cell that the sight shows
+blocked and stays within the nine cells. Turning on the spot moves no disc and always passes.
 """
 
 from collections.abc import Sequence

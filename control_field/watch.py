@@ -297,6 +297,10 @@ class TakeoverWatch:
         """Note a command that is not the controller's own."""
         self._last = now
 
+    def let_go(self) -> None:
+        """Forget who drove: the robot has been handed over."""
+        self._last = -math.inf
+
     def is_taken_over(self, now: float) -> bool:
         """Tell whether the person still drives."""
         return now - self._last < self.timeout

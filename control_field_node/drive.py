@@ -106,8 +106,9 @@ class Drive:
 
     def _to(self, x: float, y: float, pose: Pose) -> Leg:
         """Return the exact leg to a point, along the present one if it leads there."""
-        if self._legs and self._legs[-1].exact and (self._legs[-1].bx, self._legs[-1].by) == (x, y):
-            return self._legs[-1]
+        last = self._legs[-1] if self._legs else None
+        if last is not None and last.exact and (last.bx, last.by) == (x, y):
+            return last
         return Leg(pose.x, pose.y, x, y, True)
 
     def _left(self, pose: Pose) -> float:

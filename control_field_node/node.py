@@ -5,8 +5,9 @@ import sys
 import time
 from typing import Any, Final, NoReturn
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 import rclpy
 from rclpy.clock import Clock, ClockType
@@ -21,22 +22,31 @@ from std_srvs.srv import Trigger
 
 from control_field.limits import STANDSTILL
 from control_field.parameters import Parameters
-from control_field.watch import OwnCommands, StopReason
-from control_field_node.reports import diagnostic_from_supervisor, mismatch_of
+from control_field.watch import StopReason
+from control_field_node.commands import CommandWriter
+from control_field_node.lockstep import TickBook
+from control_field_node.reports import diagnostic_from_supervisor, Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.supervisor import Answer, Supervisor
 from msgs_bridge import qos
 from msgs_bridge.neighbourhoods import neighbourhood_from_grid
 from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.poses import pose_from_odometry, pose_from_pose_stamped
+from msgs_bridge.poses import (
+    Pose,
+    pose_from_odometry,
+    pose_from_pose_stamped,
+    seconds_from_stamp,
+)
 from msgs_bridge.processes import prepare
 from msgs_bridge.tables import cloud_from_decisions, field_from_cloud
 from msgs_bridge.trial_status import status_from_trial
-from msgs_bridge.velocities import fill_twist, velocity_from_twist
+from msgs_bridge.velocities import twist_stamped_from_velocity, velocity_from_twist
 
 #: How often the node looks for what has not come, and tells how it stands, [s] of the wall clock.
 _WATCH_PERIOD: Final = 0.1
 _TELL_PERIOD: Final = 1.0
+#: Age from which a stamp is taken to be of another clock, such as a simulator's, [s].
+_OTHER_CLOCK: Final = 60.0
 
 
 class ControlFieldNode(Node):
@@ -58,15 +68,10 @@ class ControlFieldNode(Node):
         self._settings = declare_parameters_from(
             self, Settings, fixed=FIXED, on_change=self._on_settings)
         self.supervisor = Supervisor(self._settings, parameters, self._log)
-        self._own = OwnCommands()
+        self._book = TickBook()
+        self._writer = CommandWriter(self._settings, self._book, self._time)
+        self._peers = Peers()
         self._told: tuple[object, ...] = ()
-        self._mismatch = ''
-        self._others: list[str] = []
-        self._n_publishers = 0
-        self._sight_message: OccupancyGrid | None = None
-        self._odometry_message: Odometry | None = None
-        self._answered: tuple[int, int] | None = None
-        self._owes_stop = False
         self._teleop_at: float | None = None
         self._make_publishers()
         self._make_subscriptions()
@@ -78,12 +83,8 @@ class ControlFieldNode(Node):
         self._tell_trial()
 
     def _make_publishers(self) -> None:
-        stamped = self._settings.is_stamped
-        self._command_type = TwistStamped if stamped else Twist
-        self._command = self._command_type()
-        if stamped:
-            self._command.header.frame_id = self._settings.base_frame_id
-        self._commands = self.create_publisher(self._command_type, 'cmd_vel', qos.COMMAND)
+        self._commands = self.create_publisher(self._writer.kind, 'cmd_vel', qos.COMMAND)
+        self._writer.publish = self._commands.publish
         self._requests = self.create_publisher(TwistStamped, 'cmd_vel_requested', qos.COMMAND)
         self._experience = self.create_publisher(PointCloud2, 'experience', qos.EXPERIENCE)
         self._trials = self.create_publisher(DiagnosticStatus, 'trial', qos.LATCHED)
@@ -99,9 +100,12 @@ class ControlFieldNode(Node):
             Odometry, 'odom', self._on_odometry, qos.ODOMETRY_PUB if lockstep else qos.SENSOR)
         self.create_subscription(PoseStamped, 'goal_pose', self._on_goal, qos.POSE)
         self.create_subscription(Bool, 'contact', self._on_contact, qos.LATCHED)
-        self.create_subscription(self._command_type, 'cmd_vel', self._on_command, qos.SENSOR)
+        self.create_subscription(self._writer.kind, 'cmd_vel', self._on_command, qos.SENSOR)
         self.create_subscription(
-            self._command_type, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)
+            self._writer.kind, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)
+
+    def _time(self) -> Time:
+        return self.get_clock().now().to_msg()
 
     # Parameters and log
 
@@ -134,17 +138,17 @@ class ControlFieldNode(Node):
         self._tell_trial()
 
     def _on_neighbourhood(self, msg: OccupancyGrid) -> None:
-        self._sight_message = msg
+        self._book.sight = msg
         if self._read_sight():
             self._answer_tick()
 
     def _read_sight(self) -> bool:
         """Read the newest neighbourhood; before there is a field nobody knows its cells."""
         grid = self.supervisor.grid
-        if grid is None or self._sight_message is None:
+        if grid is None or self._book.sight is None:
             return False
         try:
-            neighbourhood = neighbourhood_from_grid(self._sight_message, grid)
+            neighbourhood = neighbourhood_from_grid(self._book.sight, grid)
         except ValueError as error:
             self.supervisor.refuse_message(str(error))
             return False
@@ -156,46 +160,51 @@ class ControlFieldNode(Node):
         try:
             pose = pose_from_odometry(msg)
         except ValueError as error:
-            self._publish(self.supervisor.saw_bad_input(str(error), now), msg)
+            self._stand(self.supervisor.saw_bad_input(str(error), now), msg)
             return
         if self._settings.lockstep:
-            if _key(msg) != self._answered:
-                self._odometry_message = msg
-                self._take_pose(pose, now)
-        elif not self.supervisor.is_late(pose):
-            self._odometry_message = msg
+            self._take_tick(msg, pose, now)
+        elif not self.supervisor.is_late(pose) and not self._is_old(msg):
+            self._book.odometry = msg
             self._publish(self.supervisor.saw_pose(pose, now), msg)
 
-    def _take_pose(self, pose: Any, now: float) -> None:
+    def _is_old(self, msg: Odometry) -> bool:
+        """Tell whether odometry was long on its way, if its clock is the same as ours."""
+        age = self.get_clock().now().nanoseconds * 1e-9 - seconds_from_stamp(msg.header.stamp)
+        old = self._settings.odom_timeout < age < _OTHER_CLOCK
+        if old:
+            self.supervisor.refuse_message(
+                f'odom: age is {age:.2f} s, must be below odom_timeout ('
+                f'{self._settings.odom_timeout:g} s); are the clocks set?')
+        return old
+
+    def _take_tick(self, msg: Odometry, pose: Pose, now: float) -> None:
         """Lock-step: keep a pose until the neighbourhood of its stamp is there."""
-        if self.supervisor.run is None:
-            self.supervisor.saw_pose(pose, now)
-            self._pay_stop()
-        else:
+        if self._book.is_answered(msg):
+            return
+        self._book.odometry = msg
+        if self.supervisor.run is not None:
             self._answer_tick()
+            return
+        self.supervisor.saw_pose(pose, now)
+        if self._book.owes_stop:
+            self._writer.send(STANDSTILL, msg)
 
     def _answer_tick(self) -> None:
-        """Lock-step: answer a stamp, once, when both messages of it have come."""
-        odometry, supervisor = self._odometry_message, self.supervisor
-        if not self._settings.lockstep or supervisor.run is None or not self._is_open():
-            return
-        assert odometry is not None
-        answer = supervisor.saw_pose(pose_from_odometry(odometry), time.monotonic())
-        if answer.velocity is None and supervisor.problem is not StopReason.TAKEN_OVER:
+        """Lock-step: answer a tick, once, when both messages of it have come."""
+        if (self._settings.lockstep and self.supervisor.run is not None
+                and self._book.is_open()):
+            odometry = self._book.odometry
+            self._stand(self.supervisor.saw_pose(
+                pose_from_odometry(odometry), time.monotonic()), odometry)
+
+    def _stand(self, answer: Answer, odometry: Odometry) -> None:
+        """Publish an answer; in lock-step a standstill where there is none, unless taken over."""
+        supervisor = self.supervisor
+        if self._settings.lockstep and answer.velocity is None and supervisor.run is not None and (
+                supervisor.problem is not StopReason.TAKEN_OVER):
             answer = Answer(STANDSTILL, answer.rows)
         self._publish(answer, odometry)
-
-    def _is_open(self) -> bool:
-        """Lock-step: tell whether a stamp is complete and not answered."""
-        odometry, sight = self._odometry_message, self._sight_message
-        return (odometry is not None and sight is not None and _key(odometry) == _key(sight)
-                and _key(odometry) != self._answered)
-
-    def _pay_stop(self) -> None:
-        """Lock-step: a trial stopped between two ticks owes the next one its standstill."""
-        if self._owes_stop and self._odometry_message is not None:
-            self._owes_stop = False
-            self._send(STANDSTILL, self._odometry_message)
 
     def _on_command(self, msg: Any) -> None:
         try:
@@ -203,7 +212,7 @@ class ControlFieldNode(Node):
         except ValueError as error:
             self.supervisor.refuse_message(str(error))
             return
-        if not self._own.is_own(*_stamp_of(msg), *velocity):
+        if not self._writer.is_own(msg, velocity):
             if self.supervisor.run is not None and self._has_rival():
                 self._publish(self.supervisor.saw_rival('another controller'))
             else:
@@ -218,12 +227,9 @@ class ControlFieldNode(Node):
         now = time.monotonic()
         dt = min(now - self._teleop_at, 0.5) if self._teleop_at is not None else 0.1
         self._teleop_at = now
-        request = TwistStamped()
-        request.header.stamp = self.get_clock().now().to_msg()
-        request.header.frame_id = self._settings.base_frame_id
-        fill_twist(request, *velocity)
-        self._requests.publish(request)
-        if not self._settings.lockstep or self._is_open():
+        self._requests.publish(twist_stamped_from_velocity(
+            *velocity, self._time(), self._settings.base_frame_id))
+        if not self._settings.lockstep or self._book.is_open():
             self._publish(self.supervisor.teleop(velocity, now, dt))
 
     def _on_contact(self, msg: Bool) -> None:
@@ -231,28 +237,23 @@ class ControlFieldNode(Node):
             self._publish(self.supervisor.saw_contact())
 
     def _on_goal(self, msg: PoseStamped) -> None:
-        """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
-        field = self.supervisor.field
         try:
             goal = pose_from_pose_stamped(msg)
+            self.supervisor.saw_goal(goal.x, goal.y)
         except ValueError as error:
             self.supervisor.refuse_message(str(error))
-            return
-        if field is None:
-            self._log('warning', 'goal_pose: there is no control field yet')
-        elif field.grid.cell_from_world(goal.x, goal.y) != field.goal:
-            x, y = field.grid.world_from_cell(*field.goal)
-            self._log('warning', f'goal_pose: the control field leads to ({x:g}, {y:g}) m only; '
-                                 f'demonstrate the way to ({goal.x:g}, {goal.y:g}) m first')
 
     # Services
 
     def _on_start(self, _: Any, response: Any) -> Any:
-        response.message = self.supervisor.start(time.monotonic())
+        others = self._peers.others if self._settings.exclusive_cmd_vel else []
+        response.message = (
+            f'{others[0]} publishes cmd_vel, too, and exclusive_cmd_vel is set' if others
+            else self.supervisor.start(time.monotonic()))
         response.success = not response.message
         if response.success:
             response.message = self.supervisor.status.sentence
-            self._owes_stop = False
+            self._book.owes_stop = False
             self._tell_trial()
             self._answer_tick()
         return response
@@ -276,23 +277,7 @@ class ControlFieldNode(Node):
                 self._experience.publish(cloud_from_decisions(rows, grid))
         self._tell_trial()
         if answer.velocity is not None:
-            self._send(answer.velocity, odometry or self._odometry_message)
-
-    def _send(self, velocity: tuple[float, float], odometry: Odometry | None) -> None:
-        if self._settings.lockstep and odometry is not None:
-            if _key(odometry) == self._answered:
-                self._owes_stop = velocity == STANDSTILL
-                return
-            self._answered = _key(odometry)
-        self._send_now(velocity, odometry)
-
-    def _send_now(self, velocity: tuple[float, float], odometry: Odometry | None) -> None:
-        fill_twist(self._command, *velocity)
-        if self._settings.is_stamped:
-            self._command.header.stamp = (
-                self.get_clock().now().to_msg() if odometry is None else odometry.header.stamp)
-        self._own.sent(*_stamp_of(self._command), *velocity)
-        self._commands.publish(self._command)
+            self._writer.send(answer.velocity, odometry or self._book.odometry)
 
     def _tell_trial(self) -> None:
         """Publish how the trial stands when that has changed."""
@@ -314,7 +299,7 @@ class ControlFieldNode(Node):
                 self._settings.takeover_timeout):
             self._teleop_at = None
             self._end_teleop()
-        if self.count_publishers('cmd_vel') != self._n_publishers:
+        if self.count_publishers('cmd_vel') != self._peers.n_publishers:
             self._look_at_peers()
 
     def _end_teleop(self) -> None:
@@ -326,49 +311,36 @@ class ControlFieldNode(Node):
     def _look_at_peers(self) -> None:
         """Note who is on `cmd_vel`, and say once which parameter to set for another type."""
         topic = self.resolve_topic_name('cmd_vel')
-        publishers = self.get_publishers_info_by_topic(topic)
-        self._n_publishers = len(publishers)
-        names = [f'{peer.node_namespace.rstrip("/")}/{peer.node_name}' for peer in publishers]
-        if self.get_fully_qualified_name() in names:
-            names.remove(self.get_fully_qualified_name())
-        self._others = names
-        mine = f'geometry_msgs/msg/{self._command_type.__name__}'
-        mismatch = mismatch_of(mine, publishers, self.get_subscriptions_info_by_topic(topic))
-        if mismatch and mismatch != self._mismatch:
-            self._log('warning', mismatch)
-        self._mismatch = mismatch
-        if names and self._settings.exclusive_cmd_vel:
-            self._publish(self.supervisor.saw_rival(names[0]))
+        news = self._peers.look(
+            self.get_fully_qualified_name(), f'geometry_msgs/msg/{self._writer.kind.__name__}',
+            self.get_publishers_info_by_topic(topic),
+            self.get_subscriptions_info_by_topic(topic))
+        if news:
+            self._log('warning', news)
+        if self._peers.others and self._settings.exclusive_cmd_vel:
+            self._publish(self.supervisor.saw_rival(self._peers.others[0]))
 
     def _has_rival(self) -> bool:
         """Tell whether another controller is on `cmd_vel`."""
-        if self.count_publishers('cmd_vel') != self._n_publishers:
+        if self.count_publishers('cmd_vel') != self._peers.n_publishers:
             self._look_at_peers()
-        return any(name.rpartition('/')[2] == self.get_name() for name in self._others)
+        return any(name.rpartition('/')[2] == self.get_name() for name in self._peers.others)
 
     def _tell(self) -> None:
         self._look_at_peers()
         array = DiagnosticArray(status=[diagnostic_from_supervisor(
-            self.supervisor, self.get_fully_qualified_name(), self._mismatch, self._others)])
-        array.header.stamp = self.get_clock().now().to_msg()
+            self.supervisor, self.get_fully_qualified_name(), self._peers)])
+        array.header.stamp = self._time()
         self._diagnostics.publish(array)
 
     def close(self) -> None:
         """Leave the robot standing, and say how the trial ended."""
         self.supervisor.stop(StopReason.SHUTDOWN)
         self._tell_trial()
-        self._send_now(STANDSTILL, self._odometry_message)
+        self._writer.send_now(STANDSTILL, self._book.odometry)
         patience = Duration(nanoseconds=200_000_000)
         self._commands.wait_for_all_acked(patience)
         self._trials.wait_for_all_acked(patience)
-
-
-def _key(msg: Any) -> tuple[int, int]:
-    return msg.header.stamp.sec, msg.header.stamp.nanosec
-
-
-def _stamp_of(msg: Any) -> tuple[int, ...]:
-    return _key(msg) if hasattr(msg, 'header') else ()
 
 
 def main(args: list[str] | None = None) -> None:

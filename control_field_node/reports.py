@@ -1,15 +1,62 @@
 """What the controller says about itself on `/diagnostics`, and which peers do not fit."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
+from control_field.watch import StopReason
 from control_field_node.supervisor import Supervisor
 
 
+class Peers:
+    """
+    Who else is on `cmd_vel`.
+
+    Attributes
+    ----------
+    others : list of str
+        Full names of the other nodes that may publish.
+    mismatch : str
+        One line if a peer has the other type, else empty.
+    n_publishers : int
+        Publishers there were at the last look, the own one included.
+
+    """
+
+    def __init__(self) -> None:
+        """Start alone."""
+        self.others: list[str] = []
+        self.mismatch = ''
+        self.n_publishers = 0
+
+    def look(
+        self, own: str, mine: str, publishers: Sequence[Any], subscribers: Sequence[Any],
+    ) -> str:
+        """
+        Note who is there; return a line to log if something new does not fit.
+
+        Parameters
+        ----------
+        own : str
+            Full name of this node.
+        mine : str
+            Type it has `cmd_vel` as.
+        publishers, subscribers : sequence of TopicEndpointInfo
+            Who is on the topic.
+
+        """
+        self.n_publishers = len(publishers)
+        self.others = [f'{peer.node_namespace.rstrip("/")}/{peer.node_name}'
+                       for peer in publishers]
+        if own in self.others:
+            self.others.remove(own)
+        before, self.mismatch = self.mismatch, mismatch_of(mine, publishers, subscribers)
+        return self.mismatch if self.mismatch != before else ''
+
+
 def diagnostic_from_supervisor(
-    supervisor: Supervisor, name: str, mismatch: str, others: Iterable[str],
+    supervisor: Supervisor, name: str, peers: Peers,
 ) -> DiagnosticStatus:
     """
     Write how the controller stands.
@@ -20,21 +67,19 @@ def diagnostic_from_supervisor(
         The controller.
     name : str
         Of the node.
-    mismatch : str
-        One line if a peer on `cmd_vel` has the other type, else empty.
-    others : iterable of str
-        Names of other nodes that may publish `cmd_vel`.
+    peers : Peers
+        Who else is on `cmd_vel`.
 
     """
     status = supervisor.status
     problem = supervisor.problem
     values: dict[str, Any] = {
         'state': status.state, 'trial': status.trial, 'revision': status.revision,
-        'stop_reason': '' if problem is None else problem,
-        'field_refused': supervisor.refusal, 'other_publishers': ', '.join(sorted(others)),
+        'stop_reason': _reason(supervisor) or '',
+        'field_refused': supervisor.refusal, 'other_publishers': ', '.join(sorted(peers.others)),
         'speed': f'{supervisor.velocity[0]:.3f}', 'turn_rate': f'{supervisor.velocity[1]:.3f}',
         **{key.replace(' ', '_'): count for key, count in sorted(supervisor.counts.items())}}
-    message = mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
+    message = peers.mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
     if supervisor.field is None and not message:
         message = 'no control field yet'
     warns = bool(message) or problem is not None
@@ -43,6 +88,15 @@ def diagnostic_from_supervisor(
         name=f'{name.lstrip("/")}: controller', hardware_id=supervisor.settings.robot_id,
         message=message or (problem.sentence if problem is not None else status.sentence),
         values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+
+
+def _reason(supervisor: Supervisor) -> StopReason | None:
+    """Return why the robot stands; None while it drives or is only not asked to."""
+    if supervisor.problem is not None or supervisor.run is not None:
+        return supervisor.problem
+    if supervisor.field is None:
+        return StopReason.WRONG_FIELD if supervisor.refusal else StopReason.NO_FIELD
+    return supervisor.ended_by
 
 
 def mismatch_of(mine: str, publishers: Iterable[Any], subscribers: Iterable[Any]) -> str:

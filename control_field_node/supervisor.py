@@ -15,11 +15,11 @@ from control_field.gate import gate, GateReason
 from control_field.grid import Grid
 from control_field.limits import STANDSTILL, Velocity, within_acceleration, within_speed
 from control_field.parameters import Parameters
-from control_field.records import ControlField, Outcome
+from control_field.records import ControlField
 from control_field.watch import Freshness, PoseWatch, StopReason, TakeoverWatch
 from control_field_node.seen import cached_seen, Seen
 from control_field_node.settings import Settings
-from control_field_node.trial_run import Move, Rows, TrialRun
+from control_field_node.trial_run import ended_by, Move, Rows, TrialRun
 from msgs_bridge.neighbourhoods import Neighbourhood
 from msgs_bridge.poses import Pose
 from msgs_bridge.trial_status import State, TrialStatus
@@ -73,6 +73,7 @@ class Supervisor:
         self.field: ControlField | None = None
         self.run: TrialRun | None = None
         self.problem: StopReason | None = None
+        self.ended_by: StopReason | None = None
         self.refusal = ''
         self.counts: Counter[str] = Counter()
         self.velocity: Velocity = STANDSTILL
@@ -160,7 +161,8 @@ class Supervisor:
             return refusal
         self._trial += 1
         self.run = TrialRun(self.field, self.parameters, self.settings, self._trial)
-        self.problem, self._ended = None, None
+        self.problem = self.ended_by = self._ended = None
+        self._takeover.let_go()
         self._log('info', f'trial {self._trial} starts on field revision {self.field.revision}')
         return ''
 
@@ -176,28 +178,26 @@ class Supervisor:
         if not self.field.grid.contains(*self.field.grid.cell_from_world(
                 self.pose.x, self.pose.y)):
             return f'the robot is outside the workspace, at ({self.pose.x:g}, {self.pose.y:g}) m'
-        if self._takeover.is_taken_over(now):
-            return 'a person is driving'
         return ''
 
     def stop(self, reason: StopReason = StopReason.ASKED) -> Answer:
         """End the trial, if one runs, with one standstill."""
         if self.run is None:
             return NOTHING
-        return self._end(reason.outcome or Outcome.STOPPED, reason.sentence)
+        return self._end(ended_by(reason))
 
-    def _end(self, outcome: Outcome, reason: str, rows: tuple[Rows, ...] = ()) -> Answer:
+    def _end(self, move: Move) -> Answer:
         run, silent = self.run, self.problem is StopReason.TAKEN_OVER
         assert run is not None
         self._ended = TrialStatus(
-            State.ENDED, run.trial, outcome, reason, run.policy.n_steps, run.policy.n_decisions,
-            run.policy.n_reinforcements, run.revision, self._stamp)
-        self.run, self.problem = None, None
-        self._log('info' if outcome is Outcome.GOAL else 'warning', self._ended.sentence)
+            State.ENDED, run.trial, move.outcome, move.reason, run.policy.n_steps,
+            run.policy.n_decisions, run.policy.n_reinforcements, run.revision, self._stamp)
+        self.run, self.problem, self.ended_by = None, None, move.stop
+        self._log('info' if move.stop is None else 'warning', self._ended.sentence)
         if silent:
-            return Answer(None, rows)
+            return Answer(None, move.rows)
         self.velocity = STANDSTILL
-        return Answer(STANDSTILL, rows)
+        return Answer(STANDSTILL, move.rows)
 
     def _pause(self, reason: StopReason, detail: str = '') -> Answer:
         """Stand still until the cause is gone; the standstill is said once."""
@@ -205,7 +205,7 @@ class Supervisor:
         if run is None or reason is self.problem:
             return NOTHING
         if reason.outcome is not None:
-            return self._end(reason.outcome, detail or reason.sentence)
+            return self._end(ended_by(reason, detail))
         self.problem = reason
         run.interrupt()
         self._log('warning', f'trial {run.trial} pauses: {detail or reason.sentence}')
@@ -225,8 +225,8 @@ class Supervisor:
     def saw_neighbourhood(self, neighbourhood: Neighbourhood, now: float) -> None:
         """Take in a neighbourhood; one older than the last is passed over."""
         last = self.neighbourhood
-        if last is not None and 0.0 < last.stamp - neighbourhood.stamp <= (
-                self.settings.neighbourhood_timeout):
+        if last is not None and not self.settings.lockstep and (
+                0.0 < last.stamp - neighbourhood.stamp <= self.settings.neighbourhood_timeout):
             self.counts['late neighbourhoods'] += 1
             return
         self.neighbourhood = neighbourhood
@@ -295,18 +295,19 @@ class Supervisor:
         self._resume()
         move = run.step(pose, seen, self.velocity[0])
         if move.outcome is not None:
-            return self._end(move.outcome, move.reason, move.rows)
+            return self._end(move)
         return Answer(self._gated(move.velocity, pose, seen, self._dt), move.rows)
 
     def _follow(self, run: TrialRun, pose: Pose, seen: Seen | None) -> Answer:
         self._pause(StopReason.TAKEN_OVER)
         move = Move(STANDSTILL) if seen is None else run.follow(pose, seen)
         if move.outcome is not None:
-            return self._end(move.outcome, move.reason, move.rows)
+            return self._end(move)
         return Answer(None, move.rows)
 
     def _seen_now(self, now: float) -> Seen | None:
-        if self.neighbourhood is None or self.grid is None or self._sight.is_stale(now):
+        if self.neighbourhood is None or self.grid is None or self._sight.is_stale(now) or (
+                abs(self._stamp - self.neighbourhood.stamp) > self._sight.timeout):
             return None
         return self._seen(self.neighbourhood, self.grid, self.parameters.unknown_is_blocked)
 
@@ -317,6 +318,16 @@ class Supervisor:
         if reason is not GateReason.NONE:
             self.counts[f'gate {reason}'] += 1
         return self.velocity
+
+    def saw_goal(self, x: float, y: float) -> None:
+        """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
+        field = self.field
+        if field is None:
+            self._log('warning', 'goal_pose: there is no control field yet')
+        elif field.grid.cell_from_world(x, y) != field.goal:
+            there = field.grid.world_from_cell(*field.goal)
+            self._log('warning', f'goal_pose: the control field leads to ({there[0]:g}, '
+                                 f'{there[1]:g}) m only; demonstrate the way to ({x:g}, {y:g}) m')
 
     # Time alone
 

@@ -36,6 +36,8 @@ class Move:
         How the trial has ended.
     reason : str
         One sentence, empty for goal.
+    stop : StopReason or None
+        The rule that ended it, None for goal.
 
     """
 
@@ -43,11 +45,14 @@ class Move:
     rows: tuple[Rows, ...] = field(default=_NO_ROWS)
     outcome: Outcome | None = None
     reason: str = ''
+    stop: StopReason | None = None
 
 
-def ended_by(reason: StopReason, text: str = '') -> Move:
+def ended_by(
+    reason: StopReason, text: str = '', rows: tuple[Rows, ...] = _NO_ROWS,
+) -> Move:
     """Return the move that ends a trial for a reason."""
-    return Move(STANDSTILL, _NO_ROWS, reason.outcome, text or reason.sentence)
+    return Move(STANDSTILL, rows, reason.outcome, text or reason.sentence, reason)
 
 
 class TrialRun:
@@ -73,6 +78,7 @@ class TrialRun:
         """Start at the robot's present cell, wherever that is."""
         self.trial = trial
         self.settings = settings
+        self._step_limit = parameters.step_limit
         self.policy = TrialPolicy(
             control_field, parameters, np.random.default_rng(parameters.seed + trial), trial)
         self.drive = Drive(control_field.grid, settings.limits, settings.arrival_tolerance,
@@ -144,17 +150,19 @@ class TrialRun:
         if self.policy.at_goal(seen.row, seen.col):
             self._is_home = True
             self.drive.to_centre(pose)
-            return self.step_home(pose, seen)
+            return self._step_home(pose, seen)
         if self._is_lost(seen):
             return ended_by(StopReason.LOW_COHERENCE)
         choice = self.policy.decide(seen.row, seen.col, seen.blocked, seen.unknown, pose.stamp)
         rows = (choice.decisions,) if len(choice.decisions) else _NO_ROWS
         if choice.heading < 0:
-            return Move(STANDSTILL, rows, Outcome.GAVE_UP, choice.reason)
+            limit = self.policy.n_steps >= self._step_limit
+            return ended_by(
+                StopReason.STEP_LIMIT if limit else StopReason.NO_WAY, choice.reason, rows)
         self.drive.go(choice.heading, pose, seen)
         return Move(self.drive.velocity(pose), rows)
 
-    def step_home(self, pose: Pose, seen: Seen) -> Move:
+    def _step_home(self, pose: Pose, seen: Seen) -> Move:
         """Drive the last piece to the goal's centre."""
         if self.drive.is_due(pose, seen):
             return Move(STANDSTILL, _NO_ROWS, Outcome.GOAL)

@@ -1,0 +1,69 @@
+"""What goes to `cmd_vel`: one message used again and again, and which ones are our own."""
+
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped
+
+from control_field.limits import STANDSTILL, Velocity
+from control_field.watch import OwnCommands
+from control_field_node.lockstep import key_of, TickBook
+from control_field_node.settings import Settings
+from msgs_bridge.velocities import fill_twist
+
+
+class CommandWriter:
+    """
+    Writes commands, in lock-step one a tick.
+
+    Parameters
+    ----------
+    settings : Settings
+        Which type, which frame, whether in lock-step.
+    book : TickBook
+        Which tick is open.
+    now : callable
+        Returns the Time to stamp a command with that answers nothing.
+
+    Attributes
+    ----------
+    kind : type
+        Twist or TwistStamped.
+    publish : callable
+        Gets the messages; set once there is a publisher.
+
+    """
+
+    def __init__(self, settings: Settings, book: TickBook, now: Callable[[], Any]) -> None:
+        """Prepare the message."""
+        self.kind = TwistStamped if settings.is_stamped else Twist
+        self.publish: Callable[[Any], None] = lambda _: None
+        self._lockstep = settings.lockstep
+        self._book = book
+        self._now = now
+        self._own = OwnCommands()
+        self._msg = self.kind()
+        if settings.is_stamped:
+            self._msg.header.frame_id = settings.base_frame_id
+
+    def send(self, velocity: Velocity, odometry: Any) -> None:
+        """Send a command in answer to odometry; in lock-step not twice to the same."""
+        if not self._lockstep or odometry is None or self._book.answer(
+                odometry, velocity == STANDSTILL):
+            self.send_now(velocity, odometry)
+
+    def send_now(self, velocity: Velocity, odometry: Any) -> None:
+        """Send a command with the stamp of odometry, or of now where there is none."""
+        fill_twist(self._msg, *velocity)
+        if self.kind is TwistStamped:
+            self._msg.header.stamp = self._now() if odometry is None else odometry.header.stamp
+        self._own.sent(*_stamp_of(self._msg), *velocity)
+        self.publish(self._msg)
+
+    def is_own(self, msg: Any, velocity: Velocity) -> bool:
+        """Tell whether a message that arrived was sent here."""
+        return self._own.is_own(*_stamp_of(msg), *velocity)
+
+
+def _stamp_of(msg: Any) -> tuple[int, ...]:
+    return key_of(msg) if hasattr(msg, 'header') else ()
