@@ -1,5 +1,6 @@
 """The node `sim_node`: a simulated robot on the topics of a real one."""
 
+from contextlib import suppress
 import sys
 from typing import Any, Final, NoReturn
 
@@ -306,7 +307,8 @@ def main(args: list[str] | None = None) -> None:
         if rclpy.ok():
             raise
     finally:
-        rclpy.try_shutdown()
+        with suppress(rcl.RCLError):  # the signal's own shutdown may be under way
+            rclpy.try_shutdown()
 
 
 def _init(args: list[str] | None) -> None:

@@ -81,10 +81,13 @@ class Peer:
     def place(self, pose=START):
         self.places.publish(initialpose_from_pose(pose))
 
-    def first_tick(self):
-        """Place the robot, so that a tick comes that both sides know of."""
-        self.place()
-        self.wait(lambda: self.of(Odometry) and self.of(OccupancyGrid), 'a tick')
+    def first_tick(self, pose=START):
+        """Hear the tick that stands (it is repeated for us), place the robot, hear the next."""
+        self.wait(lambda: self.of(Odometry), 'the standing tick')
+        standing = self.of(Odometry)[-1].header.stamp
+        self.events.clear()
+        self.place(pose)
+        self.wait(lambda: any(o.header.stamp != standing for o in self.of(Odometry)), 'a tick')
         return self.of(Odometry)[-1]
 
     def drive(self, commands):
@@ -117,24 +120,21 @@ class TestLockStep:
     def run_once(self, domain, folder):
         with ros_helpers.own_node(domain) as node, simulator(
                 node, folder, lockstep=True, world='task1', slip=0.05, noise_std=0.02,
-                heading_drift=0.0175, seed=5, start_x=1.9, start_y=0.9) as peer:
-            self.wait_for_quiet(peer)
-            peer.events.clear()
-            peer.place(Pose(0.0, 1.8, 0.9, 0.0))
-            peer.wait(lambda: peer.of(Odometry), 'a tick')
+                heading_drift=0.0175, seed=5) as peer:
+            first = peer.first_tick(Pose(0.0, 1.75, 0.9, 0.0))
             peer.drive(COMMANDS)
-            return [(kind, bytes(data)) for kind, data in peer.events]
+            # Stamps tell ticks apart: what is equal is a tick repeated for a late reader.
+            return [[data for data in dict.fromkeys(bytes(d) for k, d in peer.events if k is kind)
+                     if self.stamp(kind, data) >= seconds_from_stamp(first.header.stamp)]
+                    for kind in (Odometry, OccupancyGrid)]
 
-    def wait_for_quiet(self, peer):
-        """Wait until the ticks that are repeated for late readers are through."""
-        peer.wait(lambda: len(peer.of(Odometry)) >= 4, 'the standing tick')
+    def stamp(self, kind, data):
+        return seconds_from_stamp(deserialize_message(data, kind).header.stamp)
 
     def test_two_runs_give_the_same_bytes(self, ros_domain, tmp_path):
         first, again = (self.run_once(ros_domain, tmp_path) for _ in range(2))
-        kinds = [kind for kind, _ in first]
-        assert kinds.count(Odometry) == len(COMMANDS) + 1
-        for kind in (Odometry, OccupancyGrid, Bool):
-            assert [d for k, d in first if k is kind] == [d for k, d in again if k is kind]
+        assert [len(messages) for messages in first] == [len(COMMANDS) + 1] * 2
+        assert first == again
 
     def test_a_tick_is_neighbourhood_and_odometry_of_one_stamp(self, ros_node, tmp_path):
         clocks = ros_helpers.collect(ros_node, Clock, '/clock')
@@ -142,7 +142,7 @@ class TestLockStep:
             peer.first_tick()
             last = peer.drive([(0.2, 0.0)] * 10)
             sights, poses = peer.of(OccupancyGrid), peer.of(Odometry)
-            assert [s.header.stamp for s in sights] == [p.header.stamp for p in poses]
+            assert [s.header.stamp for s in sights][-11:] == [p.header.stamp for p in poses][-11:]
             peer.wait(lambda: clocks and clocks[-1].clock == last.header.stamp, 'the clock')
             pose = pose_from_odometry(last)
             assert (pose.x, pose.y) == (pytest.approx(0.825), 0.875)
@@ -176,8 +176,7 @@ class TestLockStep:
 
     def test_contact_comes_before_the_tick_it_happened_in(self, ros_node, tmp_path):
         with simulator(ros_node, tmp_path, lockstep=True, start_x=4.85) as peer:
-            peer.place(Pose(0.0, 4.85, 0.875, 0.0))
-            peer.wait(lambda: peer.of(Odometry) and peer.of(Bool), 'a tick')
+            peer.first_tick(Pose(0.0, 4.85, 0.875, 0.0))
             for _ in range(10):
                 last = peer.drive([(0.2, 0.0)])
                 if last.twist.twist.linear.x == 0.0:
@@ -212,8 +211,7 @@ class TestRealTime:
             stamp = seconds_from_stamp(peer.odometry().header.stamp)
             now = ros_node.get_clock().now().nanoseconds * 1e-9
             assert abs(now - stamp) < 10.0
-            assert '/clock' not in dict(ros_node.get_publisher_names_and_types_by_node(
-                'sim_node', '/'))
+            assert not ros_node.get_publishers_info_by_topic('/clock')
 
     def test_sim_time_is_not_waited_for(self, ros_node, tmp_path):
         with simulator(ros_node, tmp_path, stamped=False, use_sim_time=True) as peer:
@@ -282,6 +280,7 @@ class TestParameters:
         with simulator(ros_node, tmp_path, lockstep=True) as peer:
             peer.wait(lambda: maps, 'the map')
             before = peer.first_tick()
+            assert not occupancy_from_map(maps[0])[1].any()
             assert set_parameters(ros_node, world='task1')[0].successful
             peer.wait(lambda: len(maps) == 2, 'the new map')
             grid, occupancy = occupancy_from_map(maps[1])
@@ -325,8 +324,7 @@ class TestParameters:
 def test_reset_and_diagnostics(ros_node, tmp_path):
     reports = ros_helpers.collect(ros_node, DiagnosticArray, '/diagnostics')
     with simulator(ros_node, tmp_path, lockstep=True, start_x=4.87) as peer:
-        peer.place(Pose(0.0, 4.87, 0.875, 0.0))
-        peer.wait(lambda: peer.of(Odometry), 'a tick')
+        peer.first_tick(Pose(0.0, 4.87, 0.875, 0.0))
         peer.drive([(0.2, 0.0)] * 4)
 
         def last():
@@ -338,7 +336,7 @@ def test_reset_and_diagnostics(ros_node, tmp_path):
         answer = ros_helpers.call(ros_node, Trigger, '/sim_node/reset')
         assert answer.success
         peer.wait(lambda: last()['contact'] == 'false', 'the report')
-        assert pose_from_odometry(peer.of(Odometry)[-1]).x == 4.87
+        peer.wait(lambda: pose_from_odometry(peer.of(Odometry)[-1]).x == 4.87, 'the reset')
         assert set_parameters(ros_node, start_x=-3.0)[0].successful
         answer = ros_helpers.call(ros_node, Trigger, '/sim_node/reset')
         assert not answer.success
