@@ -1,0 +1,189 @@
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+
+from control_field.grid import Grid
+from control_field.records import Outcome
+from control_field.watch import (
+    Freshness,
+    is_lost,
+    OwnCommands,
+    PoseWatch,
+    ProgressWatch,
+    Rules,
+    StopReason,
+    TakeoverWatch,
+)
+
+GRID = Grid(20, 20, 0.25)
+RULES = Rules()
+commands = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+
+
+@pytest.mark.parametrize('reason', StopReason)
+def test_every_reason_has_a_sentence_of_its_own(reason):
+    assert reason.sentence[0].islower()
+    assert not reason.sentence.endswith('.')
+    assert sum(other.sentence == reason.sentence for other in StopReason) == 1
+
+
+@pytest.mark.parametrize('reason', StopReason)
+def test_a_reason_either_ends_a_trial_or_lets_it_go_on(reason):
+    assert reason.resumes == (reason.outcome is None)
+    assert reason.outcome is not Outcome.GOAL
+
+
+def test_what_never_came_is_stale():
+    assert Freshness(0.5).is_stale(0.0)
+
+
+@given(st.floats(0.05, 10.0), st.floats(0.0, 1e6), st.floats(0.0, 20.0))
+def test_a_message_is_stale_after_its_timeout(timeout, arrived, age):
+    freshness = Freshness(timeout)
+    freshness.saw(arrived)
+    assert freshness.is_stale(arrived + age) == (arrived + age - arrived > timeout)
+
+
+def pose_watch(*, stamp=10.0, x=1.0, y=1.0):
+    watch = PoseWatch(RULES)
+    assert watch.observe(stamp, x, y, GRID) is None
+    return watch
+
+
+def test_a_clock_that_goes_back_is_told():
+    assert pose_watch().observe(9.0, 1.0, 1.0, GRID) is StopReason.CLOCK_JUMPED_BACK
+
+
+def test_after_a_clock_went_back_the_new_time_counts():
+    watch = pose_watch()
+    watch.observe(2.0, 1.0, 1.0, GRID)
+    assert watch.observe(2.05, 1.0, 1.0, GRID) is None
+
+
+def test_a_jump_is_told_and_driving_is_not():
+    assert pose_watch().observe(10.05, 1.0, 1.2, GRID) is StopReason.POSE_JUMPED
+    assert pose_watch().observe(10.05, 1.0, 1.011, GRID) is None
+    assert pose_watch().observe(20.0, 3.0, 1.0, GRID) is None
+
+
+def test_outside_is_told():
+    watch = pose_watch(x=4.99)
+    assert watch.observe(10.05, 5.0, 1.0, GRID) is StopReason.OUTSIDE_WORKSPACE
+
+
+@pytest.mark.parametrize(('stamp', 'repeated'), [
+    (10.0, True), (9.9, True), (9.4, False), (10.05, False)])
+def test_duplicates_and_late_ones_are_passed_over_and_counted(stamp, repeated):
+    watch = pose_watch()
+    assert watch.is_repeated(stamp) == repeated
+    assert watch.n_dropped == repeated
+
+
+def told(watch, stamps, place, n_steps=lambda t: 0, speed=0.0):
+    """Return when which reason came first."""
+    for t in stamps:
+        reason = watch.observe(t, *place(t), n_steps(t), speed)
+        if reason is not None:
+            return t, reason
+    return None
+
+
+def seconds(n, dt=0.5):
+    return [dt * k for k in range(int(n / dt) + 1)]
+
+
+def test_a_robot_that_only_turns_makes_no_progress():
+    assert told(ProgressWatch(RULES), seconds(60), lambda t: (1.0, 1.0, t)) == (
+        10.5, StopReason.NO_PROGRESS)
+
+
+def test_circling_in_a_small_place_is_no_progress():
+    def place(t):
+        return 1.0 + 0.2 * math.cos(t), 1.0 + 0.2 * math.sin(t), t
+
+    assert told(ProgressWatch(RULES), seconds(60), place, speed=0.2) == (
+        10.5, StopReason.NO_PROGRESS)
+
+
+def test_slow_but_far_enough_is_progress():
+    assert told(ProgressWatch(RULES), seconds(60), lambda t: (0.06 * t, 1.0, 0.0)) is None
+
+
+def test_a_step_is_progress():
+    assert told(ProgressWatch(RULES), seconds(60), lambda t: (1.0, 1.0, t),
+                n_steps=lambda t: int(t / 9)) is None
+
+
+def test_told_to_drive_and_not_moving_is_a_stall():
+    assert told(ProgressWatch(RULES), seconds(60), lambda t: (1.0, 1.0, 0.0), speed=0.1) == (
+        2.5, StopReason.STALLED)
+
+
+def test_turning_is_no_stall():
+    assert told(ProgressWatch(RULES), seconds(5), lambda t: (1.0, 1.0, t), speed=0.1) is None
+
+
+def test_a_pause_starts_progress_anew_but_not_the_time_limit():
+    watch = ProgressWatch(Rules(time_limit=20.0))
+    assert told(watch, seconds(9), lambda t: (1.0, 1.0, t)) is None
+    watch.restart()
+    assert told(watch, [9.0 + t for t in seconds(10)], lambda t: (1.0, 1.0, t)) is None
+    watch.restart()
+    assert told(watch, [19.0 + t for t in seconds(10)], lambda t: (1.0, 1.0, t)) == (
+        20.5, StopReason.TIME_LIMIT)
+
+
+def test_a_person_is_gone_after_the_timeout():
+    watch = TakeoverWatch(0.5)
+    assert not watch.is_taken_over(0.0)
+    watch.saw_foreign(3.0)
+    assert watch.is_taken_over(3.4)
+    assert not watch.is_taken_over(3.5)
+
+
+def test_handing_over_forgets_the_person():
+    watch = TakeoverWatch(0.5)
+    watch.saw_foreign(3.0)
+    watch.let_go()
+    assert not watch.is_taken_over(3.0)
+
+
+@given(st.lists(commands, max_size=20), st.data())
+def test_own_commands_come_back_in_order_and_some_are_lost(sent, data):
+    own = OwnCommands()
+    for command in sent:
+        own.sent(*command)
+    kept = data.draw(st.lists(st.booleans(), min_size=len(sent), max_size=len(sent)))
+    assert all(own.is_own(*command) for command, k in zip(sent, kept, strict=True) if k)
+
+
+@given(st.lists(commands, max_size=20), commands)
+def test_a_command_that_was_not_sent_is_foreign(sent, other):
+    own = OwnCommands()
+    for command in sent:
+        own.sent(*command)
+    assert own.is_own(*other) == (other in sent)
+
+
+def test_a_command_is_own_only_once():
+    own = OwnCommands()
+    own.sent(0.1, 0.0)
+    assert own.is_own(0.1, 0.0)
+    assert not own.is_own(0.1, 0.0)
+
+
+def test_what_is_remembered_of_own_commands_is_limited():
+    own = OwnCommands(limit=3)
+    for k in range(10):
+        own.sent(float(k), 0.0)
+    assert not own.is_own(6.0, 0.0)
+    assert own.is_own(7.0, 0.0)
+
+
+@pytest.mark.parametrize(('coherence', 'supported', 'q', 'lost'), [
+    (0.01, False, 0.0, True), (0.01, True, 0.0, False), (0.01, False, -0.5, False),
+    (0.5, False, 0.0, False)])
+def test_the_field_is_lost_only_where_nothing_speaks_for_it(coherence, supported, q, lost):
+    assert is_lost(coherence, supported, abs(q), 0.05) == lost
