@@ -128,7 +128,8 @@ def time_to_contact(
         return seconds, False
     room, free = clearance.at(start.x, start.y), 0.0
     while free < seconds:
-        ahead = min(free + max(room, _LOOK) / abs(v), seconds)
+        step = max(room, _LOOK)
+        ahead = free + step / abs(v) if step < abs(v) * (seconds - free) else seconds
         limit, room = min(room, 0.0), _room(start, v, w, ahead, clearance)
         if room < limit:
             return _bisect(start, v, w, free, ahead, limit, clearance), True
@@ -183,7 +184,8 @@ class Robot:
 
     def place(self, where: Placement) -> None:
         """Put the robot somewhere else; its odometry is told so."""
-        where = Placement(where.x, where.y, math.remainder(where.yaw, math.tau))
+        yaw = math.remainder(where.yaw, math.tau)
+        where = Placement(float(where.x), float(where.y), yaw)
         self.truth = where
         self.odometry = where
         self.speed = self.turn_rate = 0.0

@@ -77,7 +77,8 @@ class TestArc:
             return np.array([math.cos(start.yaw + w * s), math.sin(start.yaw + w * s)])
         expected = v * t / 6 * (course(0) + 4 * course(t / 2) + course(t))
         end = arc(start, v, w, t)
-        np.testing.assert_allclose([end.x - start.x, end.y - start.y], expected, atol=5e-15)
+        np.testing.assert_allclose(
+            [end.x - start.x, end.y - start.y], expected, rtol=0, atol=1e-14)
 
     @given(places, speeds, turn_rates, seconds, st.floats(0, 1))
     def test_two_parts_are_the_whole(self, start, v, w, t, share):
@@ -167,6 +168,45 @@ class TestContact:
             # Nothing lies between: robot and chord are no farther apart than v t.
             assert math.dist(before[:2], robot.truth[:2]) <= 0.8 * tick + 1e-9
             assert not (touches and (robot.speed or robot.turn_rate))
+
+    @given(worlds, st.integers(0, 71), angles, st.floats(-0.3, 0.3), st.floats(-1.5, 1.5))
+    @example(open_world(8, 9, [(4, 4)]), 28, 0.55, 0.3, 0.0)
+    @settings(max_examples=300)
+    def test_nothing_is_touched_on_the_way(self, world, place, yaw, v, w):
+        clearance = Clearance(world, RADIUS)
+        start = Placement(*world.grid.world_from_cell(place // 9, place % 9), yaw)
+        if world.is_blocked(place // 9, place % 9):
+            return
+        free, touches = time_to_contact(start, v, w, 5.0, clearance)
+        for t in np.linspace(0.0, free, 400):
+            assert clearance.at(*arc(start, v, w, float(t))[:2]) >= -2e-6
+        assert touches or free == 5.0
+        if touches and abs(v) > 1e-3:
+            assert clearance.at(*arc(start, v, w, free + 2e-3 / abs(v))[:2]) < 3e-3
+
+    @pytest.mark.parametrize(('depth', 'expected'), [(1e-4, True), (-1e-5, False)])
+    @pytest.mark.parametrize('shift', np.linspace(0.0, 0.05, 7))
+    def test_a_corner_is_grazed_or_not(self, depth, expected, shift):
+        # At 45 degrees past the lower right corner of the cell, (2.75, 2.5).
+        clearance = Clearance(open_world(blocked=[(10, 10)]), RADIUS)
+        along, aside = np.array([1.0, 1.0]) / math.sqrt(2), np.array([1.0, -1.0]) / math.sqrt(2)
+        x, y = np.array([2.75, 2.5]) + (RADIUS - depth) * aside - (0.6 + shift) * along
+        start = Placement(float(x), float(y), math.pi / 4)
+        assert time_to_contact(start, 0.2, 0.0, 6.0, clearance)[1] == expected
+
+    def test_hardly_any_speed(self):
+        clearance = Clearance(open_world(), RADIUS)
+        assert time_to_contact(
+            Placement(2.5, 2.5, 0.0), 5e-324, 0.0, 1.0, clearance) == (1.0, False)
+
+    @pytest.mark.parametrize('yaw', [0.0, 0.3, -0.7])
+    def test_a_sheet_of_a_wall_is_not_jumped(self, yaw):
+        cells = np.zeros((200, 200), dtype=np.int8)
+        cells[:, 100] = 100
+        clearance = Clearance(World(Grid(200, 200, 0.02), cells), RADIUS)
+        robot = Robot(Body(v_max=5.0), Wheels(), Placement(1.0, 2.0, yaw))
+        assert robot.drive(5.0, 0.0, 1.0, clearance, rng())
+        assert robot.truth.x == pytest.approx(2.0 - RADIUS, abs=1e-6)
 
     @given(st.floats(0.3, 2.2), st.floats(0.3, 4.7), angles, speeds, turn_rates)
     @settings(max_examples=100)
