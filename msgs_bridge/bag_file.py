@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import cast, Final, IO
+from typing import IO, Final, cast
 
 from mcap.writer import CompressionType, Writer
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Any, Final
 
-from nav_msgs.msg import OccupancyGrid
 import numpy as np
 import numpy.typing as npt
+from nav_msgs.msg import OccupancyGrid
 
 from control_field.grid import Grid
 from control_field.sight import BLOCKED, FREE, UNKNOWN
@@ -20,7 +20,8 @@ from msgs_bridge.poses import (
 #: the workspace's, as a share. The message carries the resolution as float32.
 ALIGNMENT_TOLERANCE: Final = 0.01
 RESOLUTION_TOLERANCE: Final = 1e-4
-_MAX_TURN: Final = 1e-3
+#: How far a grid may be turned, [rad].
+MAX_TURN: Final = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +173,7 @@ def _read(msg: Any, name: str) -> tuple[Grid, npt.NDArray[np.int8]]:
     try:
         turn = origin.orientation
         yaw = yaw_from_quaternion(turn.x, turn.y, turn.z, turn.w)
-        if abs(yaw) > _MAX_TURN:
+        if abs(yaw) > MAX_TURN:
             raise ValueError(f'origin is turned by {yaw:.3f} rad, must be 0')
         grid = Grid(height, width, _short_float(msg.info.resolution),
                     origin.position.x, origin.position.y, msg.header.frame_id)

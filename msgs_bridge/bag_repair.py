@@ -1,0 +1,194 @@
+"""Mending bags whose recorder was killed or ran out of disk."""
+
+import os
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from msgs_bridge.bag_file import HEADER_NAME, McapFile
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder, error_line, mcap_path
+from msgs_bridge.bag_metadata import (
+    NAME,
+    BagSummary,
+    TopicSummary,
+    sync_folder,
+    write_metadata,
+)
+from msgs_bridge.bag_records import BagReader
+
+
+@dataclass(frozen=True)
+class RepairReport:
+    """
+    What was found in a bag and done about it.
+
+    Parameters
+    ----------
+    folder : Path
+        The bag.
+    changed : bool
+        Whether anything was done.
+    damage : str
+        What was wrong with the MCAP file; empty if it was whole.
+    complete : bool
+        Whether no message is missing.
+    n_messages : int
+        Messages that are readable.
+    n_lost_bytes : int
+        Bytes that are not, and may have held messages.
+    last_time : int or None, [ns]
+        Log time of the last readable message.
+    kept : Path or None
+        Where the file as it was found is kept; only if bytes of it were dropped.
+
+    """
+
+    folder: Path
+    changed: bool
+    damage: str
+    complete: bool
+    n_messages: int
+    n_lost_bytes: int
+    last_time: int | None
+    kept: Path | None
+
+    def __str__(self) -> str:
+        """Say it in one line."""
+        if not self.changed:
+            return f'{self.folder}: whole, {self.n_messages} messages'
+        if not self.damage:
+            return f'{self.folder}: {NAME} was missing, written anew; no message lost'
+        found = f'{self.folder}: mended, {self.damage}; {self.n_messages} messages kept'
+        if self.complete:
+            return f'{found}, no message lost'
+        last = '' if self.last_time is None else f', the last at {self.last_time / 1e9:.3f} s'
+        lost = (f'{self.n_lost_bytes} bytes were not readable and are kept in {self.kept.name}'
+                if self.kept else 'what came after is missing')
+        return f'{found}{last}; {lost}'
+
+
+def needs_repair(folder: Path | str) -> bool:
+    """
+    Tell whether a bag was not closed properly.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read.
+
+    """
+    folder = Path(folder)
+    path = mcap_path(folder)
+    if not path.exists() or not (folder / NAME).exists() or path.stat().st_size == 0:
+        return True
+    return bool(BagReader(path).damage)
+
+
+def repair_bag(folder: Path | str) -> RepairReport:
+    """
+    Mend a bag of ours; a whole one is left alone, so that mending again changes nothing.
+
+    The MCAP file is written anew from all that is readable and takes the old one's place at
+    once. Where bytes had to be dropped, the old file is kept beside it, ending in ``.cut``.
+
+    Parameters
+    ----------
+    folder : Path
+        The bag's folder.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read or written, or is no bag of ours.
+
+    """
+    folder = Path(folder)
+    path = mcap_path(folder)
+    try:
+        if not path.exists():
+            _check_empty(folder)
+            path.touch()
+        reader = BagReader(path)
+        kept = None
+        if reader.damage:
+            kept = path.with_suffix('.mcap.cut') if reader.n_lost_bytes else None
+            summary = _rewrite(reader, path, kept)
+        else:
+            summary = _summary(reader, path)
+        changed = bool(reader.damage) or not (folder / NAME).exists()
+        if changed:
+            write_metadata(folder, summary)
+    except OSError as error:
+        raise BagError(error_line('repair', folder, error)) from None
+    return RepairReport(
+        folder, changed, reader.damage, reader.complete, summary.count,
+        reader.n_lost_bytes, summary.end if summary.count else None, kept)
+
+
+def repair_task(task: TaskFolder) -> list[RepairReport]:
+    """
+    Mend all bags of a task that need it.
+
+    Returns
+    -------
+    list of RepairReport
+        One for each bag that was mended, in order.
+
+    Raises
+    ------
+    BagError
+        See `repair_bag`.
+
+    """
+    reports = [repair_bag(episode.path) for episode in _damaged(task)]
+    return [report for report in reports if report.changed]
+
+
+def _damaged(task: TaskFolder) -> list[EpisodeFolder]:
+    return [episode for episode in task.episodes() if needs_repair(episode.path)]
+
+
+def _check_empty(folder: Path) -> None:
+    """Refuse to put a bag into a folder that holds something else."""
+    if not folder.is_dir():
+        raise BagError(f'there is no bag {folder}')
+    others = sorted(path.name for path in folder.iterdir() if path.suffix in ('.mcap', '.db3'))
+    if others:
+        raise BagError(f'{folder} is no bag of ours: it holds {others[0]}')
+
+
+def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
+    """Write all that is readable into a new file, and let it take the old one's place."""
+    draft = path.with_suffix('.mcap.tmp')
+    draft.unlink(missing_ok=True)
+    headers = [values for name, values in reader.metadata if name == HEADER_NAME]
+    file = McapFile(draft, headers[0] if headers else None)
+    try:
+        for channel in reader.channels.values():
+            file.add_channel(channel.topic, channel.schema.name, channel.schema.data,
+                             channel.metadata)
+        for channel, log_time, publish_time, message in reader.records():
+            file.add(channel.topic, message, log_time, publish_time)
+        summary = file.finish(path.name)
+        if kept is not None and not kept.exists():
+            os.link(path, kept)
+        draft.replace(path)
+        sync_folder(path.parent)
+    except OSError:
+        with suppress(OSError):
+            draft.unlink()
+        raise
+    return summary
+
+
+def _summary(reader: BagReader, path: Path) -> BagSummary:
+    """Summarise a whole file."""
+    times = [reader.messages_of([number]).log_times for number in reader.channels]
+    used = [times_of for times_of in times if len(times_of)]
+    return BagSummary(
+        path.name, min((int(times_of.min()) for times_of in used), default=0),
+        max((int(times_of.max()) for times_of in used), default=0),
+        [TopicSummary(channel.topic, channel.schema.name,
+                      channel.metadata.get('topic_type_hash', ''),
+                      channel.metadata.get('offered_qos_profiles', ''), len(times_of))
+         for channel, times_of in zip(reader.channels.values(), times, strict=True)])

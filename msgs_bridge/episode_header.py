@@ -1,0 +1,106 @@
+"""What a bag says of itself before its first message."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from control_field.grid import Grid
+from control_field.parameters import Parameters
+from msgs_bridge.bag_folder import BagError, EpisodeKind
+
+#: Version of the bags' own layout.
+VERSION: Final = 1
+
+
+@dataclass(frozen=True)
+class EpisodeHeader:
+    """
+    What a demonstration or trial started from.
+
+    Parameters
+    ----------
+    kind : EpisodeKind
+        What the bag holds.
+    task : str
+        Name of the task.
+    grid : Grid
+        The workspace, with its frame.
+    parameters : Parameters
+        Of the method.
+    topics : mapping of str to str
+        Names under which `odom`, `neighbourhood`, `cmd_vel`, `experience` and `trial` were
+        recorded; what is not named is found by the last part of its name.
+
+    """
+
+    kind: EpisodeKind
+    task: str
+    grid: Grid
+    parameters: Parameters = field(default_factory=Parameters)
+    topics: Mapping[str, str] = field(default_factory=dict)
+
+    def to_mapping(self) -> dict[str, str]:
+        """Return the texts that the MCAP metadata record holds."""
+        return {
+            'version': str(VERSION), 'kind': str(self.kind), 'task': self.task,
+            'grid': json.dumps(asdict(self.grid)), 'topics': json.dumps(dict(self.topics)),
+            'parameters': json.dumps(asdict(self.parameters))}
+
+    @classmethod
+    def from_mapping(cls, values: Mapping[str, str]) -> 'EpisodeHeader':
+        """
+        Read the texts of the MCAP metadata record.
+
+        Raises
+        ------
+        BagError
+            If the version is another, or a value is missing or makes no sense.
+
+        """
+        version = values.get('version', 'missing')
+        if version != str(VERSION):
+            raise BagError(f'version of the bag is {version}, must be {VERSION}')
+        try:
+            return cls(
+                kind=EpisodeKind(values['kind']), task=values['task'],
+                grid=Grid(**_object(values, 'grid')),
+                parameters=Parameters.from_mapping(_object(values, 'parameters')),
+                topics=_texts(_object(values, 'topics')))
+        except KeyError as error:
+            raise BagError(f'the header of the bag has no {error.args[0]}') from None
+        except (ValueError, TypeError, RecursionError) as error:
+            raise BagError(f'the header of the bag makes no sense: {error}') from None
+
+    def check_grid(self, grid: Grid, path: Path) -> None:
+        """
+        Refuse a bag of another workspace.
+
+        Raises
+        ------
+        BagError
+            If grid or frame differ; the message names both.
+
+        """
+        if self.grid != grid:
+            raise BagError(f'{path} was recorded on {_grid_text(self.grid)}, '
+                           f'this workspace is {_grid_text(grid)}')
+
+
+def _object(values: Mapping[str, str], key: str) -> dict[str, Any]:
+    found = json.loads(values[key] if key != 'topics' else values.get(key, '{}'))
+    if not isinstance(found, dict):
+        raise ValueError(f'{key} is no object')
+    return found
+
+
+def _texts(values: dict[str, Any]) -> dict[str, str]:
+    if not all(isinstance(value, str) for value in values.values()):
+        raise ValueError('topics must be texts')
+    return values
+
+
+def _grid_text(grid: Grid) -> str:
+    return (f'{grid.n_rows} x {grid.n_cols} cells of {grid.resolution:g} m from '
+            f'({grid.origin_x:g}, {grid.origin_y:g}) in {grid.frame_id!r}')

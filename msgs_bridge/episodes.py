@@ -1,0 +1,311 @@
+"""Episodes: what a bag teaches. The field is a pure function of these, in order."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.demonstration import DemonstrationReport, demonstration_from_poses
+from control_field.grid import Grid
+from control_field.records import Demonstration, Outcome, Trial
+from msgs_bridge.bag_folder import (
+    BagError,
+    EpisodeFolder,
+    EpisodeKind,
+    TaskFolder,
+    episode_from_path,
+    mcap_path,
+)
+from msgs_bridge.bag_records import Bag, BagReader, RawMessages
+from msgs_bridge.bag_tables import decision_table, find_statuses, pose_table, sight_table
+from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.mcap_scan import CompressedError
+from msgs_bridge.trial_status import Label, State
+
+#: Seconds that stamps may step back before a clock that jumped is assumed.
+CLOCK_JUMP: Final = 1.0
+_HEADER: Final = 'experience_controller'
+
+
+class NothingToLearnError(BagError):
+    """The bag is readable, but there is nothing in it to learn from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """
+    What a bag teaches.
+
+    Parameters
+    ----------
+    folder : EpisodeFolder
+        The bag.
+    header : EpisodeHeader
+        What it says of itself.
+    record : Demonstration or Trial
+        What the learner is given.
+    report : DemonstrationReport or None
+        What of a demonstration was dropped.
+    label : Label
+        What a person said of a trial.
+    notes : tuple of str
+        Sentences on what was passed over.
+
+    """
+
+    folder: EpisodeFolder
+    header: EpisodeHeader
+    record: Demonstration | Trial
+    report: DemonstrationReport | None = None
+    label: Label = Label.NONE
+    notes: tuple[str, ...] = field(default=())
+
+
+def read_header(folder: Path | str) -> EpisodeHeader:
+    """
+    Read what a bag of ours says of itself.
+
+    Raises
+    ------
+    NothingToLearnError
+        If its recorder was stopped before it wrote anything.
+    BagError
+        If it cannot be read, is of another version, or none of ours.
+
+    """
+    return _header(BagReader(mcap_path(Path(folder))))
+
+
+def read_episode(folder: Path | str, grid: Grid | None = None) -> Episode:
+    """
+    Read a bag of ours.
+
+    Parameters
+    ----------
+    folder : Path
+        The bag's folder; it may be damaged, what is readable of it counts.
+    grid : Grid, optional
+        The workspace it must have been recorded in.
+
+    Raises
+    ------
+    NothingToLearnError
+        If there is nothing in it to learn from.
+    BagError
+        If it cannot be read, or is of another grid, frame or version.
+
+    """
+    episode = episode_from_path(Path(folder))
+    bag = BagReader(episode.bag)
+    header = _header(bag)
+    if grid is not None:
+        header.check_grid(grid, episode.path)
+    if header.kind is not episode.kind:
+        raise BagError(f'{episode.path} holds a {header.kind}, its name says {episode.kind}')
+    try:
+        if header.kind is EpisodeKind.DEMO:
+            return _demonstration(episode, bag, header)
+        return _trial(episode, bag, header)
+    except BagError:
+        raise
+    except ValueError as error:
+        raise BagError(f'{episode.path}: {error}') from None
+
+
+def read_task(
+    task: TaskFolder, grid: Grid, say: Callable[[str], None] = lambda line: None,
+) -> Iterator[Episode]:
+    """
+    Read all bags of a task, in order.
+
+    Parameters
+    ----------
+    task : TaskFolder
+    grid : Grid
+        The workspace they must have been recorded in.
+    say : callable, optional
+        Is told in a line of every bag that is passed over because it teaches nothing.
+
+    Raises
+    ------
+    BagError
+        If one cannot be read, or is of another grid, frame or version.
+
+    """
+    for folder in task.episodes():
+        try:
+            yield read_episode(folder.path, grid)
+        except NothingToLearnError as error:
+            say(str(error))
+
+
+def read_foreign_demonstration(
+    path: Path | str, grid: Grid, topics: Mapping[str, str] | None = None, number: int = 0,
+) -> tuple[Demonstration, DemonstrationReport, tuple[str, ...]]:
+    """
+    Learn from a drive that another recorder recorded.
+
+    Parameters
+    ----------
+    path : Path
+        A bag's folder or file: MCAP or sqlite3, compressed or not.
+    grid : Grid
+        The workspace; the poses must be in its frame.
+    topics : mapping of str to str, optional
+        Names of the topics that stand for `odom` (Odometry, PoseStamped or
+        PoseWithCovarianceStamped), `neighbourhood` and `cmd_vel`.
+    number : int
+        Number of the episode it becomes.
+
+    Returns
+    -------
+    demonstration : Demonstration
+    report : DemonstrationReport
+        What of it was dropped.
+    notes : tuple of str
+        Sentences on what was passed over.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, a named topic is not in it, or nothing is left to learn.
+
+    """
+    path, names = Path(path), dict(topics or {})
+    bag = open_bag(path)
+    for role, name in names.items():
+        if name not in bag.topics:
+            raise BagError(f'{path} has no topic {name} ({role}), '
+                           f'there are: {", ".join(sorted(bag.topics)) or "none"}')
+    try:
+        return _read_drive(bag, names, grid, number)
+    except ValueError as error:
+        raise BagError(f'{path}: {error}') from None
+
+
+def open_bag(path: Path | str) -> Bag:
+    """
+    Open any bag for reading raw messages: ours and other uncompressed MCAP files directly.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read.
+
+    """
+    path = Path(path)
+    files = sorted(path.glob('*.mcap')) if path.is_dir() else [path]
+    if len(files) == 1 and files[0].suffix == '.mcap':
+        try:
+            return BagReader(files[0])
+        except CompressedError:
+            path = path if (path / 'metadata.yaml').exists() else files[0]
+    # Slow to import, and most bags are ours.
+    from msgs_bridge.foreign_bag import ForeignBag
+
+    return ForeignBag(path)
+
+
+def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -> str:
+    """
+    Return the topic that plays a role: the one named, else the one whose name ends in it.
+
+    Raises
+    ------
+    BagError
+        If several end in it.
+
+    """
+    if role in names:
+        return names[role]
+    found = sorted(topic for topic in topics if topic.rpartition('/')[2] == role)
+    if len(found) > 1:
+        raise BagError(f'{role} may be {" or ".join(found)}: name one')
+    return found[0] if found else f'/{role}'
+
+
+def _header(bag: BagReader) -> EpisodeHeader:
+    for name, values in bag.metadata:
+        if name == _HEADER:
+            try:
+                return EpisodeHeader.from_mapping(values)
+            except BagError as error:
+                raise BagError(f'{bag.path}: {error}') from None
+    if not bag.channels:
+        raise NothingToLearnError(f'{bag.path} is empty: its recorder was stopped at once')
+    raise BagError(f'{bag.path} is no bag of ours: it does not say on which grid it was recorded')
+
+
+def _demonstration(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
+    try:
+        record, report, notes = _read_drive(bag, header.topics, header.grid, episode.number)
+    except BagError:
+        raise
+    except ValueError as error:
+        raise NothingToLearnError(f'{episode.path}: {error}') from None
+    return Episode(episode, header, record, report, notes=notes)
+
+
+def _read_drive(
+    bag: Bag, names: Mapping[str, str], grid: Grid, number: int,
+) -> tuple[Demonstration, DemonstrationReport, tuple[str, ...]]:
+    poses = pose_table(_messages(bag, 'odom', names), grid.frame_id)
+    sights = sight_table(_messages(bag, 'neighbourhood', names), grid)
+    notes = [f'{table.n_refused} messages refused, the first: {table.refusal}'
+             for table in (poses, sights) if table.n_refused]
+    if not len(poses.stamps):
+        raise NothingToLearnError(
+            f'{bag.path} has no pose in it' + (f': {poses.refusal}' if poses.refusal else ''))
+    at, n_before = _in_order(poses.stamps)
+    seen, _ = _in_order(sights.stamps)
+    if n_before:
+        notes.append(f'the clock jumped back, {n_before} poses before it dropped')
+    record, report = demonstration_from_poses(
+        grid, poses.stamps[at], poses.xy[at], sights.stamps[seen], sights.blocked[seen],
+        sights.unknown[seen], number)
+    return record, report, tuple(notes)
+
+
+def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
+    rows, n_refused, refusal = decision_table(
+        _messages(bag, 'experience', header.topics), header.grid)
+    statuses = _messages(bag, 'trial', header.topics)
+    number = _trial_number(statuses, rows)
+    own = rows[rows['trial'] == number]
+    ended = find_statuses(
+        statuses, lambda status: status.state is State.ENDED and status.trial == number, True)
+    notes = [f'{n_refused} messages refused, the first: {refusal}'] if n_refused else []
+    if ended is not None and ended.decisions > len(own):
+        notes.append(f'{ended.decisions - len(own)} of {ended.decisions} decisions are missing')
+    outcome = ended.outcome if ended is not None and ended.outcome else Outcome.ABORTED
+    return Episode(episode, header, Trial(own, outcome, episode.number),
+                   label=ended.label if ended else Label.NONE, notes=tuple(notes))
+
+
+def _trial_number(statuses: RawMessages, rows: npt.NDArray[np.void]) -> int:
+    """
+    Return the number of the trial that a bag is about.
+
+    Statuses are latched and experience keeps all: a bag may begin with those of the trial before.
+    """
+    running = find_statuses(statuses, lambda status: status.state is State.RUNNING)
+    if running is not None:
+        return running.trial
+    if len(rows):
+        return int(rows['trial'][-1])
+    ended = find_statuses(statuses, lambda status: status.state is State.ENDED, True)
+    return ended.trial if ended is not None else 0
+
+
+def _messages(bag: Bag, role: str, names: Mapping[str, str]) -> RawMessages:
+    return bag.messages(find_topic(bag.topics, role, names))
+
+
+def _in_order(stamps: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int64], int]:
+    """Return the order by stamp since the clock last jumped back, and how many came before."""
+    jumps = np.flatnonzero(np.diff(stamps) < -CLOCK_JUMP)
+    n_before = int(jumps[-1]) + 1 if len(jumps) else 0
+    return n_before + np.argsort(stamps[n_before:], kind='stable'), n_before
