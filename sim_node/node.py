@@ -52,8 +52,19 @@ class SimNode(Node):
     A simulated robot.
 
     Publishes `odom`, `neighbourhood`, `map`, `contact`, `/clock` and `/diagnostics`; listens to
-    `cmd_vel` and `initialpose`; serves `~/reset`. Every parameter is described in
-    `sim_node.parameters`.
+    `cmd_vel` and `initialpose`; serves `~/reset` (robot at its start, contacts forgotten, the
+    same random numbers again). Every parameter is described in `sim_node.parameters`; setting
+    `world` at run time changes the world around the robot.
+
+    A collision stops the robot where it touches. It is reported on the latched `contact`
+    (std_msgs/Bool, on change, before the sensors of the tick it happened in), on `/diagnostics`
+    and once in the log; the odometry of that tick has speed 0. Contact ends when the robot has
+    moved away or is placed.
+
+    Ticks last ``1 / rate`` of simulated time. In real time a busy machine makes that time slower,
+    never coarser. In lock-step a tick waits for its answer; one that nobody answers is published
+    again, with the same stamp, when a new reader of `odom` appears. `initialpose`, `~/reset` and
+    another world give a new tick at once, in which nothing moves.
 
     Raises
     ------
