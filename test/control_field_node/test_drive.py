@@ -1,0 +1,196 @@
+import math
+
+from controller_helpers import GRID
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from control_field.gate import distance_to_box, gate
+from control_field.headings import STEP_COL, STEP_ROW
+from control_field.limits import Limits, STANDSTILL
+from control_field.sight import allowed_from_blocked, crop_neighbourhood, masks_from_neighbourhood
+from control_field_node.drive import Drive
+from control_field_node.seen import cached_seen, seen_from_neighbourhood
+from msgs_bridge.neighbourhoods import Neighbourhood
+from msgs_bridge.poses import Pose
+
+LIMITS = Limits()
+DT = 0.05
+
+
+class Robot:
+    """A robot in a world of cells that drives where it is sent, through the gate."""
+
+    def __init__(self, world, cell, yaw=0.0, dx=0.0, dy=0.0):
+        self.world = world
+        self.drive = Drive(GRID, LIMITS, 0.25)
+        self.velocity = STANDSTILL
+        self.seconds, self.clearance = 0.0, math.inf
+        x, y = GRID.world_from_cell(*cell)
+        self.pose = Pose(0.0, x + dx, y + dy, yaw)
+
+    @property
+    def cell(self):
+        return GRID.cell_from_world(self.pose.x, self.pose.y)
+
+    def seen(self):
+        cells = crop_neighbourhood(self.world, *self.cell)
+        return seen_from_neighbourhood(
+            Neighbourhood(self.pose.stamp, *self.cell, cells), GRID, False)
+
+    def until_due(self, patience=20.0):
+        """Drive until the next step is to be decided; return what is seen there."""
+        end = self.seconds + patience
+        while not self.drive.is_due(self.pose, self.seen()):
+            assert self.seconds < end, f'stuck at {self.pose}'
+            self._tick()
+        return self.seen()
+
+    def follow(self, headings):
+        for heading in headings:
+            seen = self.until_due()
+            self.drive.go(heading, self.pose, seen)
+        return self.until_due()
+
+    def _tick(self):
+        pose, seen = self.pose, self.seen()
+        self.velocity, _ = gate(
+            self.drive.velocity(pose), self.velocity, DT, (pose.x, pose.y, pose.yaw),
+            seen.sight, LIMITS)
+        v, w = self.velocity
+        middle = pose.yaw + 0.5 * w * DT
+        self.pose = Pose(pose.stamp + DT, pose.x + v * DT * math.cos(middle),
+                         pose.y + v * DT * math.sin(middle), pose.yaw + w * DT)
+        self.seconds += DT
+        for box in self.seen().sight.boxes:
+            self.clearance = min(self.clearance, distance_to_box(self.pose.x, self.pose.y, box))
+
+
+def world_from(*lines):
+    """Return the workspace with a drawing (# blocked) at its lower left, blocked elsewhere."""
+    world = np.full(GRID.shape, 100, np.int8)
+    for row, line in enumerate(reversed(lines)):
+        for col, letter in enumerate(line):
+            world[row, col] = 100 if letter == '#' else 0
+    return world
+
+
+def open_world():
+    return np.zeros(GRID.shape, np.int8)
+
+
+@pytest.mark.parametrize('first', range(8))
+@pytest.mark.parametrize('second', range(8))
+def test_two_steps_in_the_open_lead_where_they_say(first, second):
+    robot = Robot(open_world(), (10, 10))
+    seen = robot.follow([first, second])
+    assert (seen.row, seen.col) == (10 + STEP_ROW[first] + STEP_ROW[second],
+                                    10 + STEP_COL[first] + STEP_COL[second])
+
+
+def test_a_straight_in_the_open_is_driven_without_stopping():
+    robot = Robot(open_world(), (10, 2))
+    robot.follow([0] * 12)
+    assert 12 * 0.25 / robot.seconds > 0.2
+
+
+def test_a_straight_corridor_is_driven_without_stopping():
+    robot = Robot(world_from('#' * 20, '.' * 20, '#' * 20), (1, 2))
+    robot.follow([0] * 12)
+    assert 12 * 0.25 / robot.seconds > 0.2
+    assert robot.clearance > 0.124
+
+
+def test_a_narrow_corner_is_turned_on_the_spot():
+    robot = Robot(world_from('###.#', '###.#', '....#', '#####'), (1, 0))
+    robot.follow([0, 0, 0, 2, 2])
+    assert robot.clearance > LIMITS.radius + 0.01
+
+
+def test_a_dead_end_is_left_again():
+    robot = Robot(world_from('#####', '....#', '#####'), (1, 0))
+    seen = robot.follow([0, 0, 0, 4, 4])
+    assert (seen.row, seen.col) == (1, 1)
+    assert robot.clearance > LIMITS.radius + 0.01
+
+
+def test_a_diagonal_between_two_walls_keeps_its_distance():
+    robot = Robot(world_from('#..', '...', '..#'), (0, 0))
+    robot.follow([1, 1])
+    assert robot.clearance > LIMITS.radius + 0.01
+
+
+def test_off_the_centre_in_a_tight_place_the_centre_comes_first():
+    robot = Robot(world_from('####', '....', '####'), (1, 1), dx=0.05, dy=0.015)
+    robot.until_due()
+    x, y = GRID.world_from_cell(1, 1)
+    assert math.hypot(robot.pose.x - x, robot.pose.y - y) < 0.02
+
+
+def test_off_the_centre_in_the_open_is_due_at_once():
+    robot = Robot(open_world(), (5, 5), dx=0.1, dy=-0.1)
+    robot.until_due()
+    assert robot.seconds == 0.0
+
+
+@pytest.mark.parametrize('blocked', [(5, 6), (6, 6), (6, 5)])
+def test_what_gets_in_the_way_sends_the_robot_back_to_decide(blocked):
+    robot = Robot(open_world(), (5, 5), yaw=math.pi / 4)
+    seen = robot.until_due()
+    robot.drive.go(1, robot.pose, seen)
+    for _ in range(6):
+        robot.drive.is_due(robot.pose, robot.seen())
+        robot._tick()
+    robot.world[blocked] = 100
+    seen = robot.until_due()
+    assert (seen.row, seen.col) == (5, 5)
+    x, y = GRID.world_from_cell(5, 5)
+    assert math.hypot(robot.pose.x - x, robot.pose.y - y) < 0.02
+
+
+def test_an_old_sight_lets_nothing_be_decided():
+    robot = Robot(open_world(), (5, 5))
+    robot.until_due()
+    old = seen_from_neighbourhood(
+        Neighbourhood(0.0, 5, 4, np.zeros((3, 3), np.int8)), GRID, False)
+    robot.drive.reset()
+    assert not robot.drive.is_due(robot.pose, old)
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.1, 0.25, 0.4]))
+def test_a_random_walk_among_obstacles_touches_nothing_and_gets_everywhere(seed, density):
+    rng = np.random.default_rng(seed)
+    world = np.where(rng.random(GRID.shape) < density, 100, 0).astype(np.int8)
+    world[10, 10] = 0
+    robot = Robot(world, (10, 10), yaw=rng.uniform(-3.0, 3.0))
+    for _ in range(15):
+        seen = robot.until_due()
+        allowed = allowed_from_blocked(seen.blocked)
+        free = [h for h in range(8) if allowed >> h & 1]
+        if not free:
+            break
+        heading = int(rng.choice(free))
+        robot.drive.go(heading, robot.pose, seen)
+        arrived = robot.until_due()
+        assert (arrived.row, arrived.col) == (
+            seen.row + STEP_ROW[heading], seen.col + STEP_COL[heading])
+    assert robot.clearance > LIMITS.radius
+
+
+def test_seen_agrees_with_the_masks_and_the_workspace():
+    cells = np.array([[0, 100, -1], [0, 100, 0], [0, 0, 100]], np.int8)
+    seen = seen_from_neighbourhood(Neighbourhood(0.0, 0, 5, cells), GRID, False)
+    assert (seen.blocked, seen.unknown) == masks_from_neighbourhood(cells)
+    assert seen.barred == {(-1, 4), (-1, 5), (-1, 6), (1, 6)}
+    cautious = seen_from_neighbourhood(Neighbourhood(0.0, 1, 5, cells), GRID, True)
+    assert cautious.barred == {(0, 5), (0, 6), (2, 6)}
+
+
+def test_the_same_sight_is_made_ready_once():
+    seen = cached_seen()
+    cells = np.zeros((3, 3), np.int8)
+    first = seen(Neighbourhood(0.0, 5, 5, cells), GRID, False)
+    assert seen(Neighbourhood(1.0, 5, 5, cells.copy()), GRID, False) is first
+    assert seen(Neighbourhood(1.0, 5, 6, cells), GRID, False) is not first

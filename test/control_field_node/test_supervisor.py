@@ -1,0 +1,357 @@
+import dataclasses
+import math
+
+from controller_helpers import GRID, straight_field
+import numpy as np
+import pytest
+
+from control_field.grid import Grid
+from control_field.limits import STANDSTILL
+from control_field.parameters import Parameters
+from control_field.records import Kind, Outcome
+from control_field.sight import crop_neighbourhood
+from control_field.watch import StopReason
+from control_field_node.settings import Settings
+from control_field_node.supervisor import Supervisor
+from msgs_bridge.neighbourhoods import Neighbourhood
+from msgs_bridge.poses import Pose
+from msgs_bridge.trial_status import State
+
+DT = 0.05
+GOAL = (5, 9)
+
+
+class Bench:
+    """A supervisor and a robot that does what it is told, in a world of cells."""
+
+    def __init__(self, *, field=True, world=None, parameters=None, **settings):
+        self.lines = []
+        self.supervisor = Supervisor(
+            Settings(**settings), parameters or Parameters(),
+            lambda level, text: self.lines.append((level, text)))
+        self.world = np.zeros(GRID.shape, np.int8) if world is None else world
+        self.pose = Pose(1.0, *GRID.world_from_cell(5, 3), 0.0)
+        self.rows, self.sent = [], []
+        if field:
+            self.supervisor.accept_field(straight_field(GOAL))
+
+    @property
+    def now(self):
+        return self.pose.stamp
+
+    @property
+    def velocity(self):
+        return next((answer.velocity for answer in reversed(self.sent)
+                     if answer.velocity is not None), STANDSTILL)
+
+    def take(self, answer):
+        self.sent.append(answer)
+        self.rows += [row for table in answer.rows for row in table]
+        return answer
+
+    def look(self):
+        cell = GRID.cell_from_world(self.pose.x, self.pose.y)
+        self.supervisor.saw_neighbourhood(
+            Neighbourhood(self.now, *cell, crop_neighbourhood(self.world, *cell)), self.now)
+
+    def tick(self, *, sees=True, velocity=None):
+        """Let a tick pass in which the robot drives what it was told, or `velocity`."""
+        v, w = self.velocity if velocity is None else velocity
+        pose = self.pose
+        middle = pose.yaw + 0.5 * w * DT
+        self.pose = Pose(pose.stamp + DT, pose.x + v * DT * math.cos(middle),
+                         pose.y + v * DT * math.sin(middle), pose.yaw + w * DT, v, w)
+        if sees:
+            self.look()
+        return self.take(self.supervisor.saw_pose(self.pose, self.now))
+
+    def start(self):
+        self.tick()
+        assert self.supervisor.start(self.now) == ''
+        return self
+
+    def run(self, seconds=60.0):
+        end = self.now + seconds
+        while self.supervisor.run is not None and self.now < end:
+            self.tick()
+        return self.supervisor.status
+
+
+def test_a_trial_leads_to_the_goal_and_leaves_the_robot_standing_on_it():
+    bench = Bench().start()
+    status = bench.run()
+    assert (status.state, status.outcome, status.reason) == (State.ENDED, Outcome.GOAL, '')
+    assert (status.steps, status.decisions) == (6, 6)
+    assert [row['kind'] for row in bench.rows] == [Kind.FIELD] * 6
+    assert bench.velocity == STANDSTILL
+    x, y = GRID.world_from_cell(*GOAL)
+    assert math.hypot(bench.pose.x - x, bench.pose.y - y) < 0.03
+
+
+def test_an_obstacle_is_avoided_and_says_so_in_its_rows():
+    world = np.zeros(GRID.shape, np.int8)
+    world[4:7, 6] = 100
+    bench = Bench(world=world).start()
+    assert bench.run().outcome is Outcome.GOAL
+    kinds = {Kind(row['kind']) for row in bench.rows}
+    assert Kind.BLOCKED in kinds
+    assert bench.supervisor.status.reinforcements > 0
+
+
+def test_two_equal_trials_are_equal():
+    first, second = (Bench().start() for _ in range(2))
+    assert first.run() == second.run()
+    assert [row.tolist() for row in first.rows] == [row.tolist() for row in second.rows]
+
+
+def test_outside_a_trial_nothing_is_sent():
+    bench = Bench()
+    for _ in range(50):
+        bench.tick()
+    bench.supervisor.watch(bench.now + 10.0)
+    assert all(answer.velocity is None for answer in bench.sent)
+
+
+def test_starting_is_refused_in_words():
+    bench = Bench(field=False)
+    assert 'no control field' in bench.supervisor.start(0.0)
+    bench.supervisor.refuse_field('it is upside down')
+    assert 'upside down' in bench.supervisor.start(0.0)
+    bench.supervisor.accept_field(straight_field(GOAL))
+    assert 'no odometry' in bench.supervisor.start(0.0)
+    bench.tick(sees=False)
+    assert 'no neighbourhood' in bench.supervisor.start(bench.now)
+    bench.tick()
+    assert 'no odometry' in bench.supervisor.start(bench.now + 1.0)
+    bench.start()
+    assert 'already running' in bench.supervisor.start(bench.now)
+
+
+def test_starting_outside_the_workspace_is_refused():
+    bench = Bench()
+    bench.tick()
+    bench.pose = dataclasses.replace(bench.pose, x=-3.0)
+    bench.supervisor.saw_pose(bench.pose, bench.now)
+    assert 'outside the workspace' in bench.supervisor.start(bench.now)
+
+
+def driving():
+    bench = Bench().start()
+    for _ in range(20):
+        bench.tick()
+    assert bench.velocity[0] > 0.1
+    return bench
+
+
+def test_stopping_sends_one_standstill():
+    bench = driving()
+    assert bench.supervisor.stop().velocity == STANDSTILL
+    assert bench.supervisor.stop().velocity is None
+    assert bench.supervisor.status.outcome is Outcome.STOPPED
+
+
+def paused_by(bench, reason):
+    return (bench.supervisor.status.state is State.PAUSED
+            and bench.supervisor.problem is reason
+            and bench.supervisor.status.reason == reason.sentence)
+
+
+def test_stale_odometry_pauses_once_and_the_trial_goes_on_when_it_is_back():
+    bench = driving()
+    assert bench.take(bench.supervisor.watch(bench.now + 0.4)).velocity is None
+    assert bench.take(bench.supervisor.watch(bench.now + 0.6)).velocity == STANDSTILL
+    assert bench.take(bench.supervisor.watch(bench.now + 0.7)).velocity is None
+    assert paused_by(bench, StopReason.STALE_ODOMETRY)
+    assert sum('pauses' in line for _, line in bench.lines) == 1
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_stale_neighbourhoods_pause():
+    bench = driving()
+    for _ in range(12):
+        bench.tick(sees=False)
+    assert paused_by(bench, StopReason.STALE_NEIGHBOURHOOD)
+    assert bench.velocity == STANDSTILL
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_neighbourhoods_with_old_stamps_are_stale_however_often_they_come():
+    bench = driving()
+    old = bench.supervisor.neighbourhood
+    for _ in range(12):
+        bench.supervisor.saw_neighbourhood(old, bench.now)
+        bench.tick(sees=False)
+    assert paused_by(bench, StopReason.STALE_NEIGHBOURHOOD)
+
+
+@pytest.mark.parametrize(('change', 'reason', 'outcome'), [
+    ({'stamp': 0.1}, StopReason.CLOCK_JUMPED_BACK, Outcome.ABORTED),
+    ({'x': 2.5}, StopReason.POSE_JUMPED, Outcome.ABORTED)])
+def test_odometry_that_lies_ends_the_trial(change, reason, outcome):
+    bench = driving()
+    pose = dataclasses.replace(bench.pose, **({'stamp': bench.now + DT} | change))
+    assert bench.take(bench.supervisor.saw_pose(pose, bench.now)).velocity == STANDSTILL
+    status = bench.supervisor.status
+    assert (status.outcome, status.reason) == (outcome, reason.sentence)
+    assert bench.supervisor.ended_by is reason
+
+
+def test_bad_odometry_pauses_until_it_has_been_good_for_a_while():
+    bench = driving()
+    bench.take(bench.supervisor.saw_bad_input('odom: x is nan', bench.now))
+    assert paused_by(bench, StopReason.BAD_INPUT)
+    assert bench.velocity == STANDSTILL
+    bench.tick()
+    assert paused_by(bench, StopReason.BAD_INPUT)
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_odometry_in_another_frame_is_bad():
+    bench = driving()
+    bench.take(bench.supervisor.saw_pose(
+        dataclasses.replace(bench.pose, stamp=bench.now + DT, frame_id='map'), bench.now))
+    assert paused_by(bench, StopReason.BAD_INPUT)
+    assert any("'map'" in line for _, line in bench.lines)
+
+
+def test_contact_is_a_collision():
+    bench = driving()
+    assert bench.take(bench.supervisor.saw_contact()).velocity == STANDSTILL
+    assert bench.supervisor.status.outcome is Outcome.COLLISION
+
+
+def test_wheels_that_spin_on_the_spot_are_a_collision():
+    bench = driving()
+    for _ in range(100):
+        if bench.supervisor.run is not None:
+            bench.tick(velocity=STANDSTILL)
+    assert bench.supervisor.status.outcome is Outcome.COLLISION
+    assert bench.supervisor.ended_by is StopReason.STALLED
+
+
+def test_the_step_limit_gives_up():
+    bench = Bench(parameters=Parameters(step_limit=2)).start()
+    assert bench.run().outcome is Outcome.GAVE_UP
+    assert bench.supervisor.ended_by is StopReason.STEP_LIMIT
+
+
+def test_a_robot_walled_in_gives_up():
+    world = np.zeros(GRID.shape, np.int8)
+    world[4:7, 2:5] = 100
+    bench = Bench(world=world).start()
+    assert bench.run().outcome is Outcome.GAVE_UP
+    assert bench.supervisor.ended_by is StopReason.NO_WAY
+
+
+def test_a_field_that_says_nothing_stops():
+    bench = Bench(field=False)
+    field = straight_field(GOAL)
+    bench.supervisor.accept_field(dataclasses.replace(
+        field, q=np.zeros_like(field.q), coherence=np.zeros_like(field.coherence),
+        flags=np.zeros_like(field.flags)))
+    assert bench.start().run().outcome is Outcome.STOPPED
+    assert bench.supervisor.ended_by is StopReason.LOW_COHERENCE
+
+
+def test_a_person_takes_over_at_once_and_the_field_waits():
+    bench = driving()
+    assert bench.take(bench.supervisor.saw_foreign((0.0, 1.0), bench.now)).velocity is None
+    assert paused_by(bench, StopReason.TAKEN_OVER)
+    n_sent = len([a for a in bench.sent if a.velocity is not None])
+    for _ in range(30):
+        bench.supervisor.saw_foreign((0.2, 0.0), bench.now)
+        bench.tick(velocity=(0.2, 0.0))
+    assert len([a for a in bench.sent if a.velocity is not None]) == n_sent
+    taught = [row for row in bench.rows if row['kind'] == Kind.TAUGHT]
+    assert [(row['col'], row['next_col']) for row in taught] == [(4, 5)]
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_a_person_can_drive_to_the_goal():
+    bench = driving()
+    for _ in range(200):
+        bench.supervisor.saw_foreign((0.2, 0.0), bench.now)
+        bench.tick(velocity=(0.2, 0.0))
+    assert bench.supervisor.status.outcome is Outcome.GOAL
+    assert bench.rows[-1]['kind'] == Kind.TAUGHT
+
+
+def test_another_controller_ends_the_trial():
+    bench = driving()
+    assert bench.take(bench.supervisor.saw_rival('/control_field_node')).velocity == STANDSTILL
+    assert bench.supervisor.ended_by is StopReason.OTHER_PUBLISHER
+    assert 'control_field_node' in bench.supervisor.status.reason
+
+
+def test_teleop_goes_through_the_gate():
+    world = np.zeros(GRID.shape, np.int8)
+    world[:, 5] = 100
+    bench = Bench(world=world)
+    for _ in range(200):
+        bench.tick()
+        bench.take(bench.supervisor.teleop((1.0, 0.0), bench.now, DT))
+    assert bench.pose.x == pytest.approx(1.25 - 0.105, abs=0.02)
+    assert bench.velocity == STANDSTILL
+
+
+def test_teleop_outside_trials_can_be_turned_off():
+    bench = Bench(teleop_outside_trials=False)
+    bench.tick()
+    assert bench.supervisor.teleop((0.1, 0.0), bench.now, DT).velocity is None
+
+
+def test_teleop_without_any_sight_keeps_to_the_limits():
+    bench = Bench(field=False)
+    assert bench.supervisor.teleop((1.0, 9.0), 0.0, 0.1).velocity == pytest.approx((0.22, 0.32))
+
+
+def test_a_refreshed_field_is_driven_on_without_a_jump():
+    bench = driving()
+    before = bench.velocity
+    bench.supervisor.accept_field(straight_field((10, 9), revision=2))
+    revisions, jumps = set(), []
+    while bench.supervisor.run is not None:
+        revisions.add(bench.supervisor.status.revision)
+        velocity = bench.tick().velocity
+        if bench.supervisor.run is not None:
+            jumps.append(abs(velocity[0] - before[0]) <= 2.5 * DT + 1e-9
+                         and abs(velocity[1] - before[1]) <= 3.2 * DT + 1e-9)
+        before = velocity
+    assert all(jumps)
+    assert revisions == {1, 2}
+    assert bench.supervisor.status.outcome is Outcome.GOAL
+    assert GRID.cell_from_world(bench.pose.x, bench.pose.y) == (10, 9)
+
+
+def test_a_field_of_another_grid_is_refused_and_the_old_one_kept():
+    bench = driving()
+    other = Grid(10, 10, 0.5)
+    for _ in range(3):
+        assert not bench.supervisor.accept_field(straight_field((5, 5), grid=other))
+    assert sum('refused' in line for _, line in bench.lines) == 1
+    assert bench.run().outcome is Outcome.GOAL
+    assert bench.supervisor.status.revision == 1
+
+
+def test_late_and_repeated_odometry_is_passed_over():
+    bench = driving()
+    assert bench.supervisor.is_late(bench.pose)
+    assert bench.supervisor.is_late(dataclasses.replace(bench.pose, stamp=bench.now - 0.2))
+    assert not bench.supervisor.is_late(dataclasses.replace(bench.pose, stamp=bench.now + DT))
+    assert bench.supervisor.counts['late odometry'] == 2
+
+
+def test_a_refused_message_is_said_once_and_counted():
+    bench = Bench()
+    for value in range(5):
+        bench.supervisor.refuse_message(f'odom: position is ({value}, nan), must be finite')
+    assert sum('refused' in line for _, line in bench.lines) == 1
+    assert bench.supervisor.counts['refused messages'] == 5
+
+
+def test_a_goal_clicked_elsewhere_is_answered_in_words():
+    bench = Bench()
+    bench.supervisor.saw_goal(*GRID.world_from_cell(*GOAL))
+    assert not any('goal_pose' in line for _, line in bench.lines)
+    bench.supervisor.saw_goal(0.1, 0.1)
+    assert any('leads to' in line for _, line in bench.lines)
