@@ -1,6 +1,6 @@
 """What the learner needs of a bag, column by column: poses, sights, decisions, how it ended."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, Final
@@ -201,11 +201,11 @@ def _decisions(
     return decisions_from_cloud(msg, grid).reshape(len(rows), -1)
 
 
-def find_statuses(
-    messages: RawMessages, wanted: Callable[[TrialStatus], bool], newest_first: bool = False,
-) -> TrialStatus | None:
+def statuses(
+    messages: RawMessages, newest_first: bool = False,
+) -> Iterator[tuple[int, TrialStatus]]:
     """
-    Return the first or last `trial` status that is wanted; what is none is passed over.
+    Go through `trial` messages with their places; what is no such status is passed over.
 
     Raises
     ------
@@ -219,12 +219,9 @@ def find_statuses(
         try:
             values = struct_from_cdr(DIAGNOSTIC_STATUS, messages[i])
             values['values'] = [SimpleNamespace(**pair) for pair in values['values']]
-            status = trial_from_status(SimpleNamespace(**values))
+            yield i, trial_from_status(SimpleNamespace(**values))
         except ValueError:
             continue
-        if wanted(status):
-            return status
-    return None
 
 
 def _check_type(messages: RawMessages, type_name: str) -> None:

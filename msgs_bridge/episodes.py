@@ -1,7 +1,7 @@
 """Episodes: what a bag teaches. The field is a pure function of these, in order."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -20,10 +20,10 @@ from msgs_bridge.bag_folder import (
     mcap_path,
 )
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
-from msgs_bridge.bag_tables import decision_table, find_statuses, pose_table, sight_table
+from msgs_bridge.bag_tables import decision_table, pose_table, sight_table, statuses
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.mcap_scan import CompressedError
-from msgs_bridge.trial_status import Label, State
+from msgs_bridge.trial_status import Label, State, TrialStatus
 
 #: Seconds that stamps may step back before a clock that jumped is assumed.
 CLOCK_JUMP: Final = 1.0
@@ -49,8 +49,8 @@ class Episode:
         What the learner is given.
     report : DemonstrationReport or None
         What of a demonstration was dropped.
-    label : Label
-        What a person said of a trial.
+    status : TrialStatus or None
+        How it ended; None for a trial that was broken off.
     notes : tuple of str
         Sentences on what was passed over.
 
@@ -60,8 +60,13 @@ class Episode:
     header: EpisodeHeader
     record: Demonstration | Trial
     report: DemonstrationReport | None = None
-    label: Label = Label.NONE
-    notes: tuple[str, ...] = field(default=())
+    status: TrialStatus | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> Label:
+        """Return what a person said of it."""
+        return Label.NONE if self.status is None else self.status.label
 
 
 def read_header(folder: Path | str) -> EpisodeHeader:
@@ -240,13 +245,29 @@ def _header(bag: BagReader) -> EpisodeHeader:
 
 
 def _demonstration(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
+    status = _check_kept(episode, _messages(bag, 'trial', header.topics))
     try:
         record, report, notes = _read_drive(bag, header.topics, header.grid, episode.number)
     except BagError:
         raise
     except ValueError as error:
         raise NothingToLearnError(f'{episode.path}: {error}') from None
-    return Episode(episode, header, record, report, notes=notes)
+    return Episode(episode, header, record, report, status, notes)
+
+
+def _check_kept(episode: EpisodeFolder, messages: RawMessages) -> TrialStatus | None:
+    """
+    Refuse a demonstration that was begun and not kept: its end is no goal.
+
+    The learner brackets a demonstration by statuses of trial 0, which is none of the controller's;
+    a bag without any of them counts as kept.
+    """
+    last = next((status for _, status in statuses(messages, True)
+                 if status.trial == 0 and status.state in (State.RUNNING, State.ENDED)), None)
+    if last is not None and last.outcome is not Outcome.GOAL:
+        why = last.reason or 'its recorder was stopped'
+        raise NothingToLearnError(f'{episode.path}: the demonstration was not kept: {why}')
+    return last
 
 
 def _read_drive(
@@ -272,32 +293,35 @@ def _read_drive(
 def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
     rows, n_refused, refusal = decision_table(
         _messages(bag, 'experience', header.topics), header.grid)
-    statuses = _messages(bag, 'trial', header.topics)
-    number = _trial_number(statuses, rows)
+    number, ended = _own_trial(_messages(bag, 'trial', header.topics), rows)
     own = rows[rows['trial'] == number]
-    ended = find_statuses(
-        statuses, lambda status: status.state is State.ENDED and status.trial == number, True)
     notes = [f'{n_refused} messages refused, the first: {refusal}'] if n_refused else []
     if ended is not None and ended.decisions > len(own):
         notes.append(f'{ended.decisions - len(own)} of {ended.decisions} decisions are missing')
     outcome = ended.outcome if ended is not None and ended.outcome else Outcome.ABORTED
-    return Episode(episode, header, Trial(own, outcome, episode.number),
-                   label=ended.label if ended else Label.NONE, notes=tuple(notes))
+    return Episode(episode, header, Trial(own, outcome, episode.number), None, ended, tuple(notes))
 
 
-def _trial_number(statuses: RawMessages, rows: npt.NDArray[np.void]) -> int:
+def _own_trial(
+    messages: RawMessages, rows: npt.NDArray[np.void],
+) -> tuple[int, TrialStatus | None]:
     """
-    Return the number of the trial that a bag is about.
+    Return the number of the trial that a bag is about, and how it ended.
 
-    Statuses are latched and experience keeps all: a bag may begin with those of the trial before.
+    Statuses are latched and no decision is dropped: a bag may begin with those of the trial
+    before it, which may even have the same number if the controller was started anew.
     """
-    running = find_statuses(statuses, lambda status: status.state is State.RUNNING)
+    running = next(((i, status.trial) for i, status in statuses(messages)
+                    if status.state is State.RUNNING), None)
     if running is not None:
-        return running.trial
-    if len(rows):
-        return int(rows['trial'][-1])
-    ended = find_statuses(statuses, lambda status: status.state is State.ENDED, True)
-    return ended.trial if ended is not None else 0
+        since, number = running
+    elif len(rows):
+        since, number = -1, int(rows['trial'][-1])
+    else:
+        since, number = -1, next((status.trial for _, status in statuses(messages, True)
+                                  if status.state is State.ENDED), 0)
+    return number, next((status for i, status in statuses(messages, True) if i > since
+                         and status.state is State.ENDED and status.trial == number), None)
 
 
 def _messages(bag: Bag, role: str, names: Mapping[str, str]) -> RawMessages:
