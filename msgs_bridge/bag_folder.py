@@ -5,7 +5,6 @@ Nothing here reads a bag; it names, numbers and lists them.
 """
 
 import fcntl
-from itertools import pairwise
 import os
 import re
 import shutil
@@ -13,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
