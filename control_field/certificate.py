@@ -102,7 +102,7 @@ def certify(
     """
     headings = headings_from_vectors(field.vx, field.vy)
     if reachable is None:
-        cost = compiled.cost_to_go(field.known, *field.goal, shown, 0.0, np.ones(field.grid.shape), rules)
+        cost = compiled.cost_to_go(field.known, *field.goal, shown, np.zeros(shown.shape), np.ones(shown.shape), rules)
         reachable = np.isfinite(cost)
     counted = (field.known == 0) & reachable
     n = int(counted.sum())

@@ -5,16 +5,23 @@ Every function of the kernel modules is there under its own name.
 """
 
 from collections.abc import Callable
+import hashlib
+import inspect
 import types
 from typing import Any
 
 import numba
 
-from control_field import field_kernels, kernels, trial_kernels
+from control_field import (
+    field_kernels, flow_kernels, kernels, mending_kernels, trial_kernels)
 
 
 def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
     """Compile the functions of modules so that they call each other compiled."""
+    # numba's cache looks at a function's own file only; the digest of all of them in the name keeps
+    # it from serving code that calls what has since been changed elsewhere.
+    sources = ''.join(inspect.getsource(module) for module in modules)
+    digest = hashlib.sha256(sources.encode()).hexdigest()[:12]
     namespace: dict[str, Any] = {}
     compiled: dict[str, Callable[..., Any]] = {}
     for module in modules:
@@ -24,11 +31,12 @@ def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
                 rebound = types.FunctionType(function.__code__, namespace, name,
                                              function.__defaults__)
                 rebound.__module__ = module.__name__
+                rebound.__qualname__ = f'{name}_{digest}'
                 compiled[name] = namespace[name] = numba.njit(cache=True)(rebound)
     return compiled
 
 
-_ALL = _compile(kernels, trial_kernels, field_kernels)
+_ALL = _compile(kernels, flow_kernels, trial_kernels, field_kernels, mending_kernels)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:

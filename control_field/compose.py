@@ -18,6 +18,8 @@ PULL_STRENGTH = 2.0
 _MOST_ROUNDS = 200
 #: A learnt step is kept while what it leads to costs at most this many cells more than the best.
 _WORTH_KEEPING = 1.0
+#: From this ratio to the best known way on, what a trial did is no longer preferred.
+_CLEARLY_LONGER = 1.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +71,7 @@ def _compose_paper(memory: Memory) -> Composition:
         cells.astype(np.float64), prototypes.cells.astype(np.float64),
         UNIT[prototypes.headings], weights, parameters.power, parameters.effective_window)
     vx, vy = vectors[:, 0].reshape(grid.shape), vectors[:, 1].reshape(grid.shape)
-    cost = compiled.cost_to_go(memory.known, *_goal(memory), memory.shown, 0.0,
+    cost = compiled.cost_to_go(memory.known, *_goal(memory), memory.shown, np.zeros(grid.shape),
                                np.ones(grid.shape), rules_of(parameters))
     field = _field(memory, vx, vy, memory.q, prototypes)
     return Composition(field, prototypes, weights, np.isfinite(cost))
@@ -127,12 +129,11 @@ class _Composer:
         self.rules = rules_of(memory.parameters)
         self.known = memory.known
         self.shown = self._still_shown()
-        advantage = self.parameters.demonstration_advantage
-        self.cost = compiled.cost_to_go(
-            self.known, *_goal(memory), self.shown, advantage, self.factor, self.rules)
+        self.preferred, self.spared = self._preferences()
+        self.cost = self._cost()
         self.q = compiled.q_from_cost(
-            self.known, self.cost, self.shown, advantage, self.factor, self.parameters.discount,
-            self.rules) if self.parameters.rehearsal else memory.q
+            self.known, self.cost, self.preferred, self.spared, self.factor,
+            self.parameters.discount, self.rules) if self.parameters.rehearsal else memory.q
         self.centre = np.full(memory.grid.shape, -1, dtype=np.int8)
         self.mended = np.zeros(memory.grid.shape, dtype=np.bool_)
 
@@ -143,6 +144,31 @@ class _Composer:
             if not compiled.step_allowed(self.known, row, col, shown[row, col], self.rules):
                 shown[row, col] = -1
         return shown
+
+    def _preferences(self) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float64]]:
+        """
+        Return the step to prefer in each cell, and the share of its length it is spared.
+
+        What was shown comes first, then what led to the goal in a trial, unless the remembered map
+        now knows a clearly shorter way.
+        """
+        parameters, action = self.parameters, self.memory.action
+        self.preferred = self.shown
+        self.spared = np.where(self.shown >= 0, parameters.demonstration_advantage, 0.0)
+        cost = self._cost()
+        preferred, spared = self.shown.copy(), self.spared.copy()
+        for row, col in np.argwhere((action >= 0) & (self.shown < 0)).tolist():
+            through = compiled.through(
+                self.known, cost, self.factor, row, col, action[row, col], self.rules)
+            if through <= _CLEARLY_LONGER * cost[row, col]:
+                preferred[row, col] = action[row, col]
+                spared[row, col] = parameters.practice_advantage
+        return preferred, spared
+
+    def _cost(self) -> npt.NDArray[np.float64]:
+        cost: npt.NDArray[np.float64] = compiled.cost_to_go(
+            self.known, *_goal(self.memory), self.preferred, self.spared, self.factor, self.rules)
+        return cost
 
     def compose(self) -> Composition:
         """Choose the prototypes, mend and prune, and make the field."""

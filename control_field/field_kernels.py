@@ -1,14 +1,15 @@
-"""Equation 7 with windows and pull, repair and pruning: the learner's loops."""
+"""Equation 7 with windows and pull; plain Python or compiled, as `kernels` says."""
 
 import math
 
 import numpy as np
 
-from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
-from control_field.kernels import _BLOCKED, best_step, is_barred, step_allowed
+from control_field.headings import UNIT
+from control_field.kernels import (
+    _BLOCKED, best_step, CellMap, FloatMap, IntMap, is_barred, Rules, step_allowed)
 
 
-def sees(known, row, col, r, c):
+def sees(known: CellMap, row: int, col: int, r: int, c: int) -> bool:
     """Tell whether the straight line between two cell centres crosses no known wall."""
     d_row, d_col = r - row, c - col
     n = 2 * max(abs(d_row), abs(d_col))
@@ -20,7 +21,10 @@ def sees(known, row, col, r, c):
     return True
 
 
-def spread(total_x, total_y, total_w, known, row, col, heading, weight, window, power, visible):
+def spread(
+    total_x: FloatMap, total_y: FloatMap, total_w: FloatMap, known: CellMap, row: int, col: int,
+    heading: int, weight: float, window: float, power: float, visible: bool,
+) -> None:
     """Add one prototype's share of eq. 7 to its effective window (take it away: weight < 0)."""
     reach = int(window)
     for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
@@ -36,22 +40,27 @@ def spread(total_x, total_y, total_w, known, row, col, heading, weight, window, 
             total_w[r, c] += w
 
 
-def add_windows(total_x, total_y, total_w, known, cells, headings, weights, window, power,
-                visible):
+def add_windows(
+    total_x: FloatMap, total_y: FloatMap, total_w: FloatMap, known: CellMap, cells: IntMap,
+    headings: CellMap, weights: FloatMap, window: float, power: float, visible: bool,
+) -> None:
     """Add the shares of several prototypes."""
     for i in range(cells.shape[0]):
         spread(total_x, total_y, total_w, known, cells[i, 0], cells[i, 1], headings[i],
                weights[i], window, power, visible)
 
 
-def heading_of(vx, vy):
+def heading_of(vx: float, vy: float) -> int:
     """Return the heading nearest to a direction, -1 for none; `headings.heading_from_vector`."""
     if vx * vx + vy * vy < 1e-18:
         return -1
     return int(math.floor(math.atan2(vy, vx) / (math.pi / 4) + 0.5)) % 8
 
 
-def course_at(row, col, total_x, total_y, total_w, pull, strength):
+def course_at(
+    row: int, col: int, total_x: FloatMap, total_y: FloatMap, total_w: FloatMap, pull: CellMap,
+    strength: float,
+) -> tuple[float, float]:
     """
     Return the averaged vector at a cell that is no centre: eq. 7 with the pull as one more voice.
 
@@ -69,7 +78,10 @@ def course_at(row, col, total_x, total_y, total_w, pull, strength):
     return x / w, y / w
 
 
-def courses(total_x, total_y, total_w, centre, pull, strength):
+def courses(
+    total_x: FloatMap, total_y: FloatMap, total_w: FloatMap, centre: CellMap, pull: CellMap,
+    strength: float,
+) -> tuple[FloatMap, FloatMap, CellMap]:
     """
     Return the field's vectors and their headings everywhere.
 
@@ -101,7 +113,10 @@ def courses(total_x, total_y, total_w, centre, pull, strength):
     return vx, vy, headings
 
 
-def pull_from_cost(known, cost, factor, total_x, total_y, rules):
+def pull_from_cost(
+    known: CellMap, cost: FloatMap, factor: FloatMap, total_x: FloatMap, total_y: FloatMap,
+    rules: Rules,
+) -> CellMap:
     """Return the heading of least cost a cell, ties nearest to eq. 7's course; -1 for none."""
     rows, cols = known.shape
     pull = np.full((rows, cols), -1, dtype=np.int8)
@@ -113,168 +128,7 @@ def pull_from_cost(known, cost, factor, total_x, total_y, rules):
     return pull
 
 
-def through(known, cost, factor, row, col, heading, rules):
-    """Return the cost to go by way of a step, inf where it is barred."""
-    if heading < 0 or not step_allowed(known, row, col, heading, rules):
-        return np.inf
-    r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-    return STEP_LENGTH[heading] * factor[r, c] + cost[r, c]
-
-
-def needed(row, col, centre, totals, known, cost, factor, pull, strength, headings, window, rules):
-    """Tell whether a cell of a window has a worse course than ``headings`` says it had."""
-    reach = int(window)
-    for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
-        for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
-            if centre[r, c] >= 0 or known[r, c] == _BLOCKED:
-                continue
-            x, y = course_at(r, c, totals[0], totals[1], totals[2], pull, strength)
-            heading = heading_of(x, y)
-            if heading != headings[r, c] and (
-                    through(known, cost, factor, r, c, heading, rules)
-                    > through(known, cost, factor, r, c, headings[r, c], rules) + 1e-9):
-                return True
-    return False
-
-
-def idle_prototypes(order, cells, proto_headings, weights, totals, centre, known, cost, factor,
-                    pull, strength, headings, window, power, visible, rules):
-    """
-    Drop the prototypes without which no cell's course is worse, one after the other.
-
-    Parameters
-    ----------
-    order : ndarray of int64
-        Which prototypes to try, in this order. ``totals``, ``centre`` and ``headings`` are changed
-        in place.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        Which prototypes are idle.
-
-    """
-    idle = np.zeros(cells.shape[0], dtype=np.bool_)
-    reach = int(window)
-    for k in range(order.shape[0]):
-        i = order[k]
-        row, col = cells[i, 0], cells[i, 1]
-        centre[row, col] = -1
-        spread(totals[0], totals[1], totals[2], known, row, col, proto_headings[i], -weights[i],
-               window, power, visible)
-        if needed(row, col, centre, totals, known, cost, factor, pull, strength, headings, window,
-                  rules):
-            centre[row, col] = proto_headings[i]
-            spread(totals[0], totals[1], totals[2], known, row, col, proto_headings[i],
-                   weights[i], window, power, visible)
-            continue
-        idle[i] = True
-        for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
-            for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
-                if centre[r, c] < 0:
-                    x, y = course_at(r, c, totals[0], totals[1], totals[2], pull, strength)
-                    headings[r, c] = heading_of(x, y)
-    return idle
-
-
-def mending_cells(known, cost, headings, state, fixed, rules):
-    """
-    Choose the cells whose own course must change for the flow to come home.
-
-    Parameters
-    ----------
-    state : ndarray of int8
-        Of `kernels.flow_basin`.
-    fixed : ndarray of bool
-        Cells that keep their course (demonstrated, not proven blocked) if another one can mend.
-
-    Returns
-    -------
-    ndarray of bool, shape (n_rows, n_cols)
-        No two of them are neighbours: each changes the course of the cells around it too.
-
-    """
-    rows, cols = known.shape
-    chosen = np.zeros((rows, cols), dtype=np.bool_)
-    walked = np.zeros((rows, cols), dtype=np.int64)
-    mark = 0
-    for row in range(rows):
-        for col in range(cols):
-            if state[row, col] < 2 or not cost[row, col] < np.inf:
-                continue
-            heading = headings[row, col]
-            if heading < 0 or not step_allowed(known, row, col, heading, rules):
-                if not beside(chosen, row, col):
-                    chosen[row, col] = True
-            elif state[row, col] == 2 and walked[row, col] == 0:
-                mark += 1
-                mend_loop(headings, cost, fixed, walked, chosen, row, col, mark)
-    return chosen
-
-
-def mend_loop(headings, cost, fixed, walked, chosen, row, col, mark):
-    """Walk a flow into its loop; choose the loop's cell of least cost, a fixed one last."""
-    while walked[row, col] == 0:
-        walked[row, col] = mark
-        heading = headings[row, col]
-        row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
-    if walked[row, col] != mark:
-        return
-    first_row, first_col = row, col
-    best_row, best_col, best = row, col, np.inf
-    while True:
-        at = cost[row, col] + (1e9 if fixed[row, col] else 0.0)
-        if at < best:
-            best_row, best_col, best = row, col, at
-        heading = headings[row, col]
-        row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
-        if row == first_row and col == first_col:
-            break
-    chosen[best_row, best_col] = True
-
-
-def beside(chosen, row, col):
-    """Tell whether a chosen cell lies next to this one."""
-    for r in range(max(0, row - 1), min(chosen.shape[0], row + 2)):
-        for c in range(max(0, col - 1), min(chosen.shape[1], col + 2)):
-            if chosen[r, c]:
-                return True
-    return False
-
-
-def flow_ends(known, headings, state, rules):
-    """
-    Mark where flows that do not come home end.
-
-    Returns
-    -------
-    ndarray of bool, shape (n_rows, n_cols)
-        Cells whose course is barred or missing, and one cell a loop.
-
-    """
-    rows, cols = known.shape
-    ends = np.zeros((rows, cols), dtype=np.bool_)
-    walked = np.zeros((rows, cols), dtype=np.int64)
-    mark = 0
-    for first_row in range(rows):
-        for first_col in range(cols):
-            row, col = first_row, first_col
-            if state[row, col] < 2 or walked[row, col] > 0:
-                continue
-            mark += 1
-            while walked[row, col] == 0:
-                walked[row, col] = mark
-                heading = headings[row, col]
-                if heading < 0 or not step_allowed(known, row, col, heading, rules):
-                    ends[row, col] = True
-                    break
-                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
-                if walked[row, col] == mark:
-                    ends[row, col] = True
-    return ends
-
-
-def pull_to_nearest(known, cells, rules):
+def pull_to_nearest(known: CellMap, cells: IntMap, rules: Rules) -> CellMap:
     """Return the allowed heading straightest towards the nearest prototype; -1 for none."""
     rows, cols = known.shape
     pull = np.full((rows, cols), -1, dtype=np.int8)
@@ -290,93 +144,3 @@ def pull_to_nearest(known, cells, rules):
                 if step_allowed(known, row, col, heading, rules):
                     pull[row, col] = heading
     return pull
-
-
-def n_crossing(headings, state, goal_row, goal_col):
-    """
-    Count from how many cells the flow home leads through each cell, itself included.
-
-    Parameters
-    ----------
-    state : ndarray of int8
-        Of `kernels.flow_basin`.
-
-    """
-    rows, cols = headings.shape
-    count = np.zeros((rows, cols))
-    n_before = np.zeros((rows, cols), dtype=np.int64)
-    for row in range(rows):
-        for col in range(cols):
-            if state[row, col] == 1 and not (row == goal_row and col == goal_col):
-                heading = headings[row, col]
-                n_before[row + STEP_ROW[heading], col + STEP_COL[heading]] += 1
-    for first_row in range(rows):
-        for first_col in range(cols):
-            row, col = first_row, first_col
-            while state[row, col] == 1 and n_before[row, col] == 0:
-                n_before[row, col] = -1
-                count[row, col] += 1.0
-                if row == goal_row and col == goal_col:
-                    break
-                heading = headings[row, col]
-                r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-                count[r, c] += count[row, col]
-                n_before[r, c] -= 1
-                row, col = r, c
-    return count
-
-
-def unseen_along(headings, state, known, value, goal_row, goal_col):
-    """Return the summed value of the unseen cells that come into sight along each flow home."""
-    rows, cols = headings.shape
-    total = np.zeros((rows, cols))
-    mark = np.zeros((rows, cols), dtype=np.int64)
-    for first_row in range(rows):
-        for first_col in range(cols):
-            if state[first_row, first_col] != 1:
-                continue
-            row, col = first_row, first_col
-            while True:
-                for r in range(max(0, row - 1), min(rows, row + 2)):
-                    for c in range(max(0, col - 1), min(cols, col + 2)):
-                        if known[r, c] == -1 and mark[r, c] != first_row * cols + first_col + 1:
-                            mark[r, c] = first_row * cols + first_col + 1
-                            total[first_row, first_col] += value[r, c]
-                if row == goal_row and col == goal_col:
-                    break
-                heading = headings[row, col]
-                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
-    return total
-
-
-def flow_lengths(known, headings, goal_row, goal_col, rules):
-    """Return the length of every cell's flow to the goal, inf where it does not get there."""
-    rows, cols = known.shape
-    length = np.full((rows, cols), np.nan)
-    length[goal_row, goal_col] = 0.0
-    path = np.empty((rows * cols, 2), dtype=np.int64)
-    on_path = np.zeros((rows, cols), dtype=np.bool_)
-    for first_row in range(rows):
-        for first_col in range(cols):
-            n, row, col, end = 0, first_row, first_col, np.inf
-            while True:
-                if on_path[row, col] or is_barred(known, row, col, rules[1]):
-                    break
-                if not np.isnan(length[row, col]):
-                    end = length[row, col]
-                    break
-                heading = headings[row, col]
-                on_path[row, col] = True
-                path[n, 0], path[n, 1] = row, col
-                n += 1
-                if heading < 0 or not step_allowed(known, row, col, heading, rules):
-                    break
-                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
-            for i in range(n - 1, -1, -1):
-                row, col = path[i, 0], path[i, 1]
-                end += STEP_LENGTH[max(headings[row, col], 0)]
-                length[row, col] = end
-                on_path[row, col] = False
-            if np.isnan(length[first_row, first_col]):
-                length[first_row, first_col] = np.inf
-    return length

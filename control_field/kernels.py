@@ -1,5 +1,5 @@
 """
-The loops of the method, written once for two executions.
+Steps, costs and choices: the loops of the method, written once for two executions.
 
 Plain Python over NumPy arrays: the robot runs these functions as they stand, the learner's side
 runs the same source through numba (`control_field.compiled`). So they keep to what numba
@@ -10,18 +10,23 @@ import heapq
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
-from control_field.records import Kind
 from control_field.sight import BLOCKED, UNKNOWN
+
+CellMap = npt.NDArray[np.int8]
+IntMap = npt.NDArray[np.int32] | npt.NDArray[np.int64]
+BoolMap = npt.NDArray[np.bool_]
+FloatMap = npt.NDArray[np.float64]
+#: ``(corner_cutting, unknown_is_blocked, moves)``
+Rules = tuple[bool, bool, int]
 
 _BLOCKED = int(BLOCKED)
 _UNKNOWN = int(UNKNOWN)
-_FIELD, _BLOCKED_KIND, _AVOID = int(Kind.FIELD), int(Kind.BLOCKED), int(Kind.AVOID)
-_EXPLORE, _DETOUR = int(Kind.EXPLORE), int(Kind.DETOUR)
 
 
-def is_barred(known, row, col, unknown_is_blocked):
+def is_barred(known: CellMap, row: int, col: int, unknown_is_blocked: bool) -> bool:
     """Tell whether a cell lies outside or is known (or held) to be blocked."""
     if row < 0 or col < 0 or row >= known.shape[0] or col >= known.shape[1]:
         return True
@@ -29,7 +34,7 @@ def is_barred(known, row, col, unknown_is_blocked):
     return state == _BLOCKED or (unknown_is_blocked and state == _UNKNOWN)
 
 
-def step_allowed(known, row, col, heading, rules):
+def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: Rules) -> bool:
     """
     Tell whether the map allows a step.
 
@@ -47,7 +52,7 @@ def step_allowed(known, row, col, heading, rules):
         known, row + STEP_ROW[heading], col + STEP_COL[heading], unknown_is_blocked)
 
 
-def allowed_steps(known, row, col, rules):
+def allowed_steps(known: CellMap, row: int, col: int, rules: Rules) -> int:
     """Return the mask of the steps that the map allows."""
     mask = 0
     for heading in range(8):
@@ -56,7 +61,7 @@ def allowed_steps(known, row, col, rules):
     return mask
 
 
-def remember_sight(known, row, col, blocked, unknown):
+def remember_sight(known: CellMap, row: int, col: int, blocked: int, unknown: int) -> int:
     """Write a 3x3 sight into the remembered map; return how many cells it newly barred."""
     known[row, col] = 0
     n_barred = 0
@@ -70,14 +75,17 @@ def remember_sight(known, row, col, blocked, unknown):
     return n_barred
 
 
-def cost_to_go(known, goal_row, goal_col, shown, advantage, factor, rules):
+def cost_to_go(
+    known: CellMap, goal_row: int, goal_col: int, preferred: CellMap, spared: FloatMap,
+    factor: FloatMap, rules: Rules,
+) -> FloatMap:
     """
     Return the least cost from every cell to the goal, in cells: eq. 6 run to its fixed point.
 
     With learning rate 1 in a deterministic world the fixed point of eq. 6 is
     ``V(s) = max_a discount ** length(a) * V(s')``; its logarithm is a least cost, and sweeping the
-    backups in order of priority is Dijkstra's order. A demonstrated step (``shown[row, col]`` is
-    its heading) costs ``1 - advantage`` of its length; ``factor`` scales the length of steps into a
+    backups in order of priority is Dijkstra's order. A preferred step (``preferred[row, col]``
+    is its heading) is spared a share of its length; ``factor`` scales the length of steps into a
     cell.
     """
     cost = np.full(known.shape, np.inf)
@@ -92,15 +100,18 @@ def cost_to_go(known, goal_row, goal_col, shown, advantage, factor, rules):
             if is_barred(known, r, c, rules[1]) or not step_allowed(known, r, c, heading, rules):
                 continue
             length = STEP_LENGTH[heading] * factor[row, col]
-            if shown[r, c] == heading:
-                length *= 1.0 - advantage
+            if preferred[r, c] == heading:
+                length *= 1.0 - spared[r, c]
             if at + length < cost[r, c] - 1e-12:
                 cost[r, c] = at + length
                 heapq.heappush(heap, (at + length, r, c))
     return cost
 
 
-def q_from_cost(known, cost, shown, advantage, factor, discount, rules):
+def q_from_cost(
+    known: CellMap, cost: FloatMap, preferred: CellMap, spared: FloatMap, factor: FloatMap,
+    discount: float, rules: Rules,
+) -> FloatMap:
     """Return the Q-matrix of a cost to go: -1 where a step is known to be blocked."""
     rows, cols = known.shape
     q = np.zeros((rows, cols, 8))
@@ -114,14 +125,17 @@ def q_from_cost(known, cost, shown, advantage, factor, discount, rules):
                     continue
                 r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
                 length = STEP_LENGTH[heading] * factor[r, c]
-                if shown[row, col] == heading:
-                    length *= 1.0 - advantage
+                if preferred[row, col] == heading:
+                    length *= 1.0 - spared[row, col]
                 if cost[r, c] < np.inf:
                     q[row, col, heading] = discount ** (length + cost[r, c])
     return q
 
 
-def best_step(known, cost, factor, row, col, course, rules):
+def best_step(
+    known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, course: int,
+    rules: Rules,
+) -> int:
     """
     Return the allowed step of least cost to go; ties go to the one nearest the field's course.
 
@@ -141,72 +155,10 @@ def best_step(known, cost, factor, row, col, course, rules):
     return best
 
 
-def flow_reaches(known, headings, row, col, goal_row, goal_col, rules):
-    """
-    Follow the field over the remembered map; tell whether it reaches the goal.
-
-    Returns
-    -------
-    int
-        Steps to the goal, or -1 if the flow ends in something barred, in a cell without a course
-        or in a loop (more steps than cells).
-
-    """
-    limit = known.shape[0] * known.shape[1]
-    for step in range(limit + 1):
-        if row == goal_row and col == goal_col:
-            return step
-        heading = headings[row, col]
-        if heading < 0 or not step_allowed(known, row, col, heading, rules):
-            return -1
-        row += STEP_ROW[heading]
-        col += STEP_COL[heading]
-    return -1
-
-
-def flow_basin(known, headings, goal_row, goal_col, rules):
-    """
-    Follow the field from every cell at once.
-
-    Returns
-    -------
-    ndarray of int8, shape (n_rows, n_cols)
-        1: reaches the goal; 2: leads into a loop; 3: leads into a cell whose course is barred or
-        missing; 0: the cell itself is barred.
-
-    """
-    rows, cols = known.shape
-    state = np.zeros((rows, cols), dtype=np.int8)
-    path = np.empty((rows * cols, 2), dtype=np.int64)
-    for first_row in range(rows):
-        for first_col in range(cols):
-            if state[first_row, first_col] or is_barred(known, first_row, first_col, rules[1]):
-                continue
-            n, row, col, verdict = 0, first_row, first_col, 0
-            while verdict == 0:
-                heading = headings[row, col]
-                if state[row, col] == 9:
-                    verdict = 2
-                elif state[row, col] != 0:
-                    verdict = state[row, col]
-                elif row == goal_row and col == goal_col:
-                    state[row, col] = 1
-                    verdict = 1
-                elif heading < 0 or not step_allowed(known, row, col, heading, rules):
-                    state[row, col] = 3
-                    verdict = 3
-                else:
-                    state[row, col] = 9
-                    path[n, 0], path[n, 1] = row, col
-                    n += 1
-                    row += STEP_ROW[heading]
-                    col += STEP_COL[heading]
-            for i in range(n):
-                state[path[i, 0], path[i, 1]] = verdict
-    return state
-
-
-def rehearse_locally(known, cost, factor, row, col, goal_row, goal_col, n_backups, rules):
+def rehearse_locally(
+    known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, goal_row: int,
+    goal_col: int, n_backups: int, rules: Rules,
+) -> None:
     """
     Mend the cost to go around the robot, in place, by at most ``n_backups`` backups each way.
 
@@ -260,7 +212,9 @@ def rehearse_locally(known, cost, factor, row, col, goal_row, goal_col, n_backup
                 heapq.heappush(rim, (total, nr, nc))
 
 
-def least_chosen(counts, row, col, allowed, rng):
+def least_chosen(
+    counts: IntMap, row: int, col: int, allowed: int, rng: np.random.Generator,
+) -> int:
     """Return a random one of the allowed headings that were chosen least often here."""
     fewest = 1 << 30
     for heading in range(8):
@@ -279,7 +233,7 @@ def least_chosen(counts, row, col, allowed, rng):
     return -1
 
 
-def window_values(q, row, col, window, power):
+def window_values(q: FloatMap, row: int, col: int, window: float, power: float) -> FloatMap:
     """
     Return the Q-values of the eight actions as the effective window sees them.
 
@@ -300,7 +254,10 @@ def window_values(q, row, col, window, power):
     return values
 
 
-def next_highest(values, counts, entered, row, col, course, allowed):
+def next_highest(
+    values: FloatMap, counts: IntMap, entered: IntMap, row: int, col: int, course: int,
+    allowed: int,
+) -> int:
     """
     Return the free action with the next highest Q-value (Case 1).
 

@@ -65,7 +65,10 @@ class Parameters:
     pruning: bool = parameter(
         True, 'full profile: drop prototypes whose removal changes no heading')
     demonstration_advantage: float = parameter(
-        0.5, 'full profile: share of its length that a demonstrated step is spared in rehearsal',
+        0.4, 'full profile: share of its length that a demonstrated step is spared in rehearsal',
+        low=0.0, high=0.99)
+    practice_advantage: float = parameter(
+        0.3, 'full profile: share of its length that a step of a successful trial is spared',
         low=0.0, high=0.99)
     caution: float = parameter(
         0.2, 'full profile: how much longer rehearsal takes unseen ground to be', low=0.0,

@@ -10,6 +10,7 @@ from control_field.headings import headings_from_vectors
 from control_field.parameters import Parameters
 from control_field.policy import caution_factor, cost_from_q, options_of, rules_of
 from control_field.records import ControlField, DECISION_DTYPE, Outcome, Trial
+from control_field.sight import BLOCKED
 
 _OUTCOMES = (Outcome.GOAL, Outcome.COLLISION, Outcome.GAVE_UP)
 _LOGGED = ('row', 'col', 'action', 'next_row', 'next_col', 'reward', 'kind', 'blocked', 'step')
@@ -35,6 +36,18 @@ class Runs:
     length: npt.NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False)
+class _Ready:
+    """What runs on one field start from; ``truthful``: no wall is remembered that is not there."""
+
+    headings: npt.NDArray[np.int8]
+    q: npt.NDArray[np.float64]
+    cost: npt.NDArray[np.float64]
+    factor: npt.NDArray[np.float64]
+    truthful: bool
+    flow_lengths: npt.NDArray[np.float64]
+
+
 class GridWorld:
     """
     A true map that trials are run in, cell by cell; nothing is learnt here.
@@ -56,7 +69,7 @@ class GridWorld:
         """Return the true least cost from every cell to the goal, in cells; inf without a way."""
         none = np.full(self.truth.shape, -1, dtype=np.int8)
         cost: npt.NDArray[np.float64] = compiled.cost_to_go(
-            self.truth, *goal, none, 0.0, np.ones(self.truth.shape), self.rules)
+            self.truth, *goal, none, np.zeros(none.shape), np.ones(none.shape), self.rules)
         return np.where(self.truth == 0, cost, np.inf)
 
     def sight(self, row: int, col: int) -> int:
@@ -93,7 +106,7 @@ class GridWorld:
         if self.truth[start] != 0:
             raise ValueError(f'the start {start} is blocked')
         log = np.zeros((3 * self.parameters.step_limit + 10, len(_LOGGED)), dtype=np.int32)
-        outcome, _, n_rows, length, _ = self._run(field, start, seed, log)
+        outcome, _, n_rows, length, _ = self._run(field, self._ready(field), start, seed, log)
         rows = np.zeros(n_rows, dtype=DECISION_DTYPE)
         for index, name in enumerate(_LOGGED):
             rows[name] = log[:n_rows, index]
@@ -112,24 +125,47 @@ class GridWorld:
 
         """
         log = np.zeros((0, len(_LOGGED)), dtype=np.int32)
-        results = [self._run(field, (int(row), int(col)), seed + index, log)
+        ready = self._ready(field)
+        results = [self._run_known(field, ready, (int(row), int(col)), seed + index, log)
                    for index, (row, col) in enumerate(starts)]
         table = np.array(results, dtype=np.float64).reshape(-1, 5)
         return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
                     table[:, 4].astype(np.int64), table[:, 3])
 
-    def _run(self, field: ControlField, start: tuple[int, int], seed: int,
-             log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+    def _ready(self, field: ControlField) -> _Ready:
+        """Return what every run on a field starts from."""
         parameters = self.parameters
         q = field.q.astype(np.float64)
-        options = options_of(parameters)
-        cost = cost_from_q(q, parameters.discount) if options[0] else np.zeros(field.grid.shape)
+        rehearsed = options_of(parameters)[0]
+        cost = cost_from_q(q, parameters.discount) if rehearsed else np.zeros(field.grid.shape)
         cost[field.goal] = 0.0
+        truthful = not parameters.unknown_is_blocked and not (
+            (field.known == BLOCKED) & (self.truth == 0)).any()
+        return _Ready(headings_from_vectors(field.vx, field.vy), q, cost,
+                      caution_factor(field.known, parameters), truthful,
+                      self.flow_lengths(field))
+
+    def _run_known(self, field: ControlField, ready: _Ready, start: tuple[int, int], seed: int,
+                   log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+        """Run one trial; where the flow comes home by itself, its outcome is known beforehand."""
+        length = float(ready.flow_lengths[start])
+        # Sight only ever shows what is there. So a flow that comes home in the truth is never
+        # left, as long as the remembered map holds no wall that is not there.
+        if ready.truthful and np.isfinite(length):
+            n_steps = int(compiled.flow_reaches(
+                self.truth, ready.headings, *start, *field.goal, self.rules))
+            if n_steps <= self.parameters.step_limit:
+                return 0, n_steps, 0, length, 0
+        return self._run(field, ready, start, seed, log)
+
+    def _run(self, field: ControlField, ready: _Ready, start: tuple[int, int], seed: int,
+             log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+        parameters = self.parameters
         result: tuple[int, int, int, float, int] = compiled.run_trial(
-            self.truth, *start, headings_from_vectors(field.vx, field.vy), field.known.copy(), q,
-            cost, caution_factor(field.known, parameters), field.goal,
-            (float(parameters.learning_rate), float(parameters.discount)), options, self.rules,
-            parameters.step_limit, np.random.default_rng(seed), log)
+            self.truth, *start, ready.headings, field.known.copy(), ready.q.copy(),
+            ready.cost.copy(), ready.factor, field.goal,
+            (float(parameters.learning_rate), float(parameters.discount)), options_of(parameters),
+            self.rules, parameters.step_limit, np.random.default_rng(seed), log)
         return result
 
     def flow_home(self, field: ControlField) -> npt.NDArray[np.bool_]:

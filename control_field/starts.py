@@ -9,6 +9,8 @@ from control_field.memory import Memory
 from control_field.policy import rules_of
 from control_field.records import ControlField
 
+#: Judge at most this many starts, spread evenly over the workspace.
+_MOST_CANDIDATES = 4096
 #: Three unseen cells in sight make a step as attractive as it gets.
 _ENOUGH_UNSEEN = 3
 
@@ -46,10 +48,10 @@ def curious_field(memory: Memory, field: ControlField) -> ControlField:
     share = np.minimum(n_unseen_around(memory.known), _ENOUGH_UNSEEN) / _ENOUGH_UNSEEN
     factor = 1.0 - parameters.curiosity * share
     none = np.full(field.grid.shape, -1, dtype=np.int8)
-    cost = compiled.cost_to_go(memory.known, *field.goal, none, 0.0, factor, rules)
-    q = compiled.q_from_cost(memory.known, cost, none, 0.0, factor, parameters.discount, rules)
-    still = np.zeros(field.grid.shape)
-    headings = compiled.pull_from_cost(memory.known, cost, factor, still, still, rules)
+    nothing = np.zeros(field.grid.shape)
+    cost = compiled.cost_to_go(memory.known, *field.goal, none, nothing, factor, rules)
+    q = compiled.q_from_cost(memory.known, cost, none, nothing, factor, parameters.discount, rules)
+    headings = compiled.pull_from_cost(memory.known, cost, factor, nothing, nothing, rules)
     vx, vy = (np.where(headings >= 0, UNIT[headings, axis], 0.0) for axis in (0, 1))
     return ControlField(
         grid=field.grid, revision=field.revision, goal=field.goal, vx=vx.astype(np.float32),
@@ -86,7 +88,11 @@ def promise(field: ControlField, driven: ControlField, rules: tuple[bool, bool, 
     if driven is not field:
         headings = headings_from_vectors(driven.vx, driven.vy)
         state = compiled.flow_basin(field.known, headings, *field.goal, rules)
-    return compiled.unseen_along(headings, state, field.known, np.sqrt(crossing), *field.goal)
+    judged = np.zeros(state.shape, dtype=np.bool_)
+    judged.reshape(-1)[::-(-state.size // _MOST_CANDIDATES)] = True
+    value: npt.NDArray[np.float64] = compiled.unseen_along(
+        headings, judged & (state == 1), field.known, np.sqrt(crossing), *field.goal)
+    return value
 
 
 def best_cells(value: npt.NDArray[np.float64], n: int) -> list[tuple[int, int]]:

@@ -1,14 +1,26 @@
 """One trial, decision by decision (Case 1); plain Python or compiled, as `kernels` says."""
 
 import numpy as np
+import numpy.typing as npt
 
+from control_field.flow_kernels import flow_reaches
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels import (
-    _AVOID, _BLOCKED, _BLOCKED_KIND, _DETOUR, _EXPLORE, _FIELD, allowed_steps, best_step,
-    flow_reaches, least_chosen, next_highest, rehearse_locally, remember_sight, window_values)
+    _BLOCKED, allowed_steps, best_step, CellMap, FloatMap, IntMap, least_chosen, next_highest,
+    rehearse_locally, remember_sight, Rules, window_values)
+from control_field.records import Kind
+
+#: ``(rehearsed, window, power, oscillation_limit, n_backups)``
+Options = tuple[bool, float, float, int, int]
+
+_FIELD, _BLOCKED_KIND, _AVOID = int(Kind.FIELD), int(Kind.BLOCKED), int(Kind.AVOID)
+_EXPLORE, _DETOUR = int(Kind.EXPLORE), int(Kind.DETOUR)
 
 
-def backup(q, known, row, col, action, reward, next_row, next_col, alpha, discount, rules):
+def backup(
+    q: FloatMap, known: CellMap, row: int, col: int, action: int, reward: float, next_row: int,
+    next_col: int, alpha: float, discount: float, rules: Rules,
+) -> None:
     """Apply eq. 6 once, in place; the maximum is over what the remembered map allows."""
     allowed = allowed_steps(known, next_row, next_col, rules)
     ahead = 0.0
@@ -20,8 +32,11 @@ def backup(q, known, row, col, action, reward, next_row, next_col, alpha, discou
     q[row, col, action] += alpha * (reward + discount * ahead - q[row, col, action])
 
 
-def choose(row, col, course, allowed, headings, known, q, cost, factor, counts, entered, goal,
-           options, rules, rng):
+def choose(
+    row: int, col: int, course: int, allowed: int, headings: CellMap, known: CellMap, q: FloatMap,
+    cost: FloatMap, factor: FloatMap, counts: IntMap, entered: IntMap, goal: tuple[int, int],
+    options: Options, rules: Rules, rng: np.random.Generator,
+) -> tuple[int, int]:
     """
     Choose the heading of a step, once the sight is in the remembered map.
 
@@ -49,8 +64,12 @@ def choose(row, col, course, allowed, headings, known, q, cost, factor, counts, 
     return least_chosen(counts, row, col, allowed, rng), _EXPLORE
 
 
-def decide(row, col, blocked, unknown, headings, known, q, cost, factor, counts, entered,
-           punished, goal, learning, options, rules, rng):
+def decide(
+    row: int, col: int, blocked: int, unknown: int, headings: CellMap, known: CellMap,
+    q: FloatMap, cost: FloatMap, factor: FloatMap, counts: IntMap, entered: IntMap,
+    punished: npt.NDArray[np.uint8], goal: tuple[int, int], learning: tuple[float, float],
+    options: Options, rules: Rules, rng: np.random.Generator,
+) -> tuple[int, int, int, int]:
     """
     Make one decision and give its rewards (Case 1 and eq. 4 to 6 online).
 
@@ -95,7 +114,7 @@ def decide(row, col, blocked, unknown, headings, known, q, cost, factor, counts,
     return heading, kind, barred, reward
 
 
-def see(truth, row, col):
+def see(truth: CellMap, row: int, col: int) -> int:
     """Return the mask of blocked neighbours in the true map; outside is blocked."""
     mask = 0
     for heading in range(8):
@@ -106,8 +125,11 @@ def see(truth, row, col):
     return mask
 
 
-def run_trial(truth, row, col, headings, known, q, cost, factor, goal, learning, options, rules,
-              step_limit, rng, log):
+def run_trial(
+    truth: CellMap, row: int, col: int, headings: CellMap, known: CellMap, q: FloatMap,
+    cost: FloatMap, factor: FloatMap, goal: tuple[int, int], learning: tuple[float, float],
+    options: Options, rules: Rules, step_limit: int, rng: np.random.Generator, log: IntMap,
+) -> tuple[int, int, int, float, int]:
     """
     Run a trial on the grid, without a robot; the arrays are changed in place.
 
@@ -158,7 +180,10 @@ def run_trial(truth, row, col, headings, known, q, cost, factor, goal, learning,
     return 2, step_limit, n_rows, length, n_reinforcements
 
 
-def write_row(log, n, row, col, action, next_row, next_col, reward, kind, blocked, step):
+def write_row(
+    log: IntMap, n: int, row: int, col: int, action: int, next_row: int, next_col: int,
+    reward: int, kind: int, blocked: int, step: int,
+) -> int:
     """Append a row to a log if it fits; return the number of rows."""
     if n >= log.shape[0]:
         return n
