@@ -78,7 +78,7 @@ def fidelity_of(
              if compiled.step_allowed(known, row, col, shown[row, col], rules)]
     if not cells:
         return float('nan')
-    return sum(headings[cell] == shown[cell] for cell in cells) / len(cells)
+    return sum(bool(headings[cell] == shown[cell]) for cell in cells) / len(cells)
 
 
 def certify(
@@ -102,7 +102,8 @@ def certify(
     """
     headings = headings_from_vectors(field.vx, field.vy)
     if reachable is None:
-        cost = compiled.cost_to_go(field.known, *field.goal, shown, np.zeros(shown.shape), np.ones(shown.shape), rules)
+        cost = compiled.cost_to_go(field.known, *field.goal, shown, np.zeros(shown.shape),
+                                   np.ones(shown.shape), rules)
         reachable = np.isfinite(cost)
     counted = (field.known == 0) & reachable
     n = int(counted.sum())

@@ -18,8 +18,8 @@ from control_field import (
 
 def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
     """Compile the functions of modules so that they call each other compiled."""
-    # numba's cache looks at a function's own file only; the digest of all of them in the name keeps
-    # it from serving code that calls what has since been changed elsewhere.
+    # numba's cache looks at a function's own file only; the digest of all of them in the name
+    # keeps it from serving code that calls what has since been changed elsewhere.
     sources = ''.join(inspect.getsource(module) for module in modules)
     digest = hashlib.sha256(sources.encode()).hexdigest()[:12]
     namespace: dict[str, Any] = {}

@@ -234,10 +234,11 @@ class _Composer:
     def _pull(self, prototypes: Prototypes) -> npt.NDArray[np.int8]:
         if not self.parameters.pull:
             return np.full(self.memory.grid.shape, -1, dtype=np.int8)
-        if self.parameters.rehearsal:
-            return compiled.pull_from_cost(
-                self.known, self.cost, self.factor, self.totals[0], self.totals[1], self.rules)
-        return compiled.pull_to_nearest(self.known, prototypes.cells.astype(np.int64), self.rules)
+        pull: npt.NDArray[np.int8] = compiled.pull_from_cost(
+            self.known, self.cost, self.factor, self.totals[0], self.totals[1], self.rules,
+        ) if self.parameters.rehearsal else compiled.pull_to_nearest(
+            self.known, prototypes.cells.astype(np.int64), self.rules)
+        return pull
 
     def _repair(self) -> None:
         """Give the cells whose flow does not come home a prototype, few at a time."""
@@ -263,7 +264,8 @@ class _Composer:
         idle = compiled.idle_prototypes(
             order, prototypes.cells.astype(np.int64), prototypes.headings, weights,
             tuple(total.copy() for total in self.totals), centre, self.known, self.cost,
-            self.factor, self.pull, PULL_STRENGTH, self.headings.copy(), *self._window(), self.rules)
+            self.factor, self.pull, PULL_STRENGTH, self.headings.copy(), *self._window(),
+            self.rules)
         if not idle.any():
             return
         n_home = self._n_home()

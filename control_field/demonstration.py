@@ -133,7 +133,8 @@ def _entries(
     sure[0] = sure[-1] = True
     kept = np.flatnonzero(sure)
     changes = np.any(np.diff(raw[kept], axis=0) != 0, axis=1)
-    return kept[np.concatenate([[True], changes])]
+    entered: npt.NDArray[np.int64] = kept[np.concatenate([[True], changes])]
+    return entered
 
 
 def _connected(

@@ -96,7 +96,8 @@ class Grid:
         """
         origin = np.array([self.origin_x, self.origin_y])
         col_row = np.floor((np.asarray(points, dtype=np.float64) - origin) / self.resolution)
-        return col_row[:, ::-1].astype(np.int64)
+        cells: npt.NDArray[np.int64] = col_row[:, ::-1].astype(np.int64)
+        return cells
 
     def world_from_cells(self, cells: npt.NDArray[np.integer]) -> npt.NDArray[np.float64]:
         """

@@ -155,6 +155,43 @@ def best_step(
     return best
 
 
+def look_ahead(
+    known: CellMap, factor: FloatMap, row: int, col: int, goal_row: int, goal_col: int,
+    n_backups: int, rules: Rules,
+) -> dict[tuple[int, int], bool]:
+    """
+    Look at the cells nearest to the robot on the way, at most ``n_backups``.
+
+    Returns
+    -------
+    dict
+        True: looked at; False: on the rim of what was looked at. Stops at the goal, on the rim.
+
+    """
+    reach = {(row, col): 0.0}
+    settled = {(row, col): False}
+    heap = [(0.0, row, col)]
+    n = 0
+    while len(heap) > 0 and n < n_backups:
+        at, r, c = heapq.heappop(heap)
+        if settled[(r, c)]:
+            continue
+        if r == goal_row and c == goal_col:
+            break
+        settled[(r, c)] = True
+        n += 1
+        for heading in range(8):
+            if not step_allowed(known, r, c, heading, rules):
+                continue
+            nr, nc = r + STEP_ROW[heading], c + STEP_COL[heading]
+            length = at + STEP_LENGTH[heading] * factor[nr, nc]
+            if (nr, nc) not in reach or length < reach[(nr, nc)] - 1e-12:
+                reach[(nr, nc)] = length
+                settled[(nr, nc)] = False
+                heapq.heappush(heap, (length, nr, nc))
+    return settled
+
+
 def rehearse_locally(
     known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, goal_row: int,
     goal_col: int, n_backups: int, rules: Rules,
@@ -166,32 +203,10 @@ def rehearse_locally(
     costs of the rim back through the cells looked at: eq. 6 swept in order of priority over the
     neighbourhood that matters (local search space LRTA*, Koenig and Sun 2009).
     """
-    reach = {(row, col): 0.0}
-    settled = {(row, col): False}
-    heap = [(0.0, row, col)]
-    n = 0
-    while len(heap) > 0 and n < n_backups:
-        at, r, c = heapq.heappop(heap)
-        if at > reach[(r, c)] or settled[(r, c)]:
-            continue
-        if r == goal_row and c == goal_col:
-            heapq.heappush(heap, (at, r, c))
-            break
-        settled[(r, c)] = True
-        n += 1
-        for heading in range(8):
-            if not step_allowed(known, r, c, heading, rules):
-                continue
-            nr, nc = r + STEP_ROW[heading], c + STEP_COL[heading]
-            length = at + STEP_LENGTH[heading] * factor[nr, nc]
-            if (nr, nc) not in reach or length < reach[(nr, nc)] - 1e-12:
-                if (nr, nc) not in reach:
-                    settled[(nr, nc)] = False
-                reach[(nr, nc)] = length
-                heapq.heappush(heap, (length, nr, nc))
+    settled = look_ahead(known, factor, row, col, goal_row, goal_col, n_backups, rules)
     rim = [(0.0, 0, 0)]
     rim.pop()
-    for place in reach:
+    for place in settled:
         if settled[place]:
             cost[place[0], place[1]] = np.inf
         elif cost[place[0], place[1]] < np.inf:
@@ -202,7 +217,7 @@ def rehearse_locally(
             continue
         for heading in range(8):
             nr, nc = r - STEP_ROW[heading], c - STEP_COL[heading]
-            if (nr, nc) not in reach or not settled[(nr, nc)]:
+            if (nr, nc) not in settled or not settled[(nr, nc)]:
                 continue
             if not step_allowed(known, nr, nc, heading, rules):
                 continue

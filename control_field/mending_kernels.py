@@ -16,7 +16,8 @@ def through(
     if heading < 0 or not step_allowed(known, row, col, heading, rules):
         return np.inf
     r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-    return STEP_LENGTH[heading] * factor[r, c] + cost[r, c]
+    total: float = STEP_LENGTH[heading] * factor[r, c] + cost[r, c]
+    return total
 
 
 def needed(

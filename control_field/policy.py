@@ -55,7 +55,8 @@ def cost_from_q(q: npt.NDArray[np.floating], discount: float) -> npt.NDArray[np.
     value = np.asarray(q, dtype=np.float64).max(axis=2)
     with np.errstate(divide='ignore'):
         cost = np.log(np.maximum(value, 0.0)) / math.log(discount)
-    return np.maximum(cost, 0.0)
+    positive: npt.NDArray[np.float64] = np.maximum(cost, 0.0)
+    return positive
 
 
 def caution_factor(

@@ -26,7 +26,9 @@ def n_unseen_around(known: npt.NDArray[np.int8]) -> npt.NDArray[np.int64]:
     """
     rows, cols = known.shape
     unseen = np.pad(known < 0, 1).astype(np.int64)
-    return np.sum([unseen[i:i + rows, j:j + cols] for i in range(3) for j in range(3)], axis=0)
+    count: npt.NDArray[np.int64] = np.sum(
+        [unseen[i:i + rows, j:j + cols] for i in range(3) for j in range(3)], axis=0)
+    return count
 
 
 def curious_field(memory: Memory, field: ControlField) -> ControlField:

@@ -136,8 +136,8 @@ def run_trial(
     Parameters
     ----------
     log : ndarray of int32, shape (k, 9)
-        Filled with ``row, col, action, next_row, next_col, reward, kind, blocked, step``; what does
-        not fit is not logged.
+        Filled with ``row, col, action, next_row, next_col, reward, kind, blocked, step``; what
+        does not fit is not logged.
 
     Returns
     -------
