@@ -1,12 +1,15 @@
 """What the controller says about itself on `/diagnostics`, and which peers do not fit."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.watch import StopReason
 from control_field_node.supervisor import Supervisor
+
+#: What the graph calls a node that it has not heard the name of yet.
+_NOT_YET_KNOWN: Final = '_NODE_NAME_UNKNOWN_'
 
 
 class Peers:
@@ -114,7 +117,7 @@ def mismatch_of(mine: str, publishers: Iterable[Any], subscribers: Iterable[Any]
     stamped = str(not mine.endswith('Stamped')).lower()
     for peers, verb in ((subscribers, 'subscribes'), (publishers, 'publishes')):
         for peer in peers:
-            if peer.topic_type != mine:
+            if peer.topic_type != mine and peer.node_name != _NOT_YET_KNOWN:
                 return (f'{peer.node_name} {verb} cmd_vel as {peer.topic_type} but this node has '
                         f'{mine}: set enable_stamped_cmd_vel:={stamped}')
     return ''

@@ -1,0 +1,382 @@
+import math
+import signal
+
+from controller_helpers import GRID, straight_field
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+import numpy as np
+import pytest
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters
+import ros_helpers
+from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Trigger
+
+from control_field.records import Kind, Outcome
+from msgs_bridge import qos
+from msgs_bridge.neighbourhoods import grid_from_neighbourhood, Neighbourhood
+from msgs_bridge.poses import odometry_from_pose, Pose, seconds_from_stamp
+from msgs_bridge.tables import cloud_from_field, decisions_from_cloud
+from msgs_bridge.trial_status import State, trial_from_status
+
+GOAL = (3, 8)
+#: A goal behind the obstacle of the world `task1`.
+BEHIND = (3, 14)
+START = {'start.x': 0.625, 'start.y': 0.875}
+LOCKSTEP = {'lockstep': True, 'enable_stamped_cmd_vel': True}
+
+
+class Peer:
+    """The robot's and the learner's end of a controller's topics, in this process."""
+
+    def __init__(self, node, *, stamped=False, namespace=''):
+        self.node, self.prefix = node, namespace
+        self.commands = self.collect(TwistStamped if stamped else Twist, 'cmd_vel', 50)
+        self.statuses = self.collect(DiagnosticStatus, 'trial', qos.LATCHED)
+        self.experience = self.collect(PointCloud2, 'experience', qos.EXPERIENCE)
+        self.odom = node.create_publisher(Odometry, f'{namespace}odom', qos.ODOMETRY_PUB)
+        self.sight = node.create_publisher(
+            OccupancyGrid, f'{namespace}neighbourhood', qos.SENSOR)
+        self.field = node.create_publisher(
+            PointCloud2, f'{namespace}control_field', qos.LATCHED)
+        self.pose = Pose(1.0, *GRID.world_from_cell(3, 2), 0.0)
+
+    def collect(self, kind, topic, profile):
+        return ros_helpers.collect(self.node, kind, f'{self.prefix}{topic}', profile)
+
+    @property
+    def status(self):
+        return trial_from_status(self.statuses[-1]) if self.statuses else None
+
+    @property
+    def rows(self):
+        return [row for cloud in self.experience for row in decisions_from_cloud(cloud)]
+
+    def wait(self, predicate, what, deadline=ros_helpers.DEADLINE):
+        return ros_helpers.wait_until(predicate, deadline, node=self.node, what=what)
+
+    def meet(self):
+        """Wait until the controller hears and is heard."""
+        self.wait(lambda: all(p.get_subscription_count() for p in (
+            self.odom, self.sight, self.field)) and self.statuses, 'the controller')
+        return self
+
+    def push(self, field=None):
+        field = field or straight_field(GOAL)
+        self.field.publish(cloud_from_field(field))
+        return self
+
+    def tick(self, *, order='sight first', **change):
+        """Publish the next tick, the robot having driven for 0.05 s what it was last told."""
+        v, w = velocity_of(self.commands[-1]) if self.commands else (0.0, 0.0)
+        middle = self.pose.yaw + 0.025 * w
+        values = {'stamp': round(self.pose.stamp + 0.05, 9),
+                  'x': self.pose.x + 0.05 * v * math.cos(middle),
+                  'y': self.pose.y + 0.05 * v * math.sin(middle), 'yaw': self.pose.yaw + 0.05 * w}
+        pose = Pose(**{**values, 'v': v, 'w': w, **change})
+        if not change:
+            self.pose = pose
+        messages = [(self.sight, grid_from_neighbourhood(Neighbourhood(
+            pose.stamp, *GRID.cell_from_world(self.pose.x, self.pose.y),
+            np.zeros((3, 3), np.int8)), GRID)), (self.odom, odometry_from_pose(pose))]
+        for publisher, msg in messages if order == 'sight first' else reversed(messages):
+            publisher.publish(msg)
+
+    def call(self, name):
+        return ros_helpers.call(
+            self.node, Trigger, f'{self.prefix}control_field_node/{name}')
+
+    def start(self):
+        """Publish ticks until the controller accepts a start."""
+        def accepted():
+            self.tick()
+            return self.call('start_trial').success
+
+        self.wait(accepted, 'a start')
+        return self
+
+    def drive(self):
+        """Publish ticks until the robot drives at speed."""
+        def fast():
+            self.tick()
+            return self.commands and velocity_of(self.commands[-1])[0] > 0.15
+
+        self.start().wait(fast, 'a fast command')
+        return self
+
+    def has_stopped(self):
+        return velocity_of(self.commands[-1]) == (0.0, 0.0)
+
+
+def velocity_of(msg):
+    twist = getattr(msg, 'twist', msg)
+    return twist.linear.x, twist.angular.z
+
+
+def controller(folder, parameters=None, **options):
+    return ros_helpers.start_node('control_field_node.node', folder, parameters, **options)
+
+
+def simulator(folder, parameters=None, **options):
+    return ros_helpers.start_node(
+        'sim_node.node', folder, {**START, 'world': 'task1', **(parameters or {})}, **options)
+
+
+@pytest.fixture
+def peer(ros_node, tmp_path):
+    with controller(tmp_path):
+        yield Peer(ros_node).meet()
+
+
+@pytest.fixture
+def stepped(ros_node, tmp_path):
+    with controller(tmp_path, LOCKSTEP):
+        yield Peer(ros_node, stamped=True).meet()
+
+
+def test_without_a_field_nothing_moves_and_a_start_is_refused_in_words(peer):
+    for _ in range(30):
+        peer.tick()
+    answer = peer.call('start_trial')
+    assert not answer.success
+    assert 'no control field' in answer.message
+    assert peer.commands == []
+
+
+def test_outside_a_trial_nothing_is_published(peer):
+    peer.push()
+    for _ in range(30):
+        peer.tick()
+        ros_helpers.spin_some(peer.node)
+    assert not peer.call('stop_trial').success
+    assert peer.commands == []
+    assert peer.status.state is State.IDLE
+
+
+def test_stale_odometry_stops_the_robot_and_says_so(peer):
+    peer.push().drive()
+    peer.wait(peer.has_stopped, 'a standstill')
+    peer.wait(lambda: peer.status.state is State.PAUSED, 'a pause')
+    assert 'odometry' in peer.status.reason or 'neighbourhood' in peer.status.reason
+
+
+@pytest.mark.parametrize('change', [{'x': math.nan}, {'y': math.inf}, {'frame_id': 'map'}])
+def test_odometry_that_is_not_to_be_trusted_stops_the_robot(peer, change):
+    peer.push().drive()
+    peer.tick(**change)
+    peer.wait(peer.has_stopped, 'a standstill')
+    peer.wait(lambda: peer.status.state is State.PAUSED, 'a pause')
+
+
+def test_a_stop_sends_one_standstill_and_ends_the_trial(peer):
+    peer.push().drive()
+    assert peer.call('stop_trial').success
+    peer.wait(lambda: peer.status.outcome is Outcome.STOPPED, 'the end')
+    peer.wait(peer.has_stopped, 'a standstill')
+    n = len(peer.commands)
+    for _ in range(10):
+        peer.tick()
+        ros_helpers.spin_some(peer.node)
+    assert len(peer.commands) == n
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_leaves_the_robot_standing(ros_node, tmp_path, number):
+    with controller(tmp_path) as process:
+        peer = Peer(ros_node).meet()
+        peer.push().drive()
+        process.stop(number)
+        assert 'Traceback' not in process.stderr
+    peer.wait(peer.has_stopped, 'a standstill')
+    peer.wait(lambda: peer.status.outcome is Outcome.ABORTED, 'the end of the trial')
+
+
+def test_a_person_takes_over_and_the_field_waits(peer):
+    peer.push().drive()
+    hand = peer.node.create_publisher(Twist, 'cmd_vel', qos.COMMAND)
+    peer.wait(lambda: hand.get_subscription_count() == 2, 'the controller')
+    push = Twist()
+    push.linear.x = 0.123
+
+    def taken_over():
+        hand.publish(push)
+        ros_helpers.spin_some(peer.node)
+        return peer.status.state is State.PAUSED
+
+    peer.wait(taken_over, 'a pause')
+    assert 'person' in peer.status.reason
+
+    def all_by_hand():
+        """Whether everything heard in a while, after what was under way, is the person's."""
+        peer.commands[:] = []
+        for _ in range(3):
+            hand.publish(push)
+            ros_helpers.spin_some(peer.node)
+        return {velocity_of(msg) for msg in peer.commands} == {(0.123, 0.0)}
+
+    peer.wait(all_by_hand, 'silence of the field')
+
+    def taught():
+        hand.publish(push)
+        ros_helpers.spin_some(peer.node)
+        peer.tick()
+        assert {velocity_of(msg) for msg in peer.commands} == {(0.123, 0.0)}
+        return any(row['kind'] == Kind.TAUGHT for row in peer.rows)
+
+    peer.wait(taught, 'a step taught')
+    peer.node.destroy_publisher(hand)
+
+    def goes_on():
+        peer.tick()
+        return peer.status.state is State.RUNNING
+
+    peer.wait(goes_on, 'the trial to go on')
+
+
+def test_teleop_outside_a_trial_goes_through_the_limits(peer):
+    hand = peer.node.create_publisher(Twist, 'cmd_vel_teleop', qos.COMMAND)
+    requests = peer.collect(TwistStamped, 'cmd_vel_requested', qos.COMMAND)
+    peer.wait(hand.get_subscription_count, 'the controller')
+    push = Twist()
+    push.linear.x = 1.0
+
+    def passed_on():
+        peer.tick()
+        hand.publish(push)
+        return peer.commands and requests and velocity_of(peer.commands[-1])[0] > 0.2
+
+    peer.wait(passed_on, 'a command')
+    assert velocity_of(requests[-1]) == (1.0, 0.0)
+    assert max(velocity_of(msg)[0] for msg in peer.commands) <= 0.22
+    peer.wait(peer.has_stopped, 'a standstill when the keys are let go')
+
+
+def test_a_peer_with_the_other_type_is_told_which_parameter_to_set(ros_node, tmp_path):
+    stamped = ros_node.create_subscription(TwistStamped, 'cmd_vel', lambda _: None, 1)
+    diagnostics = ros_helpers.collect(ros_node, DiagnosticArray, '/diagnostics')
+    with controller(tmp_path) as process:
+        ros_helpers.wait_until(
+            lambda: 'set enable_stamped_cmd_vel:=true' in process.stderr, node=ros_node,
+            processes=[process], what='a line that says which parameter to set')
+        ros_helpers.wait_until(
+            lambda: any('enable_stamped' in status.message for array in diagnostics
+                        for status in array.status), node=ros_node, what='a diagnostic')
+        assert process.stderr.count('enable_stamped_cmd_vel') == 1
+    ros_node.destroy_subscription(stamped)
+
+
+@pytest.mark.parametrize('order', ['sight first', 'odometry first'])
+def test_lockstep_answers_each_stamp_exactly_once(stepped, order):
+    stepped.push().start()
+    stepped.wait(lambda: stepped.commands, 'the first answer')
+    for _ in range(20):
+        n = len(stepped.commands)
+        stepped.tick(order=order)
+        stepped.wait(lambda: len(stepped.commands) > n, 'an answer')  # noqa: B023
+        stamp = seconds_from_stamp(stepped.commands[-1].header.stamp)
+        assert stamp == pytest.approx(stepped.pose.stamp)
+    stamps = [seconds_from_stamp(msg.header.stamp) for msg in stepped.commands]
+    assert len(set(stamps)) == len(stamps)
+
+
+def test_lockstep_does_not_answer_half_a_tick_nor_a_repeated_one(stepped):
+    stepped.push().start()
+    stepped.wait(lambda: stepped.commands, 'the first answer')
+    n = len(stepped.commands)
+    again = odometry_from_pose(stepped.pose)
+    for _ in range(5):
+        stepped.odom.publish(again)
+        stepped.odom.publish(odometry_from_pose(Pose(
+            stepped.pose.stamp + 0.05, stepped.pose.x, stepped.pose.y, stepped.pose.yaw)))
+        ros_helpers.spin_some(stepped.node)
+    assert len(stepped.commands) == n
+
+
+def run_trials(node, folder, n_trials, namespace=''):
+    """Run trials in lock-step with the simulator; return their ends, rows and command stamps."""
+    names = {'namespace': f'/{namespace.strip("/")}'} if namespace else {}
+    with simulator(folder, LOCKSTEP, **names), controller(folder, LOCKSTEP, **names):
+        peer = Peer(node, stamped=True, namespace=namespace)
+        peer.push(straight_field(BEHIND))
+        ends = []
+        for trial in range(1, n_trials + 1):
+            assert ros_helpers.call(node, Trigger, f'{namespace}sim_node/reset').success
+            peer.wait(lambda: peer.call('start_trial').success, 'a start')
+            peer.wait(lambda: peer.status.trial == trial  # noqa: B023
+                      and peer.status.state is State.ENDED, 'the end of the trial', 60.0)
+            ends.append(peer.status)
+        return ends, peer.rows, [seconds_from_stamp(msg.header.stamp) for msg in peer.commands]
+
+
+def test_with_the_simulator_in_lockstep_trials_reach_the_goal_and_are_repeatable(
+        ros_node, tmp_path):
+    ends, rows, stamps = run_trials(ros_node, tmp_path, 2)
+    assert [end.outcome for end in ends] == [Outcome.GOAL] * 2
+    assert ends[0].steps == ends[1].steps
+    assert len(rows) == sum(end.decisions for end in ends)
+    assert len(set(stamps)) == len(stamps)
+    paths = [[(r['row'], r['col'], r['action'], r['kind']) for r in rows if r['trial'] == t]
+             for t in (1, 2)]
+    assert paths[0] == paths[1]
+
+
+def test_in_real_time_the_simulated_robot_gets_to_the_goal(ros_node, tmp_path):
+    with simulator(tmp_path, {'world': 'open'}), controller(tmp_path):
+        peer = Peer(ros_node)
+        peer.push(straight_field((3, 5)))
+        peer.wait(lambda: peer.call('start_trial').success, 'a start')
+        peer.wait(lambda: peer.status.state is State.ENDED, 'the end', 30.0)
+        assert peer.status.outcome is Outcome.GOAL
+
+
+def test_two_suites_in_two_namespaces_do_not_disturb_each_other(ros_node, tmp_path):
+    names = [{'namespace': f'/{name}'} for name in ('left', 'right')]
+    with simulator(tmp_path, LOCKSTEP, **names[0]), controller(tmp_path, LOCKSTEP, **names[0]), \
+            simulator(tmp_path, LOCKSTEP, **names[1]), controller(tmp_path, LOCKSTEP, **names[1]):
+        left, right = (Peer(ros_node, stamped=True, namespace=f'/{name}/')
+                       for name in ('left', 'right'))
+        left.push(straight_field(BEHIND))
+        right.push(straight_field((9, 2)))
+        left.wait(lambda: left.call('start_trial').success, 'a start')
+        left.wait(lambda: left.status.state is State.ENDED, 'the end of the left trial')
+        assert left.status.outcome is Outcome.GOAL
+        assert right.commands == []
+        right.wait(lambda: right.statuses, 'word of the right controller')
+        assert right.status.state is State.IDLE
+        right.wait(lambda: right.call('start_trial').success, 'a start')
+        right.wait(lambda: right.status.state is State.ENDED, 'the end of the right trial')
+        assert right.status.outcome is Outcome.GOAL
+        assert {int(row['trial']) for row in left.rows} == {1}
+        assert right.rows[-1]['col'] < 5
+
+
+def test_a_wrong_parameter_is_one_line_and_code_2(ros_domain, tmp_path):
+    for parameters, name in (({'v_max': -1.0}, 'v_max'), ({'lockstep': 'yes'}, 'lockstep'),
+                             ({'moves': 5}, 'moves'), ({'v_max': math.inf}, 'v_max')):
+        command = ros_helpers.node_command('control_field_node.node', tmp_path, parameters)
+        process = ros_helpers.run(command, tmp_path)
+        assert process.popen.returncode == 2, process.report()
+        assert name in process.stderr
+        assert len(process.stderr.splitlines()) == 1
+
+
+def test_a_parameter_out_of_range_is_refused_at_run_time_with_the_range(peer):
+    def set_parameter(name, value):
+        request = SetParameters.Request(parameters=[Parameter(
+            name=name, value=ParameterValue(type=3, double_value=value))])
+        return ros_helpers.call(
+            peer.node, SetParameters, 'control_field_node/set_parameters', request).results[0]
+
+    refused = set_parameter('v_max', 99.0)
+    assert not refused.successful
+    assert '5.0' in refused.reason
+    assert set_parameter('v_max', 0.1).successful
+    peer.push().start()
+
+    def driving():
+        peer.tick()
+        return len(peer.commands) > 30
+
+    peer.wait(driving, 'commands')
+    assert max(velocity_of(msg)[0] for msg in peer.commands) == pytest.approx(0.1)
