@@ -5,9 +5,9 @@ from typing import Final
 from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
-    qos_profile_sensor_data,
     QoSProfile,
     ReliabilityPolicy,
+    qos_profile_sensor_data,
 )
 
 
@@ -31,3 +31,11 @@ EXPERIENCE: Final = QoSProfile(  # type: ignore[no-untyped-call]
     reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 #: `goal_pose`, `initialpose`.
 POSE: Final = _reliable(1)
+#: How a recorder reads what others publish: whatever waits while it is busy is kept.
+RECORDING: Final = QoSProfile(  # type: ignore[no-untyped-call]
+    history=HistoryPolicy.KEEP_LAST, depth=2000,
+    reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
+#: The same for what must not be lost on the way either; a best-effort publisher is not heard.
+RECORDING_RELIABLE: Final = _reliable(2000)
+#: The same for the newest of the latched topics, with what was published before.
+RECORDING_LATCHED: Final = _reliable(100, DurabilityPolicy.TRANSIENT_LOCAL)

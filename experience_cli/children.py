@@ -1,0 +1,154 @@
+"""Child processes that end with their parent, however that ends."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+import ctypes
+import fcntl
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from typing import Final
+
+from experience_cli.errors import UserError
+from msgs_bridge.processes import child_environment
+
+#: How long a child may take to end by itself, [s].
+PATIENCE: Final = 5.0
+#: Domains that nobody chooses by hand; above 101 some systems run out of ports.
+DOMAINS: Final = tuple(domain for domain in range(1, 101) if domain % 10)
+_PR_SET_PDEATHSIG: Final = 1
+
+
+class Children:
+    """
+    Processes that this one has started; a context that stops all of them at its end.
+
+    Parameters
+    ----------
+    folder : Path
+        Where their output goes, a file each.
+    environment : mapping of str to str
+        Variables on top of this process's own.
+
+    """
+
+    def __init__(self, folder: Path, environment: Mapping[str, str]) -> None:
+        self.folder = folder
+        self._environment = child_environment({'PYTHONUNBUFFERED': '1', **environment})
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
+
+    def __enter__(self) -> 'Children':
+        """Return the context."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Stop every child."""
+        self.stop()
+
+    def start_node(self, name: str, parameters: Mapping[str, object]) -> None:
+        """Start one of our nodes with ROS parameters."""
+        arguments = [text for key, value in parameters.items()
+                     for text in ('-p', f'{key}:={_ros_value(value)}')]
+        self.start(name, [sys.executable, '-m', f'{name}.node', '--ros-args', *arguments])
+
+    def start(self, name: str, command: Sequence[str]) -> None:
+        """Start a process; its output goes to ``<name>.log``."""
+        with self.log(name).open('ab') as log:
+            self._running[name] = subprocess.Popen(
+                list(command), stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
+                env=self._environment, start_new_session=True, preexec_fn=_child_of(os.getpid()))
+
+    def log(self, name: str) -> Path:
+        """Return where a child's output goes."""
+        return self.folder / f'{name}.log'
+
+    def check(self) -> None:
+        """
+        Look whether all of them still run.
+
+        Raises
+        ------
+        UserError
+            If one has ended; with the last line it said.
+
+        """
+        for name, child in self._running.items():
+            if child.poll() is not None:
+                lines = self.log(name).read_text(errors='replace').strip().splitlines()
+                raise UserError(f'{name} ended with code {child.returncode}: '
+                                f'{lines[-1] if lines else "it said nothing"} '
+                                f'(see {self.log(name)})')
+
+    def stop(self) -> None:
+        """Ask all of them to end, and end those that do not."""
+        children = list(self._running.values())
+        for child in children:
+            _send(child, signal.SIGINT)
+        deadline = time.monotonic() + PATIENCE
+        for child in children:
+            try:
+                child.wait(max(deadline - time.monotonic(), 0.1))
+            except subprocess.TimeoutExpired:
+                _send(child, signal.SIGKILL)
+                child.wait()
+        self._running.clear()
+
+
+def _send(child: 'subprocess.Popen[bytes]', number: signal.Signals) -> None:
+    with suppress(ProcessLookupError):
+        child.send_signal(number)
+
+
+def _child_of(parent: int) -> 'object':
+    """Return what makes a child listen to SIGINT again and die with its parent."""
+    libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
+
+    def prepare() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        if libc is not None:
+            libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+            if os.getppid() != parent:
+                os._exit(1)
+
+    return prepare
+
+
+def _ros_value(value: object) -> str:
+    """Write a parameter's value as ROS reads it from the command line."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    return repr(value)
+
+
+@contextmanager
+def own_domain() -> Iterator[dict[str, str]]:
+    """
+    Return the environment of a ROS domain on this machine that nobody else uses.
+
+    A domain that the user has set is kept. A locked file stands for a domain; the kernel drops
+    the lock when its process ends, however.
+    """
+    environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': os.environ.get(
+        'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')}
+    if os.environ.get('ROS_DOMAIN_ID'):
+        yield environment
+        return
+    folder = Path(tempfile.gettempdir()) / f'experience_controller_domains_{os.getuid()}'
+    folder.mkdir(exist_ok=True)
+    first = os.getpid() % len(DOMAINS)
+    for domain in DOMAINS[first:] + DOMAINS[:first]:
+        with (folder / str(domain)).open('w') as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                continue
+            yield {**environment, 'ROS_DOMAIN_ID': str(domain)}
+            return
+    raise UserError(f'all {len(DOMAINS)} ROS domains are in use (see {folder}), '
+                    f'set ROS_DOMAIN_ID to one of your own')

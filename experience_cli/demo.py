@@ -1,0 +1,167 @@
+"""`experience demo`: the paper's two tasks, taught and tried on the real nodes."""
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+import shutil
+import sys
+import time
+from typing import Any, Final
+
+from experience_cli.children import Children, own_domain
+from experience_cli.errors import UserError
+from experience_cli.progress import Progress
+
+#: The way that is shown, as cells (row, col): through where the obstacles later stand.
+WAY: Final = ((3, 2), (3, 15), (16, 15))
+#: A file that says that the folder is a demo's, and may be written anew.
+_MARK: Final = '.experience_demo'
+#: Ticks a second of the simulator.
+_RATE: Final = 20.0
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'demo', help="teach and try the paper's two tasks on real nodes",
+        description="Start simulator, controller and learner, show the robot the way once, let "
+        "it try, and draw the paper's figures.")
+    parser.add_argument('--out', type=Path, default=Path('out/demo'), metavar='FOLDER',
+                        help='where everything goes (%(default)s)')
+    parser.add_argument('--tasks', default='1,2', metavar='LIST',
+                        help='which tasks, or names of worlds (%(default)s)')
+    parser.add_argument('--trials', type=int, default=6, metavar='N', help='(%(default)s)')
+    parser.add_argument('--profile', choices=('paper', 'full'), default='full',
+                        help='equations 1 to 7 to the letter, or with what keeps their promise '
+                        '(%(default)s)')
+    parser.add_argument('--seed', type=int, default=0, metavar='N', help='(%(default)s)')
+    parser.add_argument('--realtime', action='store_true',
+                        help='as slow as a real robot, to watch it in RViz')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the demo; return 0 if the paper's result was shown."""
+    began = time.monotonic()
+    tasks = [f'task{name}' if name.isdigit() else name
+             for name in arguments.tasks.split(',') if name]
+    if not tasks:
+        raise UserError(f'--tasks {arguments.tasks!r} names no task, must be like 1,2')
+    if not 1 <= arguments.trials <= 10_000:
+        raise UserError(f'--trials {arguments.trials}: must be between 1 and 10000')
+    if arguments.seed < 0:
+        raise UserError(f'--seed {arguments.seed}: must be 0 or more')
+    worlds = _load_worlds(tasks)
+    out = _prepare(arguments.out, tasks)
+    with own_domain() as environment:
+        for task in tasks:
+            _teach_and_try(task, arguments, out, environment)
+    return _report(tasks, worlds, arguments, out, began)
+
+
+def _load_worlds(tasks: list[str]) -> dict[str, Any]:
+    from sim_node.world import find_world, load_world
+
+    try:
+        return {task: load_world(find_world(task)) for task in tasks}
+    except ValueError as error:
+        raise UserError(str(error)) from None
+
+
+def _prepare(out: Path, tasks: list[str]) -> Path:
+    """Make the folder; what an earlier demo left there gives way."""
+    mark = out / _MARK
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        if not mark.exists() and any((out / 'bags' / task).exists() for task in tasks):
+            raise UserError(f'{out / "bags"} holds bags that no demo has made, name another '
+                            f'folder with --out')
+        mark.touch()
+        for task in tasks:
+            shutil.rmtree(out / 'bags' / task, ignore_errors=True)
+            shutil.rmtree(out / 'logs' / task, ignore_errors=True)
+            (out / 'logs' / task).mkdir(parents=True)
+    except OSError as error:
+        raise UserError(f'cannot write into {out}: {error.strerror}') from None
+    return out
+
+
+def node_parameters(
+    task: str, arguments: argparse.Namespace, out: Path,
+) -> dict[str, dict[str, object]]:
+    """Return the parameters of the three nodes."""
+    common = {'lockstep': not arguments.realtime, 'enable_stamped_cmd_vel': True}
+    learning = {'profile': arguments.profile, 'seed': arguments.seed}
+    return {
+        'sim_node': {**common, 'world': 'open', 'rate': _RATE},
+        'control_field_node': {**common, **learning},
+        'learner_node': {
+            **common, **learning, 'simulation': True, 'task': task,
+            'bags': str((out / 'bags').resolve()), 'auto_trials': arguments.trials}}
+
+
+def _teach_and_try(
+    task: str, arguments: argparse.Namespace, out: Path, environment: Mapping[str, str],
+) -> None:
+    from control_field.grid import Grid
+    from experience_cli.driver import Driver, points_from_cells
+    from experience_cli.node import DemoNode
+
+    domain = environment.get('ROS_DOMAIN_ID')
+    progress = Progress(task, sys.stdout)
+    progress.show('starting simulator, controller and learner')
+    with Children(out / 'logs' / task, environment) as children:
+        for name, parameters in node_parameters(task, arguments, out).items():
+            children.start_node(name, parameters)
+        with DemoNode(int(domain) if domain else None, children.check) as node, progress:
+            node.wait_for_peers()
+            node.ask('learner_node/record_demonstration', True)
+            node.drive(Driver(points_from_cells(Grid(20, 20, 0.25), WAY)),
+                       lambda share: progress.show(f'demonstration: {share:.0%} of the way'))
+            progress.keep(node.ask('learner_node/record_demonstration', False))
+            node.set_parameter('sim_node', 'world', task)
+            node.ask('learner_node/run_trials')
+            _watch(node, arguments.trials, progress)
+
+
+def _watch(node: Any, n_trials: int, progress: Progress) -> None:
+    """Show the trials until the learner has learnt from the last one."""
+    told = 0
+
+    def is_done() -> bool:
+        nonlocal told
+        status, learner = node.status, node.learner
+        if status is not None and status.trial:
+            if status.outcome is None or status.trial == told:
+                progress.show(f'trial {status.trial} of {n_trials}: step {status.steps}')
+            else:
+                told = status.trial
+                progress.keep(status.sentence)
+        return (int(learner.get('revision', 0)) > n_trials and learner.get('phase') == 'idle'
+                and learner.get('trials_left') == '0')
+
+    node.wait_until(is_done, 'the end of the trials', patience=60.0 * n_trials + 60.0)
+
+
+def _report(
+    tasks: list[str], worlds: Mapping[str, Any], arguments: argparse.Namespace, out: Path,
+    began: float,
+) -> int:
+    from experience_cli.figures import draw_figures
+    from experience_cli.report import report_from_bags, table_lines, write_report
+    from msgs_bridge.bag_folder import TaskFolder
+
+    reports = [report_from_bags(TaskFolder(out / 'bags', task), worlds[task], arguments.seed)
+               for task in tasks]
+    write_report(out / 'report.json', reports, {
+        'trials': arguments.trials, 'profile': arguments.profile, 'seed': arguments.seed,
+        'realtime': arguments.realtime, 'seconds': round(time.monotonic() - began, 1)})
+    figures = draw_figures(out, reports)
+    print('\n'.join(table_lines(reports)))
+    print(f'\nwritten in {time.monotonic() - began:.0f} s:')
+    for path in (out / 'report.json', *figures, *(out / 'bags' / task for task in tasks)):
+        print(f'  {path}')
+    problems = [problem for report in reports for problem in report.problems()]
+    for problem in problems:
+        print(f'experience demo: {problem}', file=sys.stderr)
+    return 1 if problems else 0

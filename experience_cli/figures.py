@@ -1,0 +1,2 @@
+"""Soon."""
+def draw_figures(out, reports): return []

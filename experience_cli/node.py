@@ -1,0 +1,192 @@
+"""The demo's own node: drives the demonstration, changes the world, watches the trials."""
+
+from collections.abc import Callable
+import time
+from types import TracebackType
+from typing import Any, Final
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import TwistStamped
+from nav_msgs.msg import Odometry
+from rcl_interfaces.srv import SetParameters
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import SetBool, Trigger
+
+from experience_cli.driver import Driver
+from experience_cli.errors import UserError
+from msgs_bridge import qos
+from msgs_bridge.poses import pose_from_odometry
+from msgs_bridge.trial_status import trial_from_status, TrialStatus
+from msgs_bridge.velocities import fill_twist
+
+#: How long peers may take to be found and to answer, [s]: cold starts compile.
+PATIENCE: Final = 60.0
+#: Ticks that the driver stands still at the end, so that the robot has surely stopped.
+_STANDING: Final = 3
+
+
+class DemoNode:
+    """
+    A node in a context of its own; a context manager.
+
+    Parameters
+    ----------
+    domain : int or None
+        ROS domain; None: as the environment says.
+    check : callable
+        Called while waiting; raises when there is nothing left to wait for.
+
+    """
+
+    def __init__(self, domain: int | None, check: Callable[[], None]) -> None:
+        self._check = check
+        self._context = rclpy.Context()
+        rclpy.init(args=[], context=self._context, domain_id=domain,
+                   signal_handler_options=SignalHandlerOptions.NO)
+        self._node = Node('experience_demo', context=self._context, use_global_arguments=False)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self.status: TrialStatus | None = None
+        self.learner: dict[str, str] = {}
+        self._driver: Driver | None = None
+        self._n_standing = 0
+        self._command = TwistStamped()
+        self._command.header.frame_id = 'base_footprint'
+        self._commands = self._node.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
+        self._node.create_subscription(
+            DiagnosticStatus, 'trial', self._on_trial, qos.RECORDING_LATCHED)
+        self._node.create_subscription(
+            DiagnosticArray, '/diagnostics', self._on_diagnostics, 50)
+        self._node.create_subscription(Odometry, 'odom', self._on_odometry, qos.ODOMETRY_PUB)
+        self._odometry: Odometry | None = None
+
+    def __enter__(self) -> 'DemoNode':
+        """Return the node."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        """Leave ROS."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+    def wait_until(self, is_done: Callable[[], Any], what: str, patience: float = PATIENCE) -> Any:
+        """
+        Work until something is so, and return what was found to be true.
+
+        Raises
+        ------
+        UserError
+            If it takes too long; it names ``what``.
+
+        """
+        deadline = time.monotonic() + patience
+        while not (found := is_done()):
+            self._check()
+            if time.monotonic() > deadline:
+                raise UserError(f'{what} did not come within {patience:g} s')
+            self._executor.spin_once(0.1)
+        return found
+
+    def call(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service and return its response."""
+        client = self._node.create_client(kind, name)
+        self.wait_until(client.service_is_ready, f'the service {name}')
+        future = client.call_async(request)
+        self.wait_until(future.done, f'the answer of {name}')
+        self._node.destroy_client(client)
+        return future.result()
+
+    def ask(self, name: str, data: bool | None = None) -> str:
+        """
+        Call a service of std_srvs, with data a SetBool; return what it says.
+
+        Raises
+        ------
+        UserError
+            If it does not do what was asked.
+
+        """
+        kind = Trigger if data is None else SetBool
+        request = kind.Request() if data is None else kind.Request(data=data)
+        answer = self.call(kind, name, request)
+        if not answer.success:
+            raise UserError(f'{name}: {answer.message}')
+        return str(answer.message)
+
+    def set_parameter(self, node: str, name: str, value: object) -> None:
+        """
+        Set a parameter of another node.
+
+        Raises
+        ------
+        UserError
+            If it is refused.
+
+        """
+        request = SetParameters.Request(
+            parameters=[Parameter(name, value=value).to_parameter_msg()])
+        result = self.call(SetParameters, f'{node}/set_parameters', request).results[0]
+        if not result.successful:
+            raise UserError(f'{node}: {result.reason}')
+
+    def wait_for_peers(self) -> None:
+        """Wait until simulator, controller and learner have found each other."""
+        def found() -> bool:
+            node = self._node
+            return (self._odometry is not None and node.count_subscribers('odom') >= 3 and node.count_publishers('odom') > 0
+                    and node.count_subscribers('cmd_vel') >= 3
+                    and node.count_publishers('trial') > 0
+                    and node.count_subscribers('initialpose') > 1
+                    and self.learner.get('phase') == 'idle')
+
+        self.wait_until(found, 'simulator, controller and learner')
+
+    def drive(self, driver: Driver, tell: Callable[[float], None]) -> None:
+        """
+        Drive a line in lock-step: every odometry is answered by a command with its stamp.
+
+        Parameters
+        ----------
+        driver : Driver
+        tell : callable
+            Gets the share of the way that is done.
+
+        """
+        self._driver, self._n_standing = driver, 0
+        if self._odometry is not None:
+            self._on_odometry(self._odometry)
+
+        def is_done() -> bool:
+            tell(min(driver.travelled / driver.length, 1.0))
+            return self._driver is None
+
+        self.wait_until(is_done, 'the end of the demonstration')
+
+    def _on_odometry(self, msg: Odometry) -> None:
+        self._odometry = msg
+        if self._driver is None:
+            return
+        pose = pose_from_odometry(msg)
+        command = self._driver.command(pose.x, pose.y, pose.yaw)
+        if command is None:
+            self._n_standing += 1
+            if self._n_standing > _STANDING:
+                self._driver = None
+                return
+        self._command.header.stamp = msg.header.stamp
+        fill_twist(self._command, *(command or (0.0, 0.0)))
+        self._commands.publish(self._command)
+
+    def _on_trial(self, msg: DiagnosticStatus) -> None:
+        self.status = trial_from_status(msg)
+
+    def _on_diagnostics(self, msg: DiagnosticArray) -> None:
+        for status in msg.status:
+            if status.name.endswith('learner_node: learner'):
+                self.learner = {pair.key: pair.value for pair in status.values}

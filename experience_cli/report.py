@@ -1,0 +1,212 @@
+"""What became of a demo: numbers for `report.json`, a table, and whether it is the paper's."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+import json
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.learner import Refresh
+from control_field.records import ControlField, Outcome, Trial
+from control_field.simulation import GridWorld
+from learner_node.library import Library
+from msgs_bridge.bag_folder import EpisodeFolder, TaskFolder
+from msgs_bridge.bag_records import BagReader
+from msgs_bridge.bag_tables import pose_table
+from msgs_bridge.episodes import find_topic, read_header
+from sim_node.world import World
+
+#: From this trial on the goal is reached every time, and after it nothing is reinforced.
+MASTERED: Final = 3
+
+
+@dataclass(frozen=True, eq=False)
+class TrialReport:
+    """
+    What became of a trial.
+
+    Parameters
+    ----------
+    trial : int
+        From 1.
+    steps, hidden_neurons, reinforcements, collisions : int
+        Hidden neurons are those after it was learnt from.
+    outcome : str
+    seconds : float
+        Of simulated or real time, whatever the robot lived in.
+    path : ndarray, shape (n, 2), [m]
+        Where the robot drove.
+
+    """
+
+    trial: int
+    steps: int
+    hidden_neurons: int
+    reinforcements: int
+    collisions: int
+    outcome: str
+    seconds: float
+    path: npt.NDArray[np.float64]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `report.json` has of it."""
+        return {name: getattr(self, name) for name in (
+            'trial', 'steps', 'hidden_neurons', 'reinforcements', 'collisions', 'outcome',
+            'seconds')}
+
+
+@dataclass(frozen=True, eq=False)
+class TaskReport:
+    """
+    What became of a task.
+
+    Parameters
+    ----------
+    name : str
+    demonstrated, final : Refresh
+        After the demonstration and in the end.
+    demonstration : ndarray, shape (n, 2), [m]
+        Where the person drove.
+    trials : sequence of TrialReport
+    n_aborted : int
+        Trials that were broken off and run again.
+    other_starts : mapping
+        What became of trials from elsewhere.
+    world : World
+        The truth.
+
+    """
+
+    name: str
+    demonstrated: Refresh
+    final: Refresh
+    demonstration: npt.NDArray[np.float64]
+    trials: Sequence[TrialReport]
+    n_aborted: int
+    other_starts: Mapping[str, Any]
+    world: World
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `report.json` has of it."""
+        certificate = self.final.certificate
+        return {
+            'trials': [trial.to_json() for trial in self.trials],
+            'aborted': self.n_aborted,
+            'other_starts': dict(self.other_starts),
+            'certificate': {
+                'basin': certificate.basin, 'proven': certificate.proven,
+                'sinks': certificate.sinks.tolist(), 'fidelity': certificate.fidelity,
+                'prototypes': certificate.n_prototypes}}
+
+    def problems(self) -> Iterator[str]:
+        """Say in what it falls short of the paper's result."""
+        n = sum(trial.collisions for trial in self.trials)
+        if n or self.other_starts['collisions']:
+            yield f'{self.name}: {n + self.other_starts["collisions"]} collisions, must be 0'
+        for trial in self.trials:
+            if trial.trial >= MASTERED and trial.outcome != Outcome.GOAL:
+                yield (f'{self.name}: trial {trial.trial} ended with {trial.outcome}, must reach '
+                       f'the goal from trial {MASTERED} on')
+            if trial.trial > MASTERED and trial.reinforcements:
+                yield (f'{self.name}: trial {trial.trial} used {trial.reinforcements} '
+                       f'reinforcements, must use none after trial {MASTERED}')
+
+
+def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
+    """
+    Relearn a task from its bags, and try the final field from everywhere else.
+
+    Raises
+    ------
+    BagError
+        If the bags cannot be read, or hold no demonstration.
+
+    """
+    episodes = task.episodes()
+    header = read_header(episodes[0].path)
+    library = Library(task, header.grid, header.parameters)
+    lessons = list(library.lessons())
+    demonstrated = next(lesson for lesson in lessons if lesson.refresh is not None)
+    trials = []
+    for lesson in lessons:
+        if isinstance(lesson.content, Trial) and lesson.refresh is not None:
+            trials.append(_trial_report(
+                len(trials) + 1, lesson.episode, lesson.content, lesson.refresh))
+    assert demonstrated.refresh is not None and library.refresh is not None
+    n_aborted = sum(lesson.refresh is None for lesson in lessons)
+    start = header.grid.cell_from_world(*trials[0].path[0]) if trials else (0, 0)
+    return TaskReport(
+        task.task, demonstrated.refresh, library.refresh, driven_path(demonstrated.episode)[1],
+        trials, n_aborted, other_starts(library.refresh.field, library, world, start, seed), world)
+
+
+def _trial_report(
+    number: int, episode: EpisodeFolder, trial: Trial, refresh: Refresh,
+) -> TrialReport:
+    stamps, path = driven_path(episode)
+    return TrialReport(
+        number, trial.n_steps, len(refresh.prototypes), refresh.reinforcements,
+        n_contacts(episode), str(trial.outcome),
+        round(float(stamps[-1] - stamps[0]), 3) if len(stamps) else 0.0, path)
+
+
+def driven_path(episode: EpisodeFolder) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return stamps (n,) [s] and positions (n, 2) [m] of the odometry in a bag of ours."""
+    bag, header = BagReader(episode.bag), read_header(episode.path)
+    poses = pose_table(
+        bag.messages(find_topic(bag.topics, 'odom', header.topics)), header.grid.frame_id)
+    return poses.stamps, poses.xy
+
+
+def n_contacts(episode: EpisodeFolder) -> int:
+    """Return how often the robot of a bag of ours ran into something."""
+    bag = BagReader(episode.bag)
+    topic = find_topic(bag.topics, 'contact', {})
+    return sum(message[4] for message in bag.messages(topic))
+
+
+def other_starts(
+    field: ControlField, library: Library, world: World, taught: tuple[int, int], seed: int,
+) -> dict[str, Any]:
+    """Try a field, sight on, from every free cell with a way to the goal, but for the taught."""
+    grid = GridWorld(world.occupancy, library.parameters)
+    reachable = np.isfinite(grid.cost_to(field.goal))
+    reachable[field.goal] = reachable[taught] = False
+    cells = np.argwhere(reachable)
+    runs = grid.trials(field, cells, seed)
+    reached = runs.outcome == 0
+    return {
+        'starts': len(cells), 'reached': int(reached.sum()),
+        'success': float(reached.mean()) if len(cells) else None,
+        'collisions': int((runs.outcome == 1).sum()),
+        'reinforcements': int(runs.n_reinforcements.sum()),
+        'mean_steps': float(runs.n_steps[reached].mean()) if reached.any() else None,
+        'field_success': float(grid.flow_home(field)[reachable].mean()) if len(cells) else None,
+        'failed': cells[~reached].tolist()}
+
+
+def write_report(path: Path, reports: Sequence[TaskReport], config: Mapping[str, Any]) -> None:
+    """Write `report.json`."""
+    content = {'config': dict(config), 'tasks': {
+        report.name: report.to_json() for report in reports}}
+    path.write_text(json.dumps(content, indent=2) + '\n')
+
+
+def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
+    """Return the lines of a table for the terminal."""
+    yield ''
+    yield 'task    trial   steps  hidden neurons  reinforcements  collisions  outcome   seconds'
+    for report in reports:
+        for trial in report.trials:
+            yield (f'{report.name:<8}{trial.trial:>5}{trial.steps:>8}{trial.hidden_neurons:>16}'
+                   f'{trial.reinforcements:>16}{trial.collisions:>12}  {trial.outcome:<9}'
+                   f'{trial.seconds:>8.1f}')
+    yield ''
+    for report in reports:
+        other = report.other_starts
+        yield (f'{report.name}: from {other["starts"]} other starts the goal is reached '
+               f'{other["reached"]} times, {other["collisions"]} collisions; '
+               f'{report.final.certificate.sentence()}')

@@ -1,0 +1,59 @@
+"""What a session wants done."""
+
+from dataclasses import dataclass
+
+from learner_node.settings import StartPose
+from msgs_bridge.bag_folder import EpisodeKind
+
+
+@dataclass(frozen=True)
+class Record:
+    """Begin a bag; what arrives from now on goes into it."""
+
+    kind: EpisodeKind
+
+
+@dataclass(frozen=True)
+class Close:
+    """Close the bag and learn from it."""
+
+
+@dataclass(frozen=True)
+class Abandon:
+    """Close the bag without learning; with a reason, write into it that it was aborted."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Discard:
+    """Remove the bag."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Set the simulated robot to a pose."""
+
+    pose: StartPose
+
+
+@dataclass(frozen=True)
+class StartTrial:
+    """Ask the controller to start a trial."""
+
+
+@dataclass(frozen=True)
+class StopTrial:
+    """Ask the controller to stop the trial."""
+
+
+@dataclass(frozen=True)
+class Say:
+    """Tell people."""
+
+    text: str
+    warns: bool = False
+
+
+Effect = Record | Close | Abandon | Discard | Place | StartTrial | StopTrial | Say
+Effects = list[Effect]

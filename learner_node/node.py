@@ -1,0 +1,485 @@
+"""The node `learner_node`: records, learns between trials, publishes the field."""
+
+from collections import deque
+from concurrent.futures import Future as JobFuture
+import signal
+import sys
+import time
+from typing import Any, Final, NoReturn
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+import rclpy
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import SetBool, Trigger
+from visualization_msgs.msg import MarkerArray
+
+from control_field.parameters import Parameters
+from control_field.records import Outcome
+from learner_node import effects as to
+from learner_node.library import Lesson, Library
+from learner_node.recorder import Raw, Recorder
+from learner_node.reports import diagnostic_from_session, sentence_from_lesson
+from learner_node.session import Peers, Phase, Session, SessionError
+from learner_node.settings import FIXED, Settings, start_poses_from_list
+from learner_node.topics import Recorded, recorded_topics, type_name
+from learner_node.warm_up import warm_up
+from learner_node.worker import Worker
+from msgs_bridge import qos
+from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
+
+from msgs_bridge.parameters import declare_parameters_from
+from msgs_bridge.poses import initialpose_from_pose, Pose, pose_from_odometry
+from msgs_bridge.processes import prepare
+from msgs_bridge.tables import cloud_from_field, cloud_from_prototypes, decisions_from_cloud
+from msgs_bridge.trial_status import State, status_from_trial, trial_from_status, TrialStatus
+
+#: How often the session looks at the clock and at who is there, [s] of the wall clock.
+_TICK_PERIOD: Final = 0.05
+_PEERS_PERIOD: Final = 0.2
+#: How often the bag is handed to the system, and the learner tells how it stands, [s].
+_FLUSH_PERIOD: Final = 0.5
+_TELL_PERIOD: Final = 1.0
+#: Where the stamp lies in a serialised message that begins with a header.
+_STAMP: Final = slice(4, 12)
+
+
+class LearnerNode(Node):
+    """
+    The learner.
+
+    Raises
+    ------
+    ValueError, rclpy.exceptions.ParameterException
+        If a parameter or the bags folder is wrong: one line that names it.
+
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Declare, subscribe, and begin to learn what the bags hold."""
+        super().__init__('learner_node', **options)
+        parameters = declare_parameters_from(
+            self, Parameters, fixed=list(Parameters.__dataclass_fields__))
+        self._settings = declare_parameters_from(
+            self, Settings, fixed=FIXED, on_change=self._on_settings)
+        poses = self.declare_parameter('start_poses', Parameter.Type.DOUBLE_ARRAY).value
+        self._library = Library(
+            TaskFolder(self._settings.bags, self._settings.task), self._settings.grid, parameters,
+            start_poses_from_list(poses, self._settings.grid), fresh=self._settings.fresh)
+        self._session = Session(
+            self._settings, lambda: self._library.next_start(self._settings.starts == 'spread'))
+        self._recorder = Recorder(self._library.task, self._library.header)
+        self.fatal = ''
+        self._lesson: Lesson | None = None
+        self._published: dict[str, Raw] = {}
+        self._newest: dict[str, Raw] = {}
+        self._early: deque[Raw] = deque(maxlen=64)
+        self._sim_time = 0
+        self._kept: Future | None = None
+        self._told: tuple[object, ...] = ()
+        self._said = ''
+        self._make_topics()
+        self._make_services()
+        self._wake = self.create_guard_condition(self._collect)
+        self._worker = Worker(self._wake.trigger)
+        self._worker.do(self._library.relearn, self._on_relearnt)
+        self._worker.do(lambda: warm_up(parameters), lambda future: future.result())
+        self._session.begin(time.monotonic())
+
+    def _make_topics(self) -> None:
+        self._fields = self.create_publisher(PointCloud2, 'control_field', qos.LATCHED)
+        self._prototypes = self.create_publisher(PointCloud2, 'prototypes', qos.LATCHED)
+        self._markers = self.create_publisher(MarkerArray, 'markers', qos.LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._places = self.create_publisher(PoseWithCovarianceStamped, 'initialpose', qos.POSE)
+        topics = recorded_topics(self._settings)
+        self._library.topics = {
+            topic.name: self.resolve_topic_name(topic.name) for topic in topics}
+        for topic in topics:
+            self.create_subscription(
+                topic.kind, topic.name, self._reader(topic), topic.profile, raw=True)
+
+    def _make_services(self) -> None:
+        # Its answer waits for the lesson, and must not keep the rest of the node from working.
+        self.create_service(SetBool, '~/record_demonstration', self._on_record,
+                            callback_group=MutuallyExclusiveCallbackGroup())
+        self.create_service(Trigger, '~/discard_demonstration', self._on_discard)
+        self.create_service(Trigger, '~/run_trials', self._on_run)
+        self.create_service(Trigger, '~/stop_trials', self._on_stop)
+        controller = self._settings.controller
+        self._start = self.create_client(Trigger, f'{controller}/start_trial')
+        self._stop = self.create_client(Trigger, f'{controller}/stop_trial')
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
+        self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=steady)
+        self.create_timer(_FLUSH_PERIOD, self._flush, clock=steady)
+        self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
+
+    def _on_settings(self, settings: Settings) -> None:
+        self._settings = self._session.settings = settings
+
+    # What comes in
+
+    def _reader(self, topic: Recorded) -> Any:
+        """Return the callback of a topic: record what arrives, and look at it where it matters."""
+        name, kind = self.resolve_topic_name(topic.name), topic.type_name
+        looks = {'odom': self._saw_odometry, 'experience': self._saw_experience,
+                 'trial': self._saw_trial}
+        look = looks.get(topic.name)
+
+        def read(cdr: bytes) -> None:
+            message = Raw(name, kind, cdr, self._now(topic.name, cdr))
+            self._newest[topic.name] = message
+            self._session.heard(topic.name, time.monotonic())
+            if self._session.is_recording:
+                self._write(message)
+            elif topic.name == 'experience':
+                self._early.append(message)
+            if look is not None:
+                look(cdr)
+
+        return read
+
+    def _now(self, topic: str, cdr: bytes) -> int:
+        """Return the time of arrival, [ns]; in lock-step the simulator's."""
+        if not self._settings.lockstep:
+            return int(self.get_clock().now().nanoseconds)
+        if topic == 'odom':
+            stamp = cdr[_STAMP]
+            self._sim_time = (int.from_bytes(stamp[:4], 'little') * 1_000_000_000
+                              + int.from_bytes(stamp[4:], 'little'))
+        return self._sim_time
+
+    def _saw_odometry(self, cdr: bytes) -> None:
+        if self._session.phase is not Phase.PLACING:
+            return
+        try:
+            pose = pose_from_odometry(deserialize_message(cdr, Odometry))
+        except ValueError as error:
+            self._refuse(error)
+            return
+        self._carry_out(self._session.saw_pose(pose.x, pose.y, pose.yaw, time.monotonic()))
+
+    def _saw_experience(self, cdr: bytes) -> None:
+        try:
+            rows = decisions_from_cloud(
+                deserialize_message(cdr, PointCloud2), self._library.grid)
+        except ValueError as error:
+            self._refuse(error)
+            return
+        if len(rows):
+            self._carry_out(self._session.saw_decisions(
+                int(rows['trial'][0]), len(rows), time.monotonic()))
+
+    def _saw_trial(self, cdr: bytes) -> None:
+        try:
+            status = trial_from_status(deserialize_message(cdr, DiagnosticStatus))
+        except ValueError as error:
+            self._refuse(error)
+            return
+        self._carry_out(self._session.saw_status(status, time.monotonic()))
+
+    def _refuse(self, error: ValueError) -> None:
+        self.get_logger().warning(f'refused: {error}', throttle_duration_sec=5.0)
+
+    # Services
+
+    async def _on_record(self, request: Any, response: Any) -> Any:
+        """Begin a demonstration, or keep it; the answer to that says what was learnt."""
+        try:
+            if request.data:
+                self._carry_out(self._session.record(time.monotonic()))
+                response.success = self._recorder.kind is not None
+                response.message = self._said
+                return response
+            self._kept = Future(executor=self.executor)
+            self._carry_out(self._session.keep(time.monotonic()))
+        except SessionError as error:
+            response.message = str(error)
+            return response
+        response.success, response.message = await self._kept
+        return response
+
+    def _on_discard(self, _: Any, response: Any) -> Any:
+        return self._answer(response, self._session.discard, 'the demonstration is thrown away')
+
+    def _on_run(self, _: Any, response: Any) -> Any:
+        n = self._settings.auto_trials
+        return self._answer(
+            response, lambda now: self._session.run_trials(n, now), f'{n} trials are run')
+
+    def _on_stop(self, _: Any, response: Any) -> Any:
+        answer = self._answer(response, self._session.stop_trials, 'no more trials are run')
+        self._publish_field()
+        return answer
+
+    def _answer(self, response: Any, request: Any, success: str) -> Any:
+        try:
+            self._carry_out(request(time.monotonic()))
+        except SessionError as error:
+            response.message = str(error)
+            return response
+        response.success, response.message = True, success
+        return response
+
+    # Time alone
+
+    def _tick(self) -> None:
+        self._carry_out(self._session.tick(time.monotonic()))
+        told = (self._session.phase, self._session.n_left, self._session.revision)
+        if told != self._told:
+            self._told = told
+            self._tell()
+
+    def _look_at_peers(self) -> None:
+        peers = Peers(
+            self._start.service_is_ready() and self.count_publishers('trial') > 0,
+            self.count_publishers('odom') > 0)
+        self._carry_out(self._session.saw_peers(peers, time.monotonic()))
+
+    def _flush(self) -> None:
+        try:
+            self._recorder.flush()
+        except BagError as error:
+            self._lose(error)
+
+    def _tell(self) -> None:
+        array = DiagnosticArray(status=[diagnostic_from_session(
+            self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh)])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
+
+    # What the session wants done
+
+    def _carry_out(self, effects: to.Effects) -> None:
+        try:
+            for effect in effects:
+                self._do(effect)
+        except BagError as error:
+            self._lose(error)
+
+    def _do(self, effect: to.Effect) -> None:
+        match effect:
+            case to.Record(kind):
+                self._record(kind)
+            case to.Close():
+                self._close_and_learn()
+            case to.Abandon(reason):
+                self._abandon(reason)
+            case to.Discard():
+                self._recorder.discard()
+            case to.Place(pose):
+                self._places.publish(initialpose_from_pose(Pose(
+                    self._sim_time * 1e-9, pose.x, pose.y, pose.yaw,
+                    frame_id=self._settings.frame_id)))
+            case to.StartTrial():
+                self._ask_to_start()
+            case to.StopTrial():
+                self._stop.call_async(Trigger.Request())
+            case to.Say(text, warns):
+                self._say(text, warns)
+
+    def _record(self, kind: EpisodeKind) -> None:
+        """Open a bag; it begins with the field in force and what the robot saw last."""
+        first = [*self._published.values(), *self._early]
+        if 'neighbourhood' in self._newest:
+            first.append(self._newest['neighbourhood'])
+        episode = self._recorder.start(kind, first)
+        self._early.clear()
+        if kind is EpisodeKind.DEMO:
+            self._write_status(TrialStatus(State.RUNNING, stamp=self._sim_time * 1e-9))
+        self._say(f'recording {episode.name}')
+
+    def _close_and_learn(self) -> None:
+        if self._recorder.kind is EpisodeKind.DEMO:
+            self._write_status(TrialStatus(
+                State.ENDED, 0, Outcome.GOAL, 'the demonstration was kept',
+                stamp=self._sim_time * 1e-9))
+        episode = self._recorder.close()
+        if episode is not None:
+            self._worker.do(lambda: self._library.learn(episode), self._on_lesson)
+
+    def _abandon(self, reason: str) -> None:
+        if reason and self._recorder.kind is not None:
+            self._write_status(TrialStatus(
+                State.ENDED, self._session.trial, Outcome.ABORTED, reason,
+                stamp=self._sim_time * 1e-9))
+        self._recorder.close()
+
+    def _ask_to_start(self) -> None:
+        def answered(future: Any) -> None:
+            answer = future.result()
+            if answer is not None:
+                self._carry_out(self._session.start_answered(
+                    answer.success, answer.message, time.monotonic()))
+
+        if self._start.service_is_ready():
+            self._start.call_async(Trigger.Request()).add_done_callback(answered)
+
+    def _say(self, text: str, warns: bool = False) -> None:
+        self._said = text
+        if warns:
+            self.get_logger().warning(text)
+        else:
+            self.get_logger().info(text)
+
+    def _lose(self, error: BagError) -> None:
+        """Nothing can be recorded any more: say so once, stop the robot, keep what there is."""
+        self.get_logger().error(f'{error}; the trials are stopped, what was recorded is kept')
+        self._said = str(error)
+        self._answer_keeper(False, str(error))
+        self._carry_out(self._session.failed(time.monotonic()))
+
+    def _answer_keeper(self, success: bool, text: str) -> None:
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            kept.set_result((success, text))
+
+    # The bag
+
+    def _write(self, message: Raw) -> None:
+        try:
+            self._recorder.write(message)
+        except BagError as error:
+            self._lose(error)
+
+    def _write_status(self, status: TrialStatus) -> None:
+        message = status_from_trial(status, self._settings.task)
+        self._write(self._raw('trial', message))
+
+    def _raw(self, topic: str, message: Any) -> Raw:
+        """Return a message of our own as a recorder would have got it."""
+        return Raw(self.resolve_topic_name(topic), type_name(type(message)),
+                   bytes(serialize_message(message)), self._now('', b''))
+
+    # What was learnt
+
+    def _collect(self) -> None:
+        self._worker.collect()
+
+    def _on_relearnt(self, future: 'JobFuture[list[str]]') -> None:
+        try:
+            for line in future.result():
+                self._say(line)
+        except BagError as error:
+            self.fatal = str(error)
+            return
+        self._learnt()
+
+    def _on_lesson(self, future: 'JobFuture[Lesson]') -> None:
+        try:
+            self._lesson = future.result()
+        except BagError as error:
+            self._lose(error)
+            return
+        self._learnt()
+        sentence = sentence_from_lesson(self._lesson)
+        self._say(sentence)
+        self._answer_keeper(self._lesson.refresh is not None, sentence)
+
+    def _learnt(self) -> None:
+        """Push the field, then let the session go on with it."""
+        refresh = self._library.refresh
+        self._publish_field(self._session.n_left > 1)
+        self._carry_out(self._session.learnt(
+            -1 if refresh is None else refresh.field.revision, time.monotonic()))
+        missing = self._settings.auto_trials - self._library.n_trials
+        if (self._settings.auto_start and missing > 0 and refresh is not None
+                and self._session.phase is Phase.IDLE):
+            self._carry_out(self._session.run_trials(missing, time.monotonic()))
+
+    def _publish_field(self, more_trials: bool = False) -> None:
+        refresh, grid = self._library.refresh, self._library.grid
+        if refresh is None:
+            return
+        field = self._library.field(more_trials and self._settings.starts == 'spread')
+        messages = {'control_field': cloud_from_field(field),
+                    'prototypes': cloud_from_prototypes(refresh.prototypes, grid)}
+        self._fields.publish(messages['control_field'])
+        self._prototypes.publish(messages['prototypes'])
+        self._published = {name: self._raw(name, message) for name, message in messages.items()}
+        # markers
+
+    def close(self) -> None:
+        """End what is under way: the trial is stopped, the bag closed and marked as aborted."""
+        try:
+            self._carry_out(self._session.shut_down(time.monotonic()))
+        finally:
+            self._worker.close()
+
+
+def main(args: list[str] | None = None) -> None:
+    """
+    Run the node until SIGINT or SIGTERM; the open bag is closed before it ends.
+
+    Raises
+    ------
+    SystemExit
+        With code 2, after one line on stderr, if an argument, a parameter or the bags folder is
+        wrong.
+
+    """
+    prepare()
+    node = None
+    try:
+        _init(args)
+        node = _make_node()
+        _spin(node)
+        if node.fatal:
+            _exit_with(node.fatal)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        if node is not None:
+            node.close()
+        rclpy.try_shutdown()
+
+
+def _spin(node: LearnerNode) -> None:
+    """Work until a signal comes; ROS must outlive it, so that the trial can be stopped."""
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    stopped: list[int] = []
+
+    def stop(number: int, _: Any) -> None:
+        stopped.append(number)
+        executor.wake()
+
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
+    while not stopped and not node.fatal and rclpy.ok():
+        executor.spin_once(_TELL_PERIOD)
+
+
+def _init(args: list[str] | None) -> None:
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
+        _exit_with(f'wrong ROS arguments: {str(error).split(", at /")[0]}')
+
+
+def _make_node() -> LearnerNode:
+    try:
+        return LearnerNode()
+    except (ValueError, ParameterException) as error:
+        _exit_with(str(error))
+
+
+def _exit_with(problem: str) -> NoReturn:
+    print('learner_node:', ' '.join(problem.split()), file=sys.stderr)
+    raise SystemExit(2)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,117 @@
+"""Writing what arrives into the bag of the episode under way."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from msgs_bridge.bag_file import BagWriter, start_bag
+from msgs_bridge.bag_folder import EpisodeFolder, EpisodeKind, episode_from_path, TaskFolder
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A message as it arrived: topic, type, CDR bytes, and when, [ns]."""
+
+    topic: str
+    type_name: str
+    cdr: bytes
+    stamp: int
+
+
+class Recorder:
+    """
+    At most one open bag of a task.
+
+    Parameters
+    ----------
+    task : TaskFolder
+    header : callable
+        Returns the header of a bag of a kind.
+
+    """
+
+    def __init__(
+        self, task: TaskFolder, header: Callable[[EpisodeKind], Mapping[str, str]],
+    ) -> None:
+        self.task = task
+        self._header = header
+        self._writer: BagWriter | None = None
+        self._kind = EpisodeKind.DEMO
+
+    @property
+    def kind(self) -> EpisodeKind | None:
+        """Return the kind of the open bag, None if none is open."""
+        return None if self._writer is None else self._kind
+
+    def start(self, kind: EpisodeKind, first: Iterable[Raw]) -> EpisodeFolder:
+        """
+        Open the next bag and write its first records.
+
+        Raises
+        ------
+        BagError
+            If it cannot be made.
+
+        """
+        self.close()
+        self._kind = kind
+        self._writer = start_bag(self.task, kind, self._header(kind))
+        for message in first:
+            self.write(message)
+        return episode_from_path(self._writer.folder)
+
+    def write(self, message: Raw) -> None:
+        """
+        Write a message, if a bag is open.
+
+        Raises
+        ------
+        BagError
+            If it cannot be written; what was written before is kept.
+
+        """
+        if self._writer is not None:
+            self._writer.write(message.topic, message.type_name, message.cdr, message.stamp)
+
+    def flush(self) -> None:
+        """
+        Hand what was written to the system, so that a kill does not take it along.
+
+        Raises
+        ------
+        BagError
+            If it cannot be written.
+
+        """
+        if self._writer is not None:
+            self._writer.flush()
+
+    def close(self) -> EpisodeFolder | None:
+        """
+        Finish the bag; return which one it was, None if none was open.
+
+        Raises
+        ------
+        BagError
+            If it cannot be finished.
+
+        """
+        writer, self._writer = self._writer, None
+        if writer is None:
+            return None
+        writer.close()
+        return episode_from_path(writer.folder)
+
+    def discard(self) -> None:
+        """
+        Remove the open bag.
+
+        Raises
+        ------
+        BagError
+            If it cannot be removed.
+
+        """
+        writer, self._writer = self._writer, None
+        if writer is not None:
+            writer.close()
+            self.task.remove(episode_from_path(writer.folder).number)

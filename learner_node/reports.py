@@ -1,0 +1,61 @@
+"""What the learner says about itself: on `/diagnostics`, in the log, in answers."""
+
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+from control_field.learner import Refresh
+from learner_node.library import Lesson
+from learner_node.session import Phase, Session
+
+
+def diagnostic_from_session(
+    name: str, session: Session, lesson: Lesson | None, refresh: Refresh | None,
+) -> DiagnosticStatus:
+    """
+    Write how the learner stands, with the certificate of the field in force.
+
+    Parameters
+    ----------
+    name : str
+        Of the node.
+    session : Session
+    lesson : Lesson or None
+        The newest one.
+    refresh : Refresh or None
+        What is in force.
+
+    """
+    values: dict[str, Any] = {
+        'task': session.settings.task, 'phase': session.phase, 'trials_left': session.n_left,
+        'revision': session.revision, 'episode': lesson.episode.number if lesson else 0,
+        'doing': session.describe(), **(certificate_values(refresh) if refresh else {})}
+    return DiagnosticStatus(
+        level=DiagnosticStatus.OK if refresh or session.phase is not Phase.IDLE
+        else DiagnosticStatus.STALE,
+        name=f'{name.lstrip("/")}: learner', hardware_id=session.settings.task,
+        message=refresh.certificate.sentence() if refresh else 'nothing was learnt yet',
+        values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+
+
+def certificate_values(refresh: Refresh) -> dict[str, str]:
+    """Return the certificate as texts by name."""
+    certificate = refresh.certificate
+    return {
+        'prototypes': str(certificate.n_prototypes),
+        'basin': f'{certificate.basin:.4f}', 'proven': f'{certificate.proven:.4f}',
+        'fidelity': f'{certificate.fidelity:.4f}',
+        'coherence_min': f'{certificate.coherence_min:.4f}',
+        'known_free_cells': str(certificate.n_free), 'reachable': str(certificate.n_reachable),
+        'sinks': ' '.join(f'({row},{col})' for row, col in certificate.sinks.tolist()),
+        'pushed': str(refresh.pushed).lower(), 'not_pushed_because': refresh.reason}
+
+
+def sentence_from_lesson(lesson: Lesson) -> str:
+    """Say in a sentence or two what an episode taught."""
+    parts = [f'{lesson.episode.name}: {lesson.note}']
+    if lesson.refresh is not None:
+        parts.append(lesson.refresh.certificate.sentence())
+        if not lesson.refresh.pushed:
+            parts.append(f'the courses stay: {lesson.refresh.reason}')
+    return '; '.join(parts)

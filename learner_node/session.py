@@ -1,0 +1,437 @@
+"""
+The learner's session: what is recorded, which trial comes next, and what is done when a peer dies.
+
+It knows no ROS and no files: whoever owns a `Session` tells it what happens, with the time on a
+steady clock, and carries out the effects it returns, in order.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+import math
+from typing import Final
+
+from control_field.records import Outcome
+from control_field.watch import StopReason
+from learner_node.effects import (
+    Abandon,
+    Close,
+    Discard,
+    Effect,
+    Effects,
+    Place,
+    Record,
+    Say,
+    StartTrial,
+    StopTrial,
+)
+from learner_node.settings import Settings, StartPose
+from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.trial_status import State, TrialStatus
+
+#: A recording ends when nothing has come for so long, [s]: what is under way still belongs to it.
+QUIET: Final = 0.1
+#: Longest wait for that quiet, [s]: a real robot is never quiet.
+MAX_SETTLING: Final = 0.3
+#: Time after which a request that was not answered is made again, [s].
+RETRY: Final = 0.3
+#: How often the same request is made before the run is given up.
+MAX_REQUESTS: Final = 30
+#: After how many the robot is sent to another start: that one may lie in an obstacle.
+PLACE_REQUESTS: Final = 4
+#: How far from its start a placed robot may stand, [m] and [rad].
+PLACE_TOLERANCE: Final = 0.02
+
+
+class SessionError(ValueError):
+    """What was asked for cannot be done now; the message says why and what to do."""
+
+
+class Phase(StrEnum):
+    """What the session is doing."""
+
+    IDLE = 'idle'
+    DEMONSTRATION = 'demonstration'  #: a person drives, and it is recorded
+    SETTLING = 'settling'            #: the person is done, the last messages come in
+    WAITING = 'waiting'              #: for peers, or for the controller to have the field
+    PLACING = 'placing'              #: for odometry to show the robot at the start
+    STARTING = 'starting'            #: for the controller to say that the trial runs
+    TRIAL = 'trial'
+    FINISHING = 'finishing'          #: the trial has ended, its last decisions come in
+    LEARNING = 'learning'
+
+
+_IN_TRIAL: Final = (Phase.STARTING, Phase.TRIAL, Phase.FINISHING)
+_RECORDING: Final = (Phase.DEMONSTRATION, Phase.SETTLING, *_IN_TRIAL)
+
+
+@dataclass(frozen=True)
+class Peers:
+    """Who is there: the controller, and a robot that publishes odometry."""
+
+    controller: bool = False
+    robot: bool = False
+
+
+class Session:
+    """
+    A session of teaching and trying.
+
+    Parameters
+    ----------
+    settings : Settings
+    next_start : callable
+        Returns where the next trial starts.
+
+    """
+
+    def __init__(self, settings: Settings, next_start: Callable[[], StartPose]) -> None:
+        """Start idle, without a field."""
+        self.settings = settings
+        self.phase = Phase.IDLE
+        self.n_left = 0
+        self.revision = -1
+        self.trial = 0
+        self._next_start = next_start
+        self._start = StartPose(0.0, 0.0)
+        self._peers = Peers()
+        self._status: TrialStatus | None = None
+        self._counts: Counter[int] = Counter()
+        self._began = self._heard = self._asked = -math.inf
+        self._n_asked = 0
+        self._told = ''
+
+    @property
+    def is_recording(self) -> bool:
+        """Tell whether what arrives belongs into the open bag."""
+        return self.phase in _RECORDING
+
+    def begin(self, now: float) -> None:
+        """Take in that the bags that were found are being learnt from."""
+        self._go(Phase.LEARNING, now)
+
+    def shut_down(self, now: float) -> Effects:
+        """End what is under way, because the learner ends."""
+        stops = self.phase in _IN_TRIAL
+        effects: Effects = [StopTrial()] if stops else []
+        if self.is_recording:
+            effects.append(Abandon('the learner was stopped'))
+        self._go(Phase.IDLE, now)
+        return effects
+
+    # What people ask for
+
+    def record(self, now: float) -> Effects:
+        """
+        Begin a demonstration.
+
+        Raises
+        ------
+        SessionError
+            If something else is under way.
+
+        """
+        if self.phase is not Phase.IDLE:
+            raise SessionError(f'cannot record a demonstration now: {self.describe()}')
+        self._go(Phase.DEMONSTRATION, now)
+        return [Record(EpisodeKind.DEMO)]
+
+    def keep(self, now: float) -> Effects:
+        """
+        End the demonstration and learn from it.
+
+        Raises
+        ------
+        SessionError
+            If none is recorded.
+
+        """
+        if self.phase is not Phase.DEMONSTRATION:
+            raise SessionError('no demonstration is being recorded')
+        self._go(Phase.SETTLING, now)
+        return []
+
+    def discard(self, now: float) -> Effects:
+        """
+        Throw the demonstration that is being recorded away.
+
+        Raises
+        ------
+        SessionError
+            If none is recorded.
+
+        """
+        if self.phase is not Phase.DEMONSTRATION:
+            raise SessionError('no demonstration is being recorded')
+        self._go(Phase.IDLE, now)
+        return [Discard()]
+
+    def run_trials(self, n_trials: int, now: float) -> Effects:
+        """
+        Run trials one after the other.
+
+        Raises
+        ------
+        SessionError
+            If there is no field yet, the robot is a real one, or something else is under way.
+
+        """
+        if not self.settings.simulation:
+            raise SessionError('cannot set a real robot back (simulation is false): carry it to '
+                               f'its start and call {self.settings.controller}/start_trial')
+        if self.phase is not Phase.IDLE:
+            raise SessionError(f'cannot run trials now: {self.describe()}')
+        if self.revision < 0:
+            raise SessionError('nothing was learnt yet, record a demonstration first')
+        self.n_left = n_trials
+        self._go(Phase.WAITING, now)
+        return self._proceed(now)
+
+    def stop_trials(self, now: float) -> Effects:
+        """
+        Stop the trial and run no more.
+
+        Raises
+        ------
+        SessionError
+            If no trials are being run.
+
+        """
+        if self.phase not in (*_IN_TRIAL, Phase.WAITING, Phase.PLACING) and self.n_left == 0:
+            raise SessionError('no trials are being run')
+        self.n_left = 0
+        if self.phase in (Phase.WAITING, Phase.PLACING):
+            self._go(Phase.IDLE, now)
+        return [StopTrial()] if self.phase in _IN_TRIAL else []
+
+    def describe(self) -> str:
+        """Say in a few words what is under way."""
+        if self.phase is Phase.WAITING:
+            return f'waiting: {self._obstacle() or "all is there"}'
+        words = {
+            Phase.IDLE: 'nothing is under way', Phase.DEMONSTRATION: 'a demonstration is recorded',
+            Phase.SETTLING: 'a demonstration is being kept', Phase.LEARNING: 'learning',
+            Phase.PLACING: 'the robot is being set back'}
+        return words.get(self.phase, f'trial {self.trial} is under way')
+
+    # What arrives
+
+    def saw_peers(self, peers: Peers, now: float) -> Effects:
+        """Take in who is there."""
+        lost = [name for name, was, there in (
+            ('controller', self._peers.controller, peers.controller),
+            ('robot', self._peers.robot, peers.robot)) if was and not there]
+        self._peers = peers
+        if not peers.controller:
+            self._status = None
+        if lost and self.phase in (*_IN_TRIAL, Phase.PLACING):
+            return self._break_off(f'the {" and the ".join(lost)} went away', now)
+        return self._proceed(now)
+
+    def heard(self, topic: str, now: float) -> None:
+        """Take in that a message has arrived; in a trial it is the commands that show life."""
+        if topic == ('cmd_vel' if self.phase is Phase.TRIAL else 'odom'):
+            self._heard = now
+
+    def saw_pose(self, x: float, y: float, yaw: float, now: float) -> Effects:
+        """Take in where the robot is; of interest only while it is being placed."""
+        if self.phase is not Phase.PLACING or not self._is_placed(x, y, yaw):
+            return []
+        self._counts.clear()
+        self._n_asked = 0
+        self.trial = 0
+        self._go(Phase.STARTING, now)
+        return [Record(EpisodeKind.TRIAL), *self._ask(StartTrial(), now)]
+
+    def saw_decisions(self, trial: int, n_rows: int, now: float) -> Effects:
+        """Take in that decisions of a trial have arrived."""
+        self._counts[trial] += n_rows
+        return self._finish(now)
+
+    def saw_status(self, status: TrialStatus, now: float) -> Effects:
+        """Take in how the controller's trial stands."""
+        before, self._status = self._status, status
+        if status.state in (State.RUNNING, State.PAUSED):
+            return self._saw_running(status, before, now)
+        if status.state is State.ENDED:
+            return self._saw_ended(status, now)
+        if self.phase is Phase.TRIAL:
+            return self._break_off('the controller started anew', now)
+        return self._proceed(now)
+
+    def _saw_running(
+        self, status: TrialStatus, before: TrialStatus | None, now: float,
+    ) -> Effects:
+        if self.phase is Phase.STARTING and (before is None or status.trial != before.trial):
+            self.trial = status.trial
+            self._go(Phase.TRIAL, now)
+            if status.revision != self.revision:
+                return self._break_off(
+                    f'it runs on field revision {status.revision}, not {self.revision}', now)
+        elif self.phase is Phase.IDLE and self._counts[status.trial] >= status.decisions:
+            self.trial = status.trial
+            self._go(Phase.TRIAL, now)
+            return [Record(EpisodeKind.TRIAL)]
+        return []
+
+    def _saw_ended(self, status: TrialStatus, now: float) -> Effects:
+        started = self.phase is Phase.STARTING and self._n_asked and (
+            self.trial == 0 and self._counts[status.trial] > 0)
+        if started:
+            self.trial = status.trial
+        if self.phase not in _IN_TRIAL or status.trial != self.trial:
+            return self._proceed(now)
+        self._go(Phase.FINISHING, now)
+        return self._finish(now)
+
+    def _finish(self, now: float) -> Effects:
+        """Close the trial's bag when all its decisions are there."""
+        status = self._status
+        if self.phase is not Phase.FINISHING or status is None or status.outcome is None:
+            return []
+        if self._counts[self.trial] < status.decisions:
+            return []
+        if status.outcome is Outcome.ABORTED:
+            return self._break_off(status.reason or 'the controller aborted it', now, told=True)
+        if status.reason.startswith(StopReason.ASKED.sentence):
+            self.n_left = 0
+        self._go(Phase.LEARNING, now)
+        return [Close()]
+
+    def start_answered(self, accepted: bool, message: str, now: float) -> Effects:
+        """Take in the controller's answer to a request to start."""
+        if self.phase is not Phase.STARTING or accepted:
+            return []
+        self._asked = now  # the next request comes after a while
+        if self._n_asked < MAX_REQUESTS:
+            return []
+        return self._break_off(f'the controller does not start it: {message}', now)
+
+    def learnt(self, revision: int, now: float) -> Effects:
+        """Take in that the closed bag was learnt from, or could not be (revision as before)."""
+        self.revision = revision
+        if self.phase is not Phase.LEARNING:
+            return []
+        self.n_left = max(self.n_left - 1, 0) if self.trial else self.n_left
+        self.trial = 0
+        self._counts.clear()
+        self._go(Phase.WAITING if self.n_left else Phase.IDLE, now)
+        return self._proceed(now)
+
+    def failed(self, now: float) -> Effects:
+        """Take in that nothing more can be recorded: stop the robot."""
+        stops = self.phase in _IN_TRIAL
+        self.n_left = 0
+        self._go(Phase.IDLE, now)
+        return [Abandon(''), *([StopTrial()] if stops else [])]
+
+    # Time alone
+
+    def tick(self, now: float) -> Effects:
+        """Look whether something has not come for too long; call it about every 50 ms."""
+        if self.phase is Phase.SETTLING:
+            return self._settle(now)
+        if self.phase is Phase.TRIAL:
+            return self._watch_trial(now)
+        if self.phase is Phase.FINISHING and now - self._began > self.settings.peer_timeout:
+            return self._break_off(
+                f'{self._counts[self.trial]} of {self._status.decisions if self._status else 0} '
+                f'decisions arrived', now)
+        if now - self._asked > RETRY:
+            return self._ask_again(now)
+        return []
+
+    def _settle(self, now: float) -> Effects:
+        waited = now - self._began
+        limit = 10 * MAX_SETTLING if self.settings.lockstep else MAX_SETTLING
+        if min(now - self._heard, waited) < QUIET and waited < limit:
+            return []
+        self._go(Phase.LEARNING, now)
+        return [Close()]
+
+    def _watch_trial(self, now: float) -> Effects:
+        running = self._status is not None and self._status.state is State.RUNNING
+        silent = now - max(self._heard, self._began)
+        if running and silent > self.settings.peer_timeout:
+            return self._break_off(f'no odometry for {silent:.1f} s', now)
+        return []
+
+    def _ask_again(self, now: float) -> Effects:
+        if self.phase is Phase.WAITING:
+            return self._proceed(now)
+        if self.phase not in (Phase.PLACING, Phase.STARTING):
+            return []
+        placing = self.phase is Phase.PLACING
+        if self._n_asked >= MAX_REQUESTS:
+            return self._break_off('the robot was not set back' if placing else
+                                   'the controller does not answer', now)
+        if placing and self._n_asked % PLACE_REQUESTS == 0:
+            self._start = self._next_start()
+        return self._ask(Place(self._start) if placing else StartTrial(), now)
+
+    # From one phase to the next
+
+    def _go(self, phase: Phase, now: float) -> None:
+        self.phase, self._began = phase, now
+
+    def _ask(self, request: Effect, now: float) -> Effects:
+        self._asked = now
+        self._n_asked += 1
+        return [request]
+
+    def _proceed(self, now: float) -> Effects:
+        """Set the robot back for the next trial when everything is there for it."""
+        if self.phase is not Phase.WAITING:
+            return []
+        obstacle = self._obstacle()
+        if obstacle:
+            return self._wait(obstacle, now)
+        self._start = self._next_start()
+        self._n_asked, self._told = 0, ''
+        self._go(Phase.PLACING, now)
+        return self._ask(Place(self._start), now)
+
+    def _wait(self, obstacle: str, now: float) -> Effects:
+        effects: Effects = []
+        status = self._status
+        if status is not None and status.state in (State.RUNNING, State.PAUSED) and (
+                now - self._asked > RETRY):
+            effects += self._ask(StopTrial(), now)
+        if obstacle != self._told and now - self._began > self.settings.peer_timeout:
+            self._told = obstacle
+            effects.append(Say(f'the next trial waits: {obstacle}', warns=True))
+        return effects
+
+    def _obstacle(self) -> str:
+        """Return what keeps the next trial from being started; empty if nothing does."""
+        if not self._peers.controller or self._status is None:
+            return f'{self.settings.controller} is not there'
+        if not self._peers.robot:
+            return 'no robot publishes odometry'
+        if self._status.state in (State.RUNNING, State.PAUSED):
+            return f'trial {self._status.trial} is still running'
+        if self._status.revision != self.revision:
+            return (f'the controller has field revision {self._status.revision}, '
+                    f'not {self.revision}')
+        return ''
+
+    def _break_off(self, reason: str, now: float, told: bool = False) -> Effects:
+        """End the trial as aborted; nothing is learnt from it, and it is tried again."""
+        effects: Effects = [Say(f'trial {self.trial or ""} is broken off: {reason}', warns=True)]
+        if self.phase is Phase.STARTING:
+            effects.append(Discard())
+        elif self.phase in _IN_TRIAL:
+            effects.append(Abandon('' if told else reason))
+        if self.phase in _IN_TRIAL and self._peers.controller and not told:
+            effects.append(StopTrial())
+        self.trial = 0
+        self._counts.clear()
+        self._asked = now
+        self._go(Phase.WAITING if self.n_left else Phase.IDLE, now)
+        return effects
+
+    def _is_placed(self, x: float, y: float, yaw: float) -> bool:
+        start = self._start
+        return (math.hypot(x - start.x, y - start.y) <= PLACE_TOLERANCE
+                and abs(math.remainder(yaw - start.yaw, math.tau)) <= PLACE_TOLERANCE)

@@ -1,0 +1,109 @@
+"""What can be set about the learner beside the learning parameters: task, workspace, trials."""
+
+from dataclasses import dataclass
+import math
+from typing import Any, Final
+
+from control_field.grid import Grid
+from control_field.parameters import check_fields, parameter
+from msgs_bridge.bag_folder import check_task_name
+
+#: Settings that the memory or the topics are made from: they hold from start to end.
+FIXED: Final = (
+    'task', 'bags', 'fresh', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y',
+    'simulation', 'lockstep', 'enable_stamped_cmd_vel', 'controller')
+
+
+@dataclass(frozen=True)
+class Settings:
+    """
+    Settings of the learner; see the metadata of each field for unit, range and meaning.
+
+    Raises
+    ------
+    ValueError
+        If a value is of the wrong type or out of range; the message names it.
+
+    """
+
+    task: str = parameter('task', "name of the task, its bags' folder: letters, digits, _ and -")
+    bags: str = parameter('bags', "folder of all tasks' bags: the robot's memory")
+    fresh: bool = parameter(
+        False, 'begin without the bags that are there; they are set aside, not removed')
+    frame_id: str = parameter('odom', 'frame of the workspace')
+    rows: int = parameter(20, 'rows of the workspace', unit='cells', low=1, high=2000)
+    cols: int = parameter(20, 'columns of the workspace', unit='cells', low=1, high=2000)
+    resolution: float = parameter(0.25, 'side of a cell', unit='m', low=0.01, high=100.0)
+    origin_x: float = parameter(
+        0.0, 'x of the lower left corner of cell (0, 0)', unit='m', low=-1e7, high=1e7)
+    origin_y: float = parameter(
+        0.0, 'y of the lower left corner of cell (0, 0)', unit='m', low=-1e7, high=1e7)
+    simulation: bool = parameter(
+        False, 'the robot is a simulated one that initialpose may set back')
+    lockstep: bool = parameter(
+        False, 'the simulator waits for its answers; bags are stamped with its time')
+    enable_stamped_cmd_vel: bool = parameter(
+        False, 'record cmd_vel as TwistStamped instead of Twist (always in lock-step)')
+    controller: str = parameter('control_field_node', 'name of the controller node')
+    auto_trials: int = parameter(
+        6, 'trials that ~/run_trials runs', unit='trials', low=1, high=1_000_000)
+    auto_start: bool = parameter(
+        False, 'run trials without being asked until the task has auto_trials of them '
+        '(simulation only)')
+    starts: str = parameter(
+        'fixed', 'fixed: start_poses in turn, or where the demonstrations started; spread: where '
+        'a trial teaches most', choices=('fixed', 'spread'))
+    peer_timeout: float = parameter(
+        5.0, 'time without odometry, or without an answer of the controller, after which a trial '
+        'is aborted', unit='s', low=0.5, high=600.0)
+
+    def __post_init__(self) -> None:
+        """Validate every value against its declaration."""
+        check_fields(self)
+        check_task_name(self.task)
+        if self.auto_start and not self.simulation:
+            raise ValueError('auto_start is true, which needs simulation: true (a real robot '
+                             'starts when a person says so)')
+
+    @property
+    def grid(self) -> Grid:
+        """Return the workspace."""
+        return Grid(self.rows, self.cols, float(self.resolution), float(self.origin_x),
+                    float(self.origin_y), self.frame_id)
+
+    @property
+    def is_stamped(self) -> bool:
+        """Tell whether cmd_vel is a TwistStamped."""
+        return self.lockstep or self.enable_stamped_cmd_vel
+
+
+@dataclass(frozen=True)
+class StartPose:
+    """Where a trial starts: ``x``, ``y`` in metres, ``yaw`` in radians."""
+
+    x: float
+    y: float
+    yaw: float = 0.0
+
+
+def start_poses_from_list(values: Any, grid: Grid) -> tuple[StartPose, ...]:
+    """
+    Return the poses of a flat list ``x, y, yaw, x, y, yaw, ...``.
+
+    Raises
+    ------
+    ValueError
+        If it is no such list, or a pose lies outside the workspace.
+
+    """
+    numbers = [float(value) for value in values or ()]
+    if len(numbers) % 3:
+        raise ValueError(f'start_poses has {len(numbers)} numbers, must be x, y, yaw each')
+    poses = tuple(StartPose(*numbers[i:i + 3]) for i in range(0, len(numbers), 3))
+    for pose in poses:
+        if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
+            raise ValueError(f'start_poses: ({pose.x}, {pose.y}, {pose.yaw}) is not finite')
+        if not grid.contains(*grid.cell_from_world(pose.x, pose.y)):
+            raise ValueError(f'start_poses: ({pose.x:g}, {pose.y:g}) m lies outside the workspace '
+                             f'of {grid.n_rows} x {grid.n_cols} cells of {grid.resolution:g} m')
+    return poses
