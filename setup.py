@@ -13,7 +13,7 @@ EXECUTABLES = {
 }
 ROOMS = [
     'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
-    'experience_cli',
+    'experience_cli', 'experience_cli.evaluation',
 ]
 DATA = ['launch', 'config', 'config/worlds']
 

@@ -1,0 +1,296 @@
+"""`experience evaluate`: how good is what is learnt, on any world, without ROS."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import fields
+import json
+import math
+from pathlib import Path
+import re
+import sys
+import tempfile
+from typing import Any, TYPE_CHECKING
+
+from control_field.grid import Grid
+from control_field.parameters import Parameters
+from experience_cli.errors import UserError
+
+if TYPE_CHECKING:
+    from control_field.records import Demonstration
+    from experience_cli.evaluation.experiment import Course, Experiment
+
+_METHODS = ('ours, q_learning, sarsa, dyna_q, prioritised_sweeping (each also with +demo: taught '
+            'the same demonstration), nearest_prototype, eq7, replanner')
+_TEACHERS = ('shortest', 'blind', 'detour')
+_COLUMNS = ('field_success', 'success', 'success_spl', 'collisions', 'hidden_neurons', 'fidelity')
+_EPILOG = """\
+After 0, 1, ... K trials every free cell with a way to the goal is a start, in the true world:
+field_success follows the flow alone, success adds sight and exploration (nothing is learnt then).
+
+To follow the flow of FIELD.npz: at a cell's centre take the nearest of the eight headings to
+(vx, vy) there, step to that neighbouring cell, and so on. (0, 0), a blocked cell, the edge, a
+diagonal step beside a blocked cell (without --corner-cutting) and a cell entered twice are failures.
+Row 0 is the lowest y. The centre of cell (row, col) is origin + (col + 0.5, row + 0.5) * resolution.
+
+Worlds: a map_server .yaml with its image, or a MovingAI .map (1 m a cell, lower left corner at
+(0, 0), the first line of the map is the highest y). Coordinates are metres in the map frame."""
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add `evaluate` to the command line."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'evaluate', help='judge what is learnt on a world, from all its free cells',
+        description=__doc__, epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    # argparse takes '-2,3' for an option unless it looks like a negative number.
+    parser._negative_number_matcher = re.compile(r'^-\.?\d')
+    _add_task(parser)
+    _add_method(parser)
+    _add_output(parser)
+    return parser
+
+
+def _add_task(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add('--world', required=True, metavar='FILE', help='map_server .yaml or MovingAI .map')
+    add('--goal', metavar='X,Y', type=_point, help='[m]; with --demo-bag the end of the drive')
+    add('--demo-start', metavar='X,Y', type=_point, action='append', default=[],
+        help='[m]; once for every demonstration; trials with fixed starts start at the first')
+    add('--teacher', choices=_TEACHERS, default='shortest',
+        help='shortest: knows the map; blind: drives straight through the open workspace, and its '
+             'sight is that of the open workspace; detour: knows the map and goes 1.3 to 2 times '
+             'as far (default: shortest)')
+    add('--demo-bag', metavar='BAG', help='take the demonstration from a bag')
+    add('--trials', metavar='K', type=_count(0, 100_000), default=10, help='(default: 10)')
+    add('--starts', choices=('spread', 'fixed'), default='spread',
+        help='where trials start: where they teach most, or where the first demonstration does '
+             '(default: spread)')
+    add('--start-radius', metavar='R', type=_distance, default=math.inf,
+        help='judge only the cells at most so far from the first demonstration\'s start, [m]')
+
+
+def _add_method(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add('--method', default='ours', help=f'one of {_METHODS} (default: ours)')
+    add('--profile', choices=('paper', 'full'), default='full', help='(default: full)')
+    add('--corner-cutting', action='store_true',
+        help='a diagonal step may pass a blocked cell beside it')
+    add('--set', metavar='NAME=VALUE', action='append', default=[],
+        help='any learning parameter; may be given several times')
+    add('--seeds', metavar='N', type=_count(1, 100_000), default=20, help='(default: 20)')
+    add('--seed0', metavar='S', type=_count(0, 2**62), default=0, help='the first (default: 0)')
+    add('--jobs', metavar='J', type=_count(1, 1024), default=1,
+        help='processes; the results do not depend on it (default: 1)')
+
+
+def _add_output(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument('--json', metavar='OUT', help='write the report; - for standard output')
+    parser.add_argument('--save-field', metavar='FIELD.npz',
+                        help='write the field of the first seed after all trials')
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.split(',')]
+    except ValueError:
+        numbers = []
+    return [number for number in numbers if math.isfinite(number)]
+
+
+def _point(text: str) -> tuple[float, float]:
+    numbers = _numbers(text)
+    if len(numbers) != 2 or text.count(',') != 1:
+        raise argparse.ArgumentTypeError(f'{text!r} is no point, write it as X,Y in metres')
+    return numbers[0], numbers[1]
+
+
+def _distance(text: str) -> float:
+    numbers = _numbers(text)
+    if len(numbers) != 1 or numbers[0] < 0.0:
+        raise argparse.ArgumentTypeError(f'{text!r} is no distance, must be 0 m or more')
+    return numbers[0]
+
+
+def _count(low: int, high: int) -> Any:
+    def count(text: str) -> int:
+        try:
+            number = int(text)
+        except ValueError:
+            number = low - 1
+        if not low <= number <= high:
+            raise argparse.ArgumentTypeError(
+                f'{text!r} must be a whole number from {low} to {high}')
+        return number
+
+    return count
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """
+    Evaluate.
+
+    Raises
+    ------
+    UserError
+        If the world, a place, a parameter or a path to write to is wrong.
+
+    """
+    json_path = _writable(arguments.json if arguments.json != '-' else None, '--json')
+    field_path = _writable(arguments.save_field, '--save-field')
+    experiment = _experiment(arguments)
+    seeds = range(arguments.seed0, arguments.seed0 + arguments.seeds)
+    courses = _courses(experiment, seeds, arguments.jobs)
+    # It takes a second to load what the evaluation needs: not before the arguments are right.
+    from experience_cli.evaluation.fields import npz_bytes
+    from experience_cli.evaluation.summary import report, table
+    result = report(experiment, courses, arguments.world, arguments.demo_bag)
+    text = json.dumps(result, indent=1, allow_nan=False)
+    if json_path is not None:
+        _write(json_path, (text + '\n').encode())
+    if field_path is not None:
+        first = min(courses, key=lambda course: course.seed)
+        _write(field_path, npz_bytes(first.field))
+    print(text if arguments.json == '-' else table(result, _COLUMNS))
+    return 0
+
+
+def _courses(experiment: 'Experiment', seeds: Sequence[int], n_jobs: int) -> 'list[Course]':
+    from tqdm import tqdm
+
+    from experience_cli.evaluation import experiment as experiments
+    from experience_cli.evaluation.teachers import NoWayError
+    try:
+        runs = experiments.run([experiment], seeds, n_jobs)
+        # disable=None: no bar where nobody looks.
+        return [course for _, course in tqdm(
+            runs, total=len(seeds), unit='seed', desc='evaluate', file=sys.stderr, disable=None)]
+    except NoWayError as error:
+        raise UserError(f'--teacher {experiment.teacher}: {error}') from error
+
+
+def _writable(name: str | None, option: str) -> Path | None:
+    """Return a path after making sure that it can be written, before any work is done."""
+    if name is None:
+        return None
+    path = Path(name)
+    if not name or path.is_dir():
+        raise UserError(f'{option} {name!r}: is a folder, name a file')
+    if not path.parent.is_dir():
+        raise UserError(f'{option} {name}: there is no folder {path.parent}, make it first')
+    try:
+        if path.exists():
+            path.open('ab').close()
+        else:
+            tempfile.TemporaryFile(dir=path.parent).close()
+    except OSError as error:
+        raise UserError(f'{option} {name}: cannot be written ({error.strerror})') from error
+    return path
+
+
+def _write(path: Path, content: bytes) -> None:
+    from experience_cli.evaluation.fields import write_whole
+    try:
+        write_whole(path, content)
+    except OSError as error:
+        raise UserError(f'{path}: cannot be written ({error.strerror})') from error
+
+
+def _parameters(arguments: argparse.Namespace) -> Parameters:
+    kinds = {spec.name: spec.type for spec in fields(Parameters)}
+    values: dict[str, Any] = {'profile': arguments.profile,
+                              'corner_cutting': arguments.corner_cutting}
+    for text in arguments.set:
+        name, equals, value = text.partition('=')
+        if not equals:
+            raise UserError(f'--set {text}: write it as NAME=VALUE')
+        if name == 'seed':
+            raise UserError('--set seed: seeds are chosen with --seeds and --seed0')
+        values[name] = _value(value, str(getattr(kinds.get(name), '__name__', kinds.get(name))))
+    try:
+        return Parameters.from_mapping(values)
+    except ValueError as error:
+        raise UserError(f'--set: {error}') from error
+
+
+def _value(text: str, kind: str) -> Any:
+    """Read a value as its parameter's type; what does not fit is left for Parameters to refuse."""
+    if kind == 'bool':
+        return {'true': True, '1': True, 'false': False, '0': False}.get(text.lower(), text)
+    if kind in ('int', 'float'):
+        try:
+            return int(text) if kind == 'int' else float(text)
+        except ValueError:
+            return text
+    return text
+
+
+def _experiment(arguments: argparse.Namespace) -> 'Experiment':
+    from experience_cli.evaluation.experiment import Experiment
+    from experience_cli.evaluation.registry import METHODS
+    from sim_node.world import load_world, WorldError
+    if arguments.method not in METHODS:
+        raise UserError(f'--method {arguments.method}: there is no such method, there are: '
+                        f'{", ".join(METHODS)}')
+    parameters = _parameters(arguments)
+    try:
+        world = load_world(arguments.world)
+    except WorldError as error:
+        raise UserError(f'--world {error}') from error
+    demonstrations: tuple[Demonstration, ...] = ()
+    starts = [_cell(world.grid, point, '--demo-start') for point in arguments.demo_start]
+    if arguments.demo_bag:
+        demonstrations = (_demonstration(arguments.demo_bag, world.grid),)
+        cells = demonstrations[0].cells
+        goal = (int(cells[-1, 0]), int(cells[-1, 1]))
+        starts = starts or [(int(cells[0, 0]), int(cells[0, 1]))]
+        if arguments.goal and _cell(world.grid, arguments.goal, '--goal') != goal:
+            raise UserError(f'--goal: the drive in {arguments.demo_bag} ends elsewhere, at '
+                            f'{_text(world.grid, goal)}; leave --goal out')
+    elif not arguments.goal or not starts:
+        raise UserError('--goal X,Y and --demo-start X,Y are needed (or --demo-bag BAG)')
+    else:
+        goal = _cell(world.grid, arguments.goal, '--goal')
+    experiment = Experiment(
+        world.grid, world.occupancy, goal, starts, arguments.trials,
+        arguments.starts == 'spread', arguments.teacher, arguments.method, parameters,
+        demonstrations, arguments.start_radius)
+    _check_places(experiment)
+    return experiment
+
+
+def _cell(grid: Grid, point: tuple[float, float], option: str) -> tuple[int, int]:
+    row, col = grid.cell_from_world(*point)
+    if not grid.contains(row, col):
+        right = grid.origin_x + grid.n_cols * grid.resolution
+        top = grid.origin_y + grid.n_rows * grid.resolution
+        raise UserError(f'{option} {point[0]:g},{point[1]:g}: lies outside the world, which '
+                        f'reaches from {grid.origin_x:g},{grid.origin_y:g} to {right:g},{top:g}')
+    return row, col
+
+
+def _text(grid: Grid, cell: tuple[int, int]) -> str:
+    x, y = grid.world_from_cell(*cell)
+    return f'{x:g},{y:g}'
+
+
+def _check_places(experiment: 'Experiment') -> None:
+    """Refuse a goal or start that is blocked, and starts that lead nowhere."""
+    grid, goal = experiment.grid, experiment.goal
+    if experiment.occupancy[goal] != 0:
+        raise UserError(f'--goal {_text(grid, goal)}: that cell is blocked, choose a free one')
+    reachable = experiment.reachable()
+    for start in experiment.demo_starts:
+        where = f'--demo-start {_text(grid, start)}'
+        if experiment.occupancy[start] != 0:
+            raise UserError(f'{where}: that cell is blocked, choose a free one')
+        if not reachable[start]:
+            raise UserError(f'{where}: no way leads from there to the goal {_text(grid, goal)}')
+        if start == goal:
+            raise UserError(f'{where}: that is the goal itself, start in another cell')
+
+
+def _demonstration(bag: str, grid: Grid) -> 'Demonstration':
+    from msgs_bridge.episodes import read_foreign_demonstration
+    if not Path(bag).exists():
+        raise UserError(f'--demo-bag {bag}: there is no such bag, check the path')
+    return read_foreign_demonstration(bag, grid)[0]

@@ -1,0 +1,1 @@
+"""Judging what was learnt on worlds from elsewhere; no ROS in here."""

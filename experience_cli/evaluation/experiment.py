@@ -1,0 +1,197 @@
+"""One experiment: a world, a teacher, a method, and what it comes to after every trial."""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import as_completed, ProcessPoolExecutor
+from dataclasses import dataclass, replace
+import multiprocessing
+import signal
+import time
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.grid import Grid
+from control_field.parameters import Parameters
+from control_field.records import Demonstration
+from control_field.simulation import GridWorld
+from experience_cli.evaluation.fields import field_columns
+from experience_cli.evaluation.judging import judge
+from experience_cli.evaluation.methods import Method, Task
+from experience_cli.evaluation.registry import make_method
+from experience_cli.evaluation.teachers import demonstrate, heading_table
+
+Cell = tuple[int, int]
+Row = dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """
+    What is evaluated; with a seed, all there is to know.
+
+    Parameters
+    ----------
+    grid : Grid
+    occupancy : ndarray of int8, shape (n_rows, n_cols)
+        The true map: 0 free, anything else blocked.
+    goal : tuple of int
+        ``(row, col)``
+    demo_starts : sequence of tuple of int
+        Where demonstrations start, one each, in this order; the first one is the fixed start.
+    n_trials : int
+    spread : bool
+        Trials start where they teach most, else at the first demonstration's start.
+    teacher : str
+        Of `teachers.TEACHERS`.
+    method : str
+        Of `registry.METHODS`.
+    parameters : Parameters
+        The seed in it is replaced by each seed.
+    demonstrations : tuple of Demonstration
+        Used instead of a teacher if there are any.
+    start_radius : float, [m]
+        Only cells this near to the first demonstration's start are judged.
+
+    """
+
+    grid: Grid
+    occupancy: npt.NDArray[np.int8]
+    goal: Cell
+    demo_starts: Sequence[Cell]
+    n_trials: int
+    spread: bool = True
+    teacher: str = 'shortest'
+    method: str = 'ours'
+    parameters: Parameters = Parameters()
+    demonstrations: tuple[Demonstration, ...] = ()
+    start_radius: float = float('inf')
+
+    def reachable(self) -> npt.NDArray[np.bool_]:
+        """Return the free cells from which a way leads to the goal."""
+        return np.isfinite(GridWorld(self.occupancy, self.parameters).cost_to(self.goal))
+
+    def judged(self) -> npt.NDArray[np.bool_]:
+        """Return the cells that are judged: free, reachable, near enough."""
+        rows, cols = np.indices(self.grid.shape)
+        first = self.demo_starts[0]
+        distance = np.hypot(rows - first[0], cols - first[1]) * self.grid.resolution
+        return self.reachable() & (distance <= self.start_radius + 1e-9)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """
+    How an experiment went with one seed.
+
+    Parameters
+    ----------
+    seed : int
+    after : list of dict
+        Metrics by name after 0, 1, ... trials.
+    field : dict
+        Columns of the field file after the last trial.
+
+    """
+
+    seed: int
+    after: list[Row]
+    field: dict[str, npt.NDArray[np.generic]]
+
+
+def run_seed(experiment: Experiment, seed: int) -> Course:
+    """
+    Run an experiment with one seed: teach, then try and judge in turn.
+
+    Raises
+    ------
+    NoWayError
+        If the teacher finds no way.
+
+    """
+    parameters = replace(experiment.parameters, seed=seed)
+    world = GridWorld(experiment.occupancy, parameters)
+    task = Task(world, experiment.grid, experiment.goal, experiment.demo_starts[0],
+                experiment.spread, experiment.reachable(), parameters)
+    streams = np.random.default_rng(seed).spawn(2)
+    method = make_method(experiment.method, task, streams[1])
+    demonstrations = _demonstrations(experiment, world, streams[0])
+    shown = heading_table(demonstrations, experiment.grid.shape)
+    seconds = sum(_seconds(method.teach, demonstration) for demonstration in demonstrations)
+    judged = experiment.judged()
+    after = [_row(method, task, judged, shown, [seconds])]
+    tally = np.zeros(3, dtype=np.int64)
+    for number in range(1, experiment.n_trials + 1):
+        began = time.perf_counter()
+        practice = method.practise(number)
+        seconds = time.perf_counter() - began
+        tally += [practice.steps, practice.collisions, 0]
+        tally[2] = practice.reinforcements
+        after.append(_row(method, task, judged, shown, [seconds, *tally]))
+    return Course(seed, after, field_columns(method, task))
+
+
+def _seconds(act: Callable[[Demonstration], None], demonstration: Demonstration) -> float:
+    began = time.perf_counter()
+    act(demonstration)
+    return time.perf_counter() - began
+
+
+def _demonstrations(experiment: Experiment, world: GridWorld, rng: np.random.Generator,
+                    ) -> list[Demonstration]:
+    if experiment.demonstrations:
+        return list(experiment.demonstrations)
+    return [demonstrate(world, experiment.teacher, start, experiment.goal, rng, episode)
+            for episode, start in enumerate(experiment.demo_starts, start=1)]
+
+
+def _row(method: Method, task: Task, judged: npt.NDArray[np.bool_],
+         shown: npt.NDArray[np.int8], spent: Sequence[float]) -> Row:
+    seconds, steps, collisions, reinforcements = (*spent, 0, 0, 0)[:4]
+    row = judge(method, task, judged, shown)
+    row['steps'] = float(steps)
+    row['collisions'] += float(collisions)
+    row['reinforcements'] = float(reinforcements)
+    row['seconds_learning'] = float(seconds)
+    return row
+
+
+def run(experiments: Sequence[Experiment], seeds: Sequence[int], n_jobs: int,
+        ) -> Iterator[tuple[int, Course]]:
+    """
+    Run experiments with all seeds, in processes of their own if there are several jobs.
+
+    Yields
+    ------
+    index : int
+        Of the experiment.
+    course : Course
+        In whatever order they end; what they hold does not depend on ``n_jobs``.
+
+    Raises
+    ------
+    NoWayError
+        If a teacher finds no way.
+
+    """
+    tasks = [(index, seed) for seed in seeds for index in range(len(experiments))]
+    if n_jobs <= 1 or len(tasks) == 1:
+        for index, seed in tasks:
+            yield index, run_seed(experiments[index], seed)
+        return
+    pool = ProcessPoolExecutor(min(n_jobs, len(tasks)), multiprocessing.get_context('spawn'),
+                               initializer=_die_silently)
+    try:
+        waiting = {pool.submit(run_seed, experiments[index], seed): index for index, seed in tasks}
+        for future in as_completed(waiting):
+            yield waiting[future], future.result()
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for child in multiprocessing.active_children():
+            child.terminate()
+        raise
+    pool.shutdown()
+
+
+def _die_silently() -> None:
+    """End at Ctrl-C without a word: the parent says what is to be said."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -1,0 +1,185 @@
+"""Scripted teachers: what a person might demonstrate."""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field import compiled
+from control_field.headings import heading_from_step, STEP_COL, STEP_LENGTH, STEP_ROW
+from control_field.records import Demonstration
+from control_field.simulation import GridWorld
+
+Cell = tuple[int, int]
+Path = list[Cell]
+
+#: How surely a teacher goes straight on while that is no detour.
+_STEADINESS: Final = 0.95
+#: How long a detour is, beside the shortest path.
+_DETOUR: Final = (1.3, 2.0)
+_N_WAYPOINTS: Final = 300
+
+
+class NoWayError(ValueError):
+    """There is no such path; the message is one sentence."""
+
+
+def shortest_path(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Generator) -> Path:
+    """
+    Return one of the shortest paths, drawn so that it has few turns.
+
+    Parameters
+    ----------
+    world : GridWorld
+        Its map and rules of a step hold.
+    start, goal : tuple of int
+        ``(row, col)``
+    rng : numpy.random.Generator
+        Chooses among paths of the same length.
+
+    Raises
+    ------
+    NoWayError
+        If there is none.
+
+    """
+    cost = world.cost_to(goal)
+    if not np.isfinite(cost[start]):
+        raise NoWayError(f'no way leads from cell {start} to the goal {goal}')
+    path, course = [start], -1
+    while path[-1] != goal:
+        best = _best_headings(world, cost, path[-1])
+        if course not in best or rng.random() > _STEADINESS:
+            course = best[int(rng.integers(len(best)))]
+        row, col = path[-1]
+        path.append((row + int(STEP_ROW[course]), col + int(STEP_COL[course])))
+    return path
+
+
+def _best_headings(world: GridWorld, cost: npt.NDArray[np.float64], cell: Cell) -> list[int]:
+    """Return the headings of the first steps of all shortest paths."""
+    row, col = cell
+    return [heading for heading in range(8)
+            if compiled.step_allowed(world.truth, row, col, heading, world.rules)
+            and STEP_LENGTH[heading] + cost[row + STEP_ROW[heading], col + STEP_COL[heading]]
+            < cost[cell] + 1e-9]
+
+
+def path_length(path: Path) -> float:
+    """Return the length of a path, [cells]."""
+    steps = np.diff(np.array(path, dtype=np.float64), axis=0)
+    return float(np.hypot(*steps.T).sum()) if len(path) > 1 else 0.0
+
+
+def detour_path(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Generator) -> Path:
+    """
+    Return a path without loops that is 1.3 to 2 times as long as the shortest one.
+
+    It leads over a waypoint: there on a shortest path, and on without touching that again.
+
+    Raises
+    ------
+    NoWayError
+        If none was found.
+
+    """
+    to_goal, to_start = world.cost_to(goal), world.cost_to(start)
+    if not np.isfinite(to_goal[start]):
+        raise NoWayError(f'no way leads from cell {start} to the goal {goal}')
+    through = (to_goal + to_start) / max(to_goal[start], 1.0)
+    waypoints = np.argwhere((through >= 1.05) & (through <= _DETOUR[1]))
+    for index in rng.permutation(len(waypoints))[:_N_WAYPOINTS]:
+        path = _path_over(world, start, (int(waypoints[index, 0]), int(waypoints[index, 1])),
+                          goal, rng)
+        if path and _DETOUR[0] <= path_length(path) / to_goal[start] <= _DETOUR[1]:
+            return path
+    raise NoWayError(f'no way of {_DETOUR[0]:g} to {_DETOUR[1]:g} times the shortest length leads '
+                     f'from cell {start} to the goal {goal} without crossing itself')
+
+
+def _path_over(world: GridWorld, start: Cell, waypoint: Cell, goal: Cell,
+               rng: np.random.Generator) -> Path | None:
+    there = shortest_path(world, start, waypoint, rng)
+    if goal in there:
+        return None
+    rest = world.truth.copy()
+    for cell in there[:-1]:
+        rest[cell] = 100
+    try:
+        back = shortest_path(GridWorld(rest, world.parameters), waypoint, goal, rng)
+    except NoWayError:
+        return None
+    return there + back[1:]
+
+
+def demonstration_from_path(world: GridWorld, path: Path, episode: int) -> Demonstration:
+    """
+    Return the demonstration of a path, with the sight that a robot has under way.
+
+    Raises
+    ------
+    ValueError
+        If the path has fewer than two cells.
+
+    """
+    if len(path) < 2:
+        raise ValueError('a demonstration needs at least two cells')
+    cells = np.array(path, dtype=np.int32)
+    sights = np.array([world.sight(row, col) for row, col in path], dtype=np.uint8)
+    return Demonstration(cells, np.arange(len(path), dtype=np.float64), sights,
+                         np.zeros(len(path), dtype=np.uint8), episode)
+
+
+def _shortest(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Generator,
+              ) -> tuple[GridWorld, Path]:
+    return world, shortest_path(world, start, goal, rng)
+
+
+def _blind(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Generator,
+           ) -> tuple[GridWorld, Path]:
+    empty = GridWorld(np.zeros_like(world.truth), world.parameters)
+    return empty, shortest_path(empty, start, goal, rng)
+
+
+def _detour(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Generator,
+            ) -> tuple[GridWorld, Path]:
+    return world, detour_path(world, start, goal, rng)
+
+
+#: What each teacher drives in, and along which path.
+TEACHERS: Final[dict[str, Callable[[GridWorld, Cell, Cell, np.random.Generator],
+                                   tuple[GridWorld, Path]]]] = {
+    'shortest': _shortest, 'blind': _blind, 'detour': _detour,
+}
+
+
+def demonstrate(world: GridWorld, teacher: str, start: Cell, goal: Cell,
+                rng: np.random.Generator, episode: int) -> Demonstration:
+    """
+    Let a teacher demonstrate.
+
+    The sight that comes with it is that of the world the teacher drives in: the true one, or for
+    ``blind`` the open workspace, where cells are seen free that later are not.
+
+    Raises
+    ------
+    NoWayError
+        If the teacher finds no way.
+    ValueError
+        If start and goal are the same cell.
+
+    """
+    driven, path = TEACHERS[teacher](world, start, goal, rng)
+    return demonstration_from_path(driven, path, episode)
+
+
+def heading_table(demonstrations: list[Demonstration], shape: tuple[int, int],
+                  ) -> npt.NDArray[np.int8]:
+    """Return the demonstrated heading of every cell, the last one shown; -1 for none."""
+    shown = np.full(shape, -1, dtype=np.int8)
+    for demonstration in demonstrations:
+        cells = demonstration.cells.tolist()
+        for (row, col), (next_row, next_col) in zip(cells, cells[1:], strict=False):
+            shown[row, col] = heading_from_step(next_row - row, next_col - col)
+    return shown
