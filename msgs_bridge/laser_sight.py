@@ -273,14 +273,15 @@ def _holds(places: Floats, rays: Floats, slack: float) -> npt.NDArray[np.bool_]:
     off = np.abs(places - edge)
     on_edge = off < slack + 1e-9
     behind = np.where(rays > 0.0, edge, edge - 1.0)
-    at_corner = on_edge.all(axis=1)
+    at_corner: npt.NDArray[np.bool_] = on_edge.all(axis=1)
     on_edge &= ~at_corner[:, np.newaxis] | (off == off.min(axis=1, keepdims=True))
     col_row = np.where(on_edge, behind, np.floor(places)).astype(np.int64)
     held = _marked(col_row[~at_corner])
     col, row = edge[at_corner].T.astype(np.int64) + _RIM
-    explained = held[row, col] | held[row, col - 1] | held[row - 1, col] | held[row - 1, col - 1]
-    held |= _marked(col_row[at_corner][~explained])
-    return held[_RIM:-_RIM, _RIM:-_RIM]
+    around = np.stack([held[row - i, col - j] for i in (0, 1) for j in (0, 1)])
+    unexplained = ~np.any(around, axis=0)
+    both: npt.NDArray[np.bool_] = held | _marked(col_row[at_corner][unexplained])
+    return both[_RIM:-_RIM, _RIM:-_RIM]
 
 
 def _marked(col_row: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:

@@ -1,0 +1,132 @@
+"""From what a real robot senses to its 3x3 neighbourhood: which pose goes with which scan."""
+
+from bisect import bisect_left
+from collections import deque
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.sight import UNKNOWN
+from msgs_bridge.costmap_sight import neighbourhood_from_costmap
+from msgs_bridge.laser_sight import bounded, neighbourhood_from_scan, Placement, scan_from_message
+from msgs_bridge.neighbourhoods import Neighbourhood, occupancy_from_map
+from msgs_bridge.poses import check_frame, Pose, pose_from_odometry, seconds_from_stamp
+from msgs_bridge.sight_settings import SightSettings
+
+#: Poses that are remembered: scans come later than the odometry of their time.
+_N_POSES: Final = 400
+
+Cells = npt.NDArray[np.int8]
+
+
+class PoseHistory:
+    """The last poses, by their stamps."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._poses: deque[Pose] = deque(maxlen=_N_POSES)
+
+    def add(self, pose: Pose) -> None:
+        """Take in a pose; one that goes back in time begins anew."""
+        if self._poses and pose.stamp < self._poses[-1].stamp:
+            self._poses.clear()
+        self._poses.append(pose)
+
+    def nearest(self, stamp: float) -> Pose | None:
+        """Return the pose whose stamp is nearest; None before the first."""
+        if not self._poses:
+            return None
+        index = bisect_left(self._poses, stamp, key=lambda pose: pose.stamp)
+        near = [self._poses[i] for i in (index - 1, index) if 0 <= i < len(self._poses)]
+        return min(near, key=lambda pose: abs(pose.stamp - stamp))
+
+
+class NeighbourhoodMaker:
+    """
+    Makes a neighbourhood of every odometry, from the newest scan or costmap.
+
+    Parameters
+    ----------
+    settings : SightSettings
+
+    """
+
+    def __init__(self, settings: SightSettings) -> None:
+        """Start with nothing seen."""
+        self.settings = settings
+        self.grid = settings.grid
+        self._poses = PoseHistory()
+        self._message: Any = None
+        self._stamp = 0.0
+        self._read: Any = None
+        self._made: tuple[tuple[int, int], Cells] | None = None
+
+    def saw(self, msg: Any) -> None:
+        """
+        Take in a scan or a costmap.
+
+        Raises
+        ------
+        ValueError
+            If it cannot be used; the one before it stays, until it is stale.
+
+        """
+        if self.settings.source == 'scan':
+            read: Any = scan_from_message(msg, self.settings.zero_is_no_return)
+            stamp = read.stamp
+        else:
+            check_frame(msg.header.frame_id, self.grid.frame_id, 'costmap')
+            read, stamp = occupancy_from_map(msg, 'costmap'), seconds_from_stamp(msg.header.stamp)
+        self._read, self._stamp, self._made = read, stamp, None
+
+    def neighbourhood(self, msg: Any) -> Neighbourhood:
+        """
+        Return the neighbourhood at an odometry message.
+
+        Raises
+        ------
+        ValueError
+            If the odometry is not to be trusted, in another frame, or outside the workspace.
+
+        """
+        pose = pose_from_odometry(msg)
+        check_frame(pose.frame_id, self.grid.frame_id, 'odom')
+        self._poses.add(pose)
+        cell = self.grid.cell_from_world(pose.x, pose.y)
+        if not self.grid.contains(*cell):
+            raise ValueError(f'odom: the robot is outside the workspace of {self.grid.n_rows} x '
+                             f'{self.grid.n_cols} cells, at ({pose.x:.2f}, {pose.y:.2f}) m')
+        return Neighbourhood(pose.stamp, *cell, self._cells(cell, pose), self.grid.frame_id)
+
+    def problem(self, now: float) -> str:
+        """Say why nothing is known at a time, empty if something is."""
+        source = self.settings.source
+        if self._read is None:
+            return f'no {source} has arrived'
+        age = now - self._stamp
+        if abs(age) <= self.settings.timeout:
+            return ''
+        return (f'{source} is {abs(age):.2f} s {"older" if age > 0 else "newer"} than odometry, '
+                f'must be at most {self.settings.timeout:g} s: everything is unknown')
+
+    def _cells(self, cell: tuple[int, int], pose: Pose) -> Cells:
+        if self.problem(pose.stamp):
+            return bounded(np.full((3, 3), UNKNOWN, dtype=np.int8), cell, self.grid)
+        if self._made is None or self._made[0] != cell:
+            self._made = cell, self._look(cell)
+        return self._made[1]
+
+    def _look(self, cell: tuple[int, int]) -> Cells:
+        settings, grid = self.settings, self.grid
+        if settings.source == 'costmap':
+            costmap, values = self._read
+            return neighbourhood_from_costmap(
+                costmap, values, cell, grid, lethal=settings.lethal_threshold,
+                radius=settings.robot_radius, seen_share=settings.seen_share)
+        then = self._poses.nearest(self._stamp)
+        assert then is not None
+        return neighbourhood_from_scan(
+            self._read, Placement(then.x, then.y, then.yaw), settings.laser, cell, grid,
+            settings.body)
+
