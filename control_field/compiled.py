@@ -13,7 +13,7 @@ from typing import Any
 import numba
 
 from control_field import (
-    field_kernels, flow_kernels, kernels, mending_kernels, trial_kernels)
+    field_kernels, flow_kernels, kernels, mending_kernels, rehearsal_kernels, trial_kernels)
 
 
 def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
@@ -36,7 +36,9 @@ def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
     return compiled
 
 
-_ALL = _compile(kernels, flow_kernels, trial_kernels, field_kernels, mending_kernels)
+# What comes later replaces what is called the same: rehearsal is laid out for compiled code.
+_ALL = _compile(
+    kernels, flow_kernels, rehearsal_kernels, trial_kernels, field_kernels, mending_kernels)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:
