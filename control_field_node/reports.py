@@ -1,6 +1,6 @@
 """What the controller says about itself on `/diagnostics`, and which peers do not fit."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -33,29 +33,35 @@ class Peers:
         self.mismatch = ''
         self.n_publishers = 0
 
-    def look(
-        self, own: str, mine: str, publishers: Sequence[Any], subscribers: Sequence[Any],
-    ) -> str:
+    def look(self, node: Any, topic: str, kind: type) -> str:
         """
         Note who is there; return a line to log if something new does not fit.
 
         Parameters
         ----------
-        own : str
-            Full name of this node.
-        mine : str
-            Type it has `cmd_vel` as.
-        publishers, subscribers : sequence of TopicEndpointInfo
-            Who is on the topic.
+        node : rclpy.node.Node
+            This node.
+        topic : str
+            `cmd_vel`, relative.
+        kind : type
+            Message that this node has there.
 
         """
+        name, own = node.resolve_topic_name(topic), node.get_fully_qualified_name()
+        publishers = node.get_publishers_info_by_topic(name)
         self.n_publishers = len(publishers)
         self.others = [f'{peer.node_namespace.rstrip("/")}/{peer.node_name}'
                        for peer in publishers]
         if own in self.others:
             self.others.remove(own)
-        before, self.mismatch = self.mismatch, mismatch_of(mine, publishers, subscribers)
+        before, self.mismatch = self.mismatch, mismatch_of(
+            f'geometry_msgs/msg/{kind.__name__}', publishers,
+            node.get_subscriptions_info_by_topic(name))
         return self.mismatch if self.mismatch != before else ''
+
+    def has_namesake(self, name: str) -> bool:
+        """Tell whether one of the others is called the same, in whatever namespace."""
+        return any(other.rpartition('/')[2] == name for other in self.others)
 
 
 def diagnostic_from_supervisor(

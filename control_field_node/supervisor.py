@@ -26,6 +26,8 @@ from msgs_bridge.trial_status import State, TrialStatus
 
 #: Time a command is taken to last where it is not known yet, [s].
 _USUAL_STEP: Final = 0.05
+#: Age from which a stamp is taken to be of another clock, [s].
+_OTHER_CLOCK: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,11 +262,21 @@ class Supervisor:
         """Take in that the robot touches something."""
         return self._pause(StopReason.CONTACT)
 
-    def is_late(self, pose: Pose) -> bool:
-        """Tell whether a pose is a duplicate or came late, and is to be passed over."""
+    def is_late(self, pose: Pose, clock: float) -> bool:
+        """
+        Tell whether a pose is a duplicate or came late, and is to be passed over.
+
+        ``clock`` is what stamps are made of, [s]. A stamp far from it is of another clock,
+        such as a simulator's, and its age unknown.
+        """
+        age, timeout = clock - pose.stamp, self.settings.odom_timeout
+        old = timeout < age < _OTHER_CLOCK
+        if old:
+            self.refuse_message(f'odom: age is {age:.2f} s, must be below odom_timeout '
+                                f'({timeout:g} s); are the clocks set?')
         late = self._poses.is_repeated(pose.stamp)
         self.counts['late odometry'] += late
-        return late
+        return old or late
 
     def saw_pose(self, pose: Pose, now: float) -> Answer:
         """Take in a pose and answer it."""

@@ -1,4 +1,5 @@
 import math
+import os
 import signal
 
 from controller_helpers import GRID, straight_field
@@ -357,6 +358,22 @@ def test_two_suites_in_two_namespaces_do_not_disturb_each_other(ros_node, tmp_pa
         assert right.status.outcome is Outcome.GOAL
         assert {int(row['trial']) for row in left.rows} == {1}
         assert right.rows[-1]['col'] < 5
+
+
+def test_a_second_controller_on_the_same_robot_ends_the_trial(peer, tmp_path):
+    peer.push().drive()
+    with ros_helpers.own_node(int(os.environ['ROS_DOMAIN_ID']), 'control_field_node') as rival:
+        hand = rival.create_publisher(Twist, 'cmd_vel', qos.COMMAND)
+        peer.wait(lambda: hand.get_subscription_count() == 2, 'the controller')
+
+        def ended():
+            hand.publish(Twist())
+            peer.tick()
+            return peer.status.state is State.ENDED
+
+        peer.wait(ended, 'the end of the trial')
+    assert peer.status.outcome is Outcome.STOPPED
+    assert 'another controller' in peer.status.reason
 
 
 def test_a_wrong_parameter_is_one_line_and_code_2(ros_domain, tmp_path):

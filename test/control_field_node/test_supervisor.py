@@ -333,12 +333,20 @@ def test_a_field_of_another_grid_is_refused_and_the_old_one_kept():
     assert bench.supervisor.status.revision == 1
 
 
-def test_late_and_repeated_odometry_is_passed_over():
+@pytest.mark.parametrize(('stamp', 'late'), [(0.0, True), (-0.2, True), (DT, False)])
+def test_late_and_repeated_odometry_is_passed_over(stamp, late):
     bench = driving()
-    assert bench.supervisor.is_late(bench.pose)
-    assert bench.supervisor.is_late(dataclasses.replace(bench.pose, stamp=bench.now - 0.2))
-    assert not bench.supervisor.is_late(dataclasses.replace(bench.pose, stamp=bench.now + DT))
-    assert bench.supervisor.counts['late odometry'] == 2
+    pose = dataclasses.replace(bench.pose, stamp=bench.now + stamp)
+    assert bench.supervisor.is_late(pose, bench.now) == late
+    assert bench.supervisor.counts['late odometry'] == late
+
+
+@pytest.mark.parametrize(('age', 'late'), [(0.1, False), (2.0, True), (1e9, False), (-5.0, False)])
+def test_odometry_that_was_long_on_its_way_is_passed_over_unless_its_clock_is_another(age, late):
+    bench = driving()
+    pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
+    assert bench.supervisor.is_late(pose, pose.stamp + age) == late
+    assert any('age is' in line for _, line in bench.lines) == late
 
 
 def test_a_refused_message_is_said_once_and_counted():
