@@ -33,6 +33,7 @@ check: setup
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/check_dependencies.py
+	$(BIN)/python tools/parameter_tables.py --check
 
 bench: setup
 	$(BIN)/python -m benchmarks.run $(BENCH_ARGS)

@@ -63,7 +63,7 @@ class Parameters:
     repair: bool = parameter(
         True, 'full profile: prototypes that mend cells whose flow ends in a wall or a loop')
     pruning: bool = parameter(
-        True, 'full profile: drop prototypes whose removal changes no heading')
+        True, 'full profile: drop prototypes without which no course is worse')
     demonstration_advantage: float = parameter(
         0.4, 'full profile: share of its length that a demonstrated step is spared in rehearsal',
         low=0.0, high=0.99)
@@ -82,6 +82,10 @@ class Parameters:
         check_fields(self)
         if self.moves not in (4, 8):
             raise ValueError(f'moves is {self.moves}, must be 4 or 8')
+        # Rehearsal takes the logarithm of Q-values to the base of the discount.
+        if self.profile == 'full' and self.rehearsal and not 0.5 <= self.discount <= 0.9999:
+            raise ValueError(f'discount is {self.discount}, must be between 0.5 and 0.9999 [1] '
+                             f'for rehearsal in profile full')
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> 'Parameters':

@@ -1,0 +1,87 @@
+"""
+Write the parameter tables of doc/parameters.md from the dataclasses that declare them.
+
+`python tools/parameter_tables.py` writes; with `--check` it only says whether they are true.
+"""
+
+from dataclasses import Field, fields
+import math
+from pathlib import Path
+import sys
+from typing import Any
+
+from control_field.parameters import Parameters
+from control_field_node.settings import DECISION_PARAMETERS
+from control_field_node.settings import FIXED as CONTROLLER_FIXED
+from control_field_node.settings import Settings as ControllerSettings
+from learner_node.settings import FIXED as LEARNER_FIXED
+from learner_node.settings import Settings as LearnerSettings
+from msgs_bridge.sight_settings import SightSettings
+from sim_node.parameters import FIXED as SIM_FIXED
+from sim_node.parameters import SimParameters
+
+PAGE = Path(__file__).resolve().parents[1] / 'doc' / 'parameters.md'
+
+INTRODUCTION = """# Parameters
+
+Written by `python tools/parameter_tables.py` from the declarations in the code; `make check` holds
+it to them. A value out of range is refused, at start with exit code 2 and at run time with the
+range named. *Fixed* ones hold from start to end.
+"""
+
+
+def limits_of(spec: 'Field[Any]') -> str:
+    """Return the range or the choices of a parameter."""
+    meta = spec.metadata
+    if meta['choices']:
+        return ', '.join(f'`{choice}`' for choice in meta['choices'])
+    low, high = meta['low'], meta['high']
+    if isinstance(spec.default, bool) or (math.isinf(low) and math.isinf(high)):
+        return ''
+    return f'{low:g} to {high:g}'
+
+
+def row_of(spec: 'Field[Any]', fixed: bool) -> str:
+    """Return one line of a table."""
+    default = str(spec.default).lower() if isinstance(spec.default, bool) else spec.default
+    unit = '' if spec.metadata['unit'] == '1' else spec.metadata['unit']
+    meaning = spec.metadata['meaning'] + (' (fixed)' if fixed else '')
+    return f'| `{spec.name}` | `{default}` | {unit} | {limits_of(spec)} | {meaning} |'
+
+
+def table(title: str, note: str, kind: Any, fixed: tuple[str, ...] = ()) -> str:
+    """Return a section: a heading, a note and a table of a dataclass."""
+    rows = '\n'.join(row_of(spec, spec.name in fixed) for spec in fields(kind))
+    return (f'\n## {title}\n{note}\n\n| name | default | unit | range | meaning |\n'
+            f'|---|---|---|---|---|\n{rows}\n')
+
+
+def page() -> str:
+    """Return the whole page."""
+    deciding = ', '.join(f'`{name}`' for name in DECISION_PARAMETERS)
+    return INTRODUCTION + ''.join([
+        table('Learning', 'Of `learner_node`, `experience learn` and `experience evaluate --set`; '
+              f'`control_field_node` has those that decisions depend on: {deciding}. Give both '
+              'nodes the same.', Parameters),
+        table('control_field_node', '', ControllerSettings, CONTROLLER_FIXED),
+        table('learner_node', 'And `start_poses`: a flat list x, y, yaw, x, y, yaw, ... in metres '
+              'and radians.', LearnerSettings, LEARNER_FIXED),
+        table('sim_node', '', SimParameters, SIM_FIXED),
+        table('neighbourhood_node', '', SightSettings),
+    ])
+
+
+def main() -> int:
+    """Write the page, or say whether it is true."""
+    if '--check' not in sys.argv[1:]:
+        PAGE.write_text(page())
+        return 0
+    if PAGE.exists() and PAGE.read_text() == page():
+        return 0
+    print(f'{PAGE.name} is not what the code says: run python tools/parameter_tables.py',
+          file=sys.stderr)
+    return 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())
