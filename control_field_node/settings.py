@@ -10,7 +10,8 @@ from control_field.watch import Rules
 #: The learning parameters that decisions depend on; the others are the learner's alone.
 DECISION_PARAMETERS: Final = (
     'profile', 'power', 'effective_window', 'learning_rate', 'discount', 'oscillation_limit',
-    'step_limit', 'seed', 'corner_cutting', 'unknown_is_blocked', 'moves', 'rehearsal')
+    'step_limit', 'seed', 'corner_cutting', 'unknown_is_blocked', 'moves',
+    'rehearsal', 'caution')
 
 #: Settings that topics and clocks are made from: they hold from start to end.
 FIXED: Final = ('lockstep', 'enable_stamped_cmd_vel', 'base_frame_id', 'robot_id')
