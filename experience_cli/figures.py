@@ -1,2 +1,94 @@
-"""Soon."""
-def draw_figures(out, reports): return []
+"""The paper's figures 2 to 7, from the reports of a demo."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from experience_cli.drawing import (
+    draw_cells,
+    draw_field,
+    draw_frame,
+    draw_goal,
+    draw_history,
+    draw_legend,
+    draw_path,
+    draw_prototypes,
+    new_figure,
+    SHOWN,
+    WALL,
+)
+from experience_cli.report import TaskReport
+
+#: Number of the figure, what it counts, and its name in a trial's report.
+_HISTORIES = (
+    (5, 'steps to the goal', 'steps'),
+    (6, 'hidden neurons', 'hidden_neurons'),
+    (7, 'reinforcements', 'reinforcements'),
+)
+
+
+def draw_figures(out: Path, reports: Sequence[TaskReport]) -> list[Path]:
+    """Write ``figure_2.png`` to ``figure_7.png`` into a folder; return their paths."""
+    paths = []
+    for name, figure in _figures(reports):
+        paths.append(out / f'{name}.png')
+        figure.savefig(paths[-1])
+    return paths
+
+
+def _figures(reports: Sequence[TaskReport]) -> Iterator[tuple[str, Figure]]:
+    yield 'figure_2', demonstrated_figure(reports[0])
+    for number, report in enumerate(reports, start=3):
+        # Beside the paper's two tasks there may be others, which its numbers do not fit.
+        yield (f'figure_{number}' if number < 5 else f'figure_{report.name}',
+               final_figure(number, report))
+    for number, what, field in _HISTORIES:
+        yield f'figure_{number}', history_figure(number, what, field, reports)
+
+
+def demonstrated_figure(report: TaskReport) -> Figure:
+    """Draw what the demonstration alone has made: figure 2."""
+    figure = new_figure()
+    axes = figure.add_subplot()
+    refresh = report.demonstrated
+    draw_frame(axes, refresh.field.grid, 'Figure 2  Demonstrated control field')
+    draw_field(axes, refresh.field)
+    draw_prototypes(axes, refresh.field.grid, refresh)
+    draw_path(axes, report.demonstration, 'demonstration', SHOWN)
+    draw_goal(axes, refresh.field)
+    draw_legend(figure)
+    return figure
+
+
+def final_figure(number: int, report: TaskReport) -> Figure:
+    """Draw the final field with the true map and the way of the last trial: figures 3 and 4."""
+    figure = new_figure()
+    axes = figure.add_subplot()
+    refresh = report.final
+    grid = refresh.field.grid
+    draw_frame(axes, grid, f'Figure {number}  Final control field of {report.name}')
+    blocked = report.world.occupancy == 100
+    draw_cells(axes, grid, blocked, WALL)
+    draw_field(axes, refresh.field, blocked)
+    draw_prototypes(axes, grid, refresh)
+    draw_path(axes, report.demonstration, 'demonstration', SHOWN)
+    if report.trials:
+        last = report.trials[-1]
+        draw_path(axes, last.path, f'trial {last.trial}')
+    draw_goal(axes, refresh.field)
+    draw_legend(figure)
+    return figure
+
+
+def history_figure(
+    number: int, what: str, field: str, reports: Sequence[TaskReport],
+) -> Figure:
+    """Draw a number by trial for all tasks: figures 5 to 7."""
+    figure = new_figure(6.4, 4.2)
+    axes = figure.add_subplot()
+    draw_history(axes, [(report.name, [getattr(trial, field) for trial in report.trials])
+                        for report in reports], what)
+    axes.set_title(f'Figure {number}  {what[0].upper()}{what[1:]} in each trial', loc='left',
+                   fontsize=11, fontweight='bold')
+    return figure

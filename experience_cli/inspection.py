@@ -1,3 +1,78 @@
-"""Soon."""
-def add_parser(subparsers): return subparsers.add_parser('inspection')
-def run(arguments): return 0
+"""`experience inspect`: a picture of what was learnt."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from experience_cli.errors import UserError
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'inspect', help='draw field, basin, sinks, remembered map and prototypes',
+        description='Draw what a task, or its bags up to one, have taught, as a PNG.')
+    parser.add_argument('bag', type=Path, metavar='BAG_OR_TASK_FOLDER')
+    parser.add_argument('--out', type=Path, metavar='FILE.png',
+                        help='where to write it (beside the bag)')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from experience_cli.episodes import episodes_from_paths, episodes_up_to
+    from learner_node.lessons import Lessons
+    from msgs_bridge.episodes import read_header
+
+    last = episodes_from_paths([arguments.bag])[-1]
+    header = read_header(last.path)
+    lessons = Lessons(header.grid, header.parameters)
+    lesson = [lessons.learn(episode) for episode in episodes_up_to(last)][-1]
+    if lessons.refresh is None:
+        raise UserError(f'{arguments.bag}: nothing was learnt up to there')
+    out = arguments.out or last.path.parent / f'{last.path.name}.png'
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        inspection_figure(lesson, lessons).savefig(out, format='png')
+    except OSError as error:
+        raise UserError(f'cannot write {out}: {error.strerror}') from None
+    print(f'{last.name}: {lessons.refresh.certificate.sentence()}')
+    print(out)
+    return 0
+
+
+def inspection_figure(lesson: Any, lessons: Any) -> Any:
+    """
+    Draw the field with basin, sinks and prototypes, the remembered map, and the way driven.
+
+    Parameters
+    ----------
+    lesson : Lesson
+        The newest one.
+    lessons : Lessons
+        That it belongs to.
+
+    """
+    from experience_cli import drawing
+    from experience_cli.report import driven_path
+
+    refresh, grid = lessons.refresh, lessons.grid
+    path = driven_path(lesson.episode)[1]
+    figure = drawing.new_figure(13.0, 7.4)
+    left, right = figure.subplots(1, 2)
+    for axes, title in ((left, f'Field after {lesson.episode.name} ({lesson.episode.kind})'),
+                        (right, 'Remembered map and prototypes')):
+        drawing.draw_frame(axes, grid, title)
+    drawing.draw_basin(left, refresh.field, lessons.parameters)
+    drawing.draw_cells(left, grid, refresh.field.known == 100, drawing.WALL)
+    drawing.draw_field(left, refresh.field)
+    drawing.draw_sinks(left, grid, refresh.certificate.sinks)
+    drawing.draw_known(right, refresh.field)
+    drawing.draw_prototypes(right, grid, refresh)
+    for axes in (left, right):
+        drawing.draw_path(axes, path, f'driven in {lesson.episode.name}')
+        drawing.draw_goal(axes, refresh.field)
+    drawing.draw_legend(figure)
+    sentence = refresh.certificate.sentence()
+    figure.suptitle(sentence[0].upper() + sentence[1:], fontsize=10.5)
+    return figure

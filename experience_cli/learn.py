@@ -1,3 +1,104 @@
-"""Soon."""
-def add_parser(subparsers): return subparsers.add_parser('learn')
-def run(arguments): return 0
+"""`experience learn`: the field from nothing but the bags."""
+
+import argparse
+from collections.abc import Iterator
+import hashlib
+from pathlib import Path
+import sys
+from typing import Any
+
+from experience_cli.errors import UserError
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'learn', help='relearn the field from bags',
+        description='Replay bags offline, in the order of their numbers. The field is a pure '
+        'function of them: it is the very one that the live learner has published.')
+    parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK_FOLDER')
+    parser.add_argument('--save', type=Path, metavar='FIELD.npz', help='write the field here')
+    parser.add_argument('--check', action='store_true',
+                        help='compare with the fields that the live learner published')
+    parser.add_argument('--quiet', action='store_true', help='print the last line only')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command; return 1 if a recorded field differs from the relearnt one."""
+    from experience_cli.episodes import episodes_from_paths
+    from experience_cli.field_file import save_field
+    from learner_node.lessons import Lessons
+    from msgs_bridge.episodes import read_header
+
+    if arguments.save is not None and arguments.save.suffix != '.npz':
+        raise UserError(f'--save {arguments.save}: must end in .npz')
+    episodes = episodes_from_paths(arguments.bags)
+    header = read_header(episodes[-1].path)
+    lessons = Lessons(header.grid, header.parameters)
+    differing = []
+    for episode in _with_progress(episodes):
+        if arguments.check and recorded_differs(episode, lessons):
+            differing.append(episode.name)
+        lesson = lessons.learn(episode)
+        if not arguments.quiet:
+            _print(line_from_lesson(lesson))
+    if lessons.refresh is None:
+        raise UserError('nothing was learnt: there is no demonstration in these bags')
+    if arguments.save is not None:
+        save_field(arguments.save, lessons.refresh, lessons.grid)
+    field = lessons.field()
+    print(f'control_field revision {field.revision} sha256 {digest(field)}')
+    if differing:
+        print(f'experience learn: the field recorded in {", ".join(differing)} differs from the '
+              f'relearnt one', file=sys.stderr)
+    return 1 if differing else 0
+
+
+def _with_progress(episodes: list[Any]) -> Iterator[Any]:
+    from tqdm import tqdm
+
+    yield from tqdm(episodes, unit='bag', leave=False, disable=not sys.stderr.isatty())
+
+
+def _print(line: str) -> None:
+    from tqdm import tqdm
+
+    tqdm.write(line)
+
+
+def line_from_lesson(lesson: Any) -> str:
+    """Say in a line what a bag taught."""
+    refresh = lesson.refresh
+    said = f'{lesson.episode.name} {lesson.episode.kind:<5} {lesson.note}'
+    if refresh is None:
+        return said
+    kept = '' if refresh.pushed else f', not pushed: {refresh.reason}'
+    return (f'{said}; {len(refresh.prototypes)} prototypes, {refresh.reinforcements} '
+            f'reinforcements, basin {refresh.certificate.basin:.1%}{kept}')
+
+
+def field_bytes(field: Any) -> bytes:
+    """Return the bytes of a field's table, as in ``data`` of its message on `control_field`."""
+    from msgs_bridge.tables import cloud_from_field
+
+    return bytes(cloud_from_field(field).data)
+
+
+def digest(field: Any) -> str:
+    """Return the SHA-256 of a field's bytes."""
+    return hashlib.sha256(field_bytes(field)).hexdigest()
+
+
+def recorded_differs(episode: Any, lessons: Any) -> bool:
+    """Tell whether a bag begins with another field than the one its predecessors have taught."""
+    from msgs_bridge.bag_records import BagReader
+    from msgs_bridge.cdr import POINT_CLOUD, struct_from_cdr
+    from msgs_bridge.episodes import find_topic
+
+    bag = BagReader(episode.bag)
+    recorded = bag.messages(find_topic(bag.topics, 'control_field', {}))
+    if lessons.refresh is None or not len(recorded):
+        return bool(len(recorded)) != (lessons.refresh is not None)
+    data = struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes()
+    return data not in (field_bytes(lessons.field()), field_bytes(lessons.field(curious=True)))

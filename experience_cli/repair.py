@@ -1,3 +1,25 @@
-"""Soon."""
-def add_parser(subparsers): return subparsers.add_parser('repair')
-def run(arguments): return 0
+"""`experience repair`: mend bags whose recorder was killed."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'repair', help='mend bags that were not closed',
+        description='Make cut bags whole again and say what of them is lost. A whole bag is left '
+        'as it is.')
+    parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK_FOLDER')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from experience_cli.episodes import episodes_of_all
+    from msgs_bridge.bag_repair import repair_bag
+
+    for episode in episodes_of_all(arguments.bags):
+        print(repair_bag(episode.path))
+    return 0

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from control_field.learner import Refresh
 from control_field.records import ControlField, Outcome, Trial
 from control_field.simulation import GridWorld
-from learner_node.library import Library
-from msgs_bridge.bag_folder import EpisodeFolder, TaskFolder
+from learner_node.lessons import Lesson, Lessons
+from msgs_bridge.bag_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.bag_tables import pose_table
 from msgs_bridge.episodes import find_topic, read_header
@@ -127,29 +127,33 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
     """
     episodes = task.episodes()
     header = read_header(episodes[0].path)
-    library = Library(task, header.grid, header.parameters)
-    lessons = list(library.lessons())
+    fold = Lessons(header.grid, header.parameters)
+    lessons = [fold.learn(episode) for episode in episodes]
     demonstrated = next(lesson for lesson in lessons if lesson.refresh is not None)
     trials = []
     for lesson in lessons:
-        if isinstance(lesson.content, Trial) and lesson.refresh is not None:
-            trials.append(_trial_report(
-                len(trials) + 1, lesson.episode, lesson.content, lesson.refresh))
-    assert demonstrated.refresh is not None and library.refresh is not None
+        if lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is not None:
+            trials.append(_trial_report(len(trials) + 1, lesson))
+    assert demonstrated.refresh is not None and fold.refresh is not None
     n_aborted = sum(lesson.refresh is None for lesson in lessons)
     start = header.grid.cell_from_world(*trials[0].path[0]) if trials else (0, 0)
     return TaskReport(
-        task.task, demonstrated.refresh, library.refresh, driven_path(demonstrated.episode)[1],
-        trials, n_aborted, other_starts(library.refresh.field, library, world, start, seed), world)
+        task.task, demonstrated.refresh, fold.refresh, driven_path(demonstrated.episode)[1],
+        trials, n_aborted, other_starts(fold.refresh.field, fold, world, start, seed), world)
 
 
-def _trial_report(
-    number: int, episode: EpisodeFolder, trial: Trial, refresh: Refresh,
-) -> TrialReport:
-    stamps, path = driven_path(episode)
+def _trial_report(number: int, lesson: Lesson) -> TrialReport:
+    assert lesson.read is not None and lesson.refresh is not None
+    trial, status = lesson.read.record, lesson.read.status
+    assert isinstance(trial, Trial)
+    stamps, path = driven_path(lesson.episode)
+    if status is not None:
+        # The robot's last tick may come before or after the word that the trial is over.
+        driven = stamps <= status.stamp
+        stamps, path = stamps[driven], path[driven]
     return TrialReport(
-        number, trial.n_steps, len(refresh.prototypes), refresh.reinforcements,
-        n_contacts(episode), str(trial.outcome),
+        number, trial.n_steps, len(lesson.refresh.prototypes), lesson.refresh.reinforcements,
+        n_contacts(lesson.episode), str(trial.outcome),
         round(float(stamps[-1] - stamps[0]), 3) if len(stamps) else 0.0, path)
 
 
@@ -169,10 +173,10 @@ def n_contacts(episode: EpisodeFolder) -> int:
 
 
 def other_starts(
-    field: ControlField, library: Library, world: World, taught: tuple[int, int], seed: int,
+    field: ControlField, fold: Lessons, world: World, taught: tuple[int, int], seed: int,
 ) -> dict[str, Any]:
     """Try a field, sight on, from every free cell with a way to the goal, but for the taught."""
-    grid = GridWorld(world.occupancy, library.parameters)
+    grid = GridWorld(world.occupancy, fold.parameters)
     reachable = np.isfinite(grid.cost_to(field.goal))
     reachable[field.goal] = reachable[taught] = False
     cells = np.argwhere(reachable)

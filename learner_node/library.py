@@ -1,54 +1,22 @@
-"""What a task's bags have taught: relearnt from all of them, or one bag at a time."""
+"""The bags of a task, and what they have taught so far."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-import math
+from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
 from control_field.grid import Grid
-from control_field.headings import heading_from_step
-from control_field.learner import Learner, Refresh
+from control_field.learner import Refresh
 from control_field.parameters import Parameters
-from control_field.records import ControlField, Demonstration, Outcome, Trial
+from control_field.records import ControlField
+from learner_node.lessons import Lesson, Lessons
 from learner_node.settings import StartPose
-from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
 from msgs_bridge.bag_repair import repair_task
 from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import NothingToLearnError, read_episode
-
-
-@dataclass(frozen=True, eq=False)
-class Lesson:
-    """
-    What one bag taught.
-
-    Parameters
-    ----------
-    episode : EpisodeFolder
-        The bag.
-    content : Demonstration, Trial or None
-        What it holds; None where that is no use.
-    refresh : Refresh or None
-        What was made of it; None if nothing was learnt from it.
-    note : str
-        What it was, or why nothing was learnt.
-
-    """
-
-    episode: EpisodeFolder
-    content: Demonstration | Trial | None
-    refresh: Refresh | None
-    note: str
 
 
 class Library:
     """
     The bags of a task and what they have taught so far.
-
-    The field is a pure function of the bags in their order: it makes no difference whether they
-    were learnt from one by one, as they were recorded, or all at once later.
 
     Parameters
     ----------
@@ -72,31 +40,36 @@ class Library:
         starts: tuple[StartPose, ...] = (), fresh: bool = False,
     ) -> None:
         self.task = task
-        self.grid = grid
-        self.parameters = parameters
         self.topics: Mapping[str, str] = {}
+        self.lessons = Lessons(grid, parameters)
         self._starts = starts
-        self._shown_starts: list[StartPose] = []
-        self._learner = Learner(grid, parameters)
-        self.n_trials = 0
         self._n_asked = 0
-        if fresh:
-            set_aside(task)
         _check_writable(task)
+        self.aside = set_aside(task) if fresh else None
+
+    @property
+    def grid(self) -> Grid:
+        """Return the workspace."""
+        return self.lessons.grid
 
     @property
     def refresh(self) -> Refresh | None:
         """Return what is in force; None before the first demonstration."""
-        return self._learner.refresh
+        return self.lessons.refresh
 
-    def header(self, kind: EpisodeKind) -> Mapping[str, str]:
-        """Return the header of a bag that is recorded now."""
-        return EpisodeHeader(
-            kind, self.task.task, self.grid, self.parameters, self.topics).to_mapping()
+    @property
+    def n_trials(self) -> int:
+        """Return how many trials there are that were not aborted."""
+        return self.lessons.n_trials
 
     def field(self, curious: bool = False) -> ControlField:
         """Return the field for the next trial, see `Learner.trial_field`."""
-        return self._learner.trial_field(curious)
+        return self.lessons.field(curious)
+
+    def header(self, kind: EpisodeKind) -> Mapping[str, str]:
+        """Return the header of a bag that is recorded now."""
+        return EpisodeHeader(kind, self.task.task, self.grid, self.lessons.parameters,
+                             self.topics).to_mapping()
 
     def relearn(self) -> list[str]:
         """
@@ -113,8 +86,9 @@ class Library:
             If a bag cannot be read, or is of another grid, frame or version.
 
         """
-        lines = [f'found {report}' for report in repair_task(self.task)]
-        lessons = list(self.lessons())
+        lines = [f'the bags of before are in {self.aside}'] if self.aside else []
+        lines += [f'found {report}' for report in repair_task(self.task)]
+        lessons = [self.learn(episode) for episode in self.task.episodes()]
         lines += [f'{lesson.episode.name}: {lesson.note}'
                   for lesson in lessons if lesson.refresh is None]
         if lessons:
@@ -123,68 +97,34 @@ class Library:
                          f'{len(lessons) - n_demos} trials')
         return lines
 
-    def lessons(self) -> Iterator[Lesson]:
-        """Learn from the bags there are, one after the other."""
-        for episode in self.task.episodes():
-            yield self.learn(episode)
-
     def learn(self, episode: EpisodeFolder) -> Lesson:
-        """
-        Learn from one bag.
-
-        Raises
-        ------
-        BagError
-            If it cannot be read, or is of another grid, frame or version.
-
-        """
+        """Learn from one bag, see `Lessons.learn`."""
         self._n_asked = 0
-        try:
-            read = read_episode(episode.path, self.grid)
-        except NothingToLearnError as error:
-            return Lesson(episode, None, None, f'nothing was learnt: {error}')
-        note = '; '.join([*([str(read.report)] if read.report else []), *read.notes])
-        if isinstance(read.record, Trial):
-            return self._learn_trial(episode, read.record, note)
-        refresh = self._learner.add_demonstration(read.record)
-        self._shown_starts.append(start_of(read.record, self.grid))
-        return Lesson(episode, read.record, refresh, note)
-
-    def _learn_trial(self, episode: EpisodeFolder, trial: Trial, note: str) -> Lesson:
-        said = f'{trial.outcome} after {trial.n_steps} steps' + (f', {note}' if note else '')
-        if trial.outcome is Outcome.ABORTED:
-            return Lesson(episode, trial, None, f'nothing was learnt: {said}')
-        self.n_trials += 1
-        if self.refresh is None:
-            return Lesson(episode, trial, None,
-                          f'nothing was learnt: no demonstration came before it ({said})')
-        return Lesson(episode, trial, self._learner.add_trial(trial), said)
+        return self.lessons.learn(episode)
 
     def next_start(self, spread: bool) -> StartPose:
         """
-        Return where the next trial starts.
+        Return where the next trial starts; asked again before it was learnt from, another place.
 
         Parameters
         ----------
         spread : bool
-            Whether to start where a trial teaches most; asked again, the next best is given.
+            Whether to start where a trial teaches most.
+
+        Raises
+        ------
+        ValueError
+            If nothing was demonstrated yet and no start is set.
 
         """
         asked, self._n_asked = self._n_asked, self._n_asked + 1
-        if spread and self.refresh is not None:
-            rng = np.random.default_rng([self.parameters.seed, self.refresh.field.revision])
-            cells = self._learner.next_starts(asked + 1, rng, self.field(curious=True))
-            if cells:
-                return StartPose(*self.grid.world_from_cell(*cells[min(asked, len(cells) - 1)]))
-        poses = self._starts or tuple(self._shown_starts)
+        promising = self.lessons.promising_start(asked) if spread else None
+        if promising is not None:
+            return promising
+        poses = self._starts or tuple(self.lessons.shown_starts)
+        if not poses:
+            raise ValueError('nothing was demonstrated yet')
         return poses[(self.n_trials + asked) % len(poses)]
-
-
-def start_of(demonstration: Demonstration, grid: Grid) -> StartPose:
-    """Return where a demonstration started: the centre of its first cell, looking along it."""
-    (row, col), (next_row, next_col) = demonstration.cells[:2].tolist()
-    yaw = heading_from_step(next_row - row, next_col - col) * math.pi / 4
-    return StartPose(*grid.world_from_cell(row, col), math.remainder(yaw, math.tau))
 
 
 def set_aside(task: TaskFolder) -> Path | None:
@@ -205,7 +145,7 @@ def set_aside(task: TaskFolder) -> Path | None:
     try:
         task.path.rename(aside)
     except OSError as error:
-        raise BagError(f'cannot set {task.path} aside: {error.strerror}') from None
+        raise BagError(error_line('set aside', task.path, error)) from None
     return aside
 
 
@@ -216,5 +156,5 @@ def _check_writable(task: TaskFolder) -> None:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise BagError(f'cannot record into {task.path}: {(error.strerror or "").lower()}; set '
-                       f'the parameter bags to a folder that can be written') from None
+        raise BagError(error_line('record into', task.path, error)
+                       + '; set the parameter bags to a folder that can be written') from None

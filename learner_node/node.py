@@ -3,6 +3,7 @@
 from collections import deque
 from concurrent.futures import Future as JobFuture
 import signal
+import struct
 import sys
 import time
 from typing import Any, Final, NoReturn
@@ -28,7 +29,8 @@ from visualization_msgs.msg import MarkerArray
 from control_field.parameters import Parameters
 from control_field.records import Outcome
 from learner_node import effects as to
-from learner_node.library import Lesson, Library
+from learner_node.lessons import Lesson
+from learner_node.library import Library
 from learner_node.recorder import Raw, Recorder
 from learner_node.reports import diagnostic_from_session, sentence_from_lesson
 from learner_node.session import Peers, Phase, Session, SessionError
@@ -51,8 +53,9 @@ _PEERS_PERIOD: Final = 0.2
 #: How often the bag is handed to the system, and the learner tells how it stands, [s].
 _FLUSH_PERIOD: Final = 0.5
 _TELL_PERIOD: Final = 1.0
-#: Where the stamp lies in a serialised message that begins with a header.
-_STAMP: Final = slice(4, 12)
+#: The stamp of a serialised message that begins with a header, and where it lies.
+_STAMP: Final = struct.Struct('<iI')
+_STAMP_AT: Final = 4
 
 
 class LearnerNode(Node):
@@ -85,7 +88,7 @@ class LearnerNode(Node):
         self._published: dict[str, Raw] = {}
         self._newest: dict[str, Raw] = {}
         self._early: deque[Raw] = deque(maxlen=64)
-        self._sim_time = 0
+        self._odometry_time = 0
         self._kept: Future | None = None
         self._told: tuple[object, ...] = ()
         self._said = ''
@@ -135,13 +138,13 @@ class LearnerNode(Node):
         """Return the callback of a topic: record what arrives, and look at it where it matters."""
         name, kind = self.resolve_topic_name(topic.name), topic.type_name
         looks = {'odom': self._saw_odometry, 'experience': self._saw_experience,
-                 'trial': self._saw_trial}
+                 'trial': self._saw_trial,
+                 'cmd_vel': lambda _: self._session.heard_command(time.monotonic())}
         look = looks.get(topic.name)
 
         def read(cdr: bytes) -> None:
             message = Raw(name, kind, cdr, self._now(topic.name, cdr))
             self._newest[topic.name] = message
-            self._session.heard(topic.name, time.monotonic())
             if self._session.is_recording:
                 self._write(message)
             elif topic.name == 'experience':
@@ -153,15 +156,16 @@ class LearnerNode(Node):
 
     def _now(self, topic: str, cdr: bytes) -> int:
         """Return the time of arrival, [ns]; in lock-step the simulator's."""
-        if not self._settings.lockstep:
-            return int(self.get_clock().now().nanoseconds)
         if topic == 'odom':
-            stamp = cdr[_STAMP]
-            self._sim_time = (int.from_bytes(stamp[:4], 'little') * 1_000_000_000
-                              + int.from_bytes(stamp[4:], 'little'))
-        return self._sim_time
+            seconds, nanoseconds = _STAMP.unpack_from(cdr, _STAMP_AT)
+            self._odometry_time = seconds * 1_000_000_000 + nanoseconds
+        if self._settings.lockstep:
+            return self._odometry_time
+        return int(self.get_clock().now().nanoseconds)
 
     def _saw_odometry(self, cdr: bytes) -> None:
+        self._carry_out(self._session.heard_odometry(
+            self._odometry_time * 1e-9, time.monotonic()))
         if self._session.phase is not Phase.PLACING:
             return
         try:
@@ -281,7 +285,7 @@ class LearnerNode(Node):
                 self._recorder.discard()
             case to.Place(pose):
                 self._places.publish(initialpose_from_pose(Pose(
-                    self._sim_time * 1e-9, pose.x, pose.y, pose.yaw,
+                    self._odometry_time * 1e-9, pose.x, pose.y, pose.yaw,
                     frame_id=self._settings.frame_id)))
             case to.StartTrial():
                 self._ask_to_start()
@@ -298,14 +302,14 @@ class LearnerNode(Node):
         episode = self._recorder.start(kind, first)
         self._early.clear()
         if kind is EpisodeKind.DEMO:
-            self._write_status(TrialStatus(State.RUNNING, stamp=self._sim_time * 1e-9))
+            self._write_status(TrialStatus(State.RUNNING, stamp=self._odometry_time * 1e-9))
         self._say(f'recording {episode.name}')
 
     def _close_and_learn(self) -> None:
         if self._recorder.kind is EpisodeKind.DEMO:
             self._write_status(TrialStatus(
                 State.ENDED, 0, Outcome.GOAL, 'the demonstration was kept',
-                stamp=self._sim_time * 1e-9))
+                stamp=self._odometry_time * 1e-9))
         episode = self._recorder.close()
         if episode is not None:
             self._worker.do(lambda: self._library.learn(episode), self._on_lesson)
@@ -314,7 +318,7 @@ class LearnerNode(Node):
         if reason and self._recorder.kind is not None:
             self._write_status(TrialStatus(
                 State.ENDED, self._session.trial, Outcome.ABORTED, reason,
-                stamp=self._sim_time * 1e-9))
+                stamp=self._odometry_time * 1e-9))
         self._recorder.close()
 
     def _ask_to_start(self) -> None:

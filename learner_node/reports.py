@@ -5,7 +5,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.learner import Refresh
-from learner_node.library import Lesson
+from learner_node.lessons import Lesson
 from learner_node.session import Phase, Session
 
 

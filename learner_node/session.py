@@ -100,6 +100,7 @@ class Session:
         self._counts: Counter[int] = Counter()
         self._began = self._heard = self._asked = -math.inf
         self._n_asked = 0
+        self._stamp = 0.0
         self._told = ''
 
     @property
@@ -229,10 +230,16 @@ class Session:
             return self._break_off(f'the {" and the ".join(lost)} went away', now)
         return self._proceed(now)
 
-    def heard(self, topic: str, now: float) -> None:
-        """Take in that a message has arrived; in a trial it is the commands that show life."""
-        if topic == ('cmd_vel' if self.phase is Phase.TRIAL else 'odom'):
+    def heard_odometry(self, stamp: float, now: float) -> Effects:
+        """Take in that an odometry has arrived."""
+        self._stamp = stamp
+        if self.phase is not Phase.TRIAL:
             self._heard = now
+        return self._finish(now) if self.phase is Phase.FINISHING else []
+
+    def heard_command(self, now: float) -> None:
+        """Take in that a command has arrived; in a trial it shows that all are alive."""
+        self._heard = now
 
     def saw_pose(self, x: float, y: float, yaw: float, now: float) -> Effects:
         """Take in where the robot is; of interest only while it is being placed."""
@@ -286,11 +293,12 @@ class Session:
         return self._finish(now)
 
     def _finish(self, now: float) -> Effects:
-        """Close the trial's bag when all its decisions are there."""
+        """Close the trial's bag when all its decisions are there, and the drive up to its end."""
         status = self._status
         if self.phase is not Phase.FINISHING or status is None or status.outcome is None:
             return []
-        if self._counts[self.trial] < status.decisions:
+        if self._counts[self.trial] < status.decisions or (
+                self._stamp < status.stamp and now - self._began < self._patience):
             return []
         if status.outcome is Outcome.ABORTED:
             return self._break_off(status.reason or 'the controller aborted it', now, told=True)
@@ -338,17 +346,23 @@ class Session:
             return self._break_off(
                 f'{self._counts[self.trial]} of {self._status.decisions if self._status else 0} '
                 f'decisions arrived', now)
+        if self.phase is Phase.FINISHING:
+            return self._finish(now)
         if now - self._asked > RETRY:
             return self._ask_again(now)
         return []
 
     def _settle(self, now: float) -> Effects:
         waited = now - self._began
-        limit = 10 * MAX_SETTLING if self.settings.lockstep else MAX_SETTLING
-        if min(now - self._heard, waited) < QUIET and waited < limit:
+        if min(now - self._heard, waited) < QUIET and waited < self._patience:
             return []
         self._go(Phase.LEARNING, now)
         return [Close()]
+
+    @property
+    def _patience(self) -> float:
+        """Return how long the last messages may take; a lock-step runs ahead of its recorder."""
+        return 10 * MAX_SETTLING if self.settings.lockstep else MAX_SETTLING
 
     def _watch_trial(self, now: float) -> Effects:
         running = self._status is not None and self._status.state is State.RUNNING

@@ -1,0 +1,60 @@
+"""Which bags a command is about."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from experience_cli.errors import UserError
+from msgs_bridge.bag_folder import EpisodeFolder, episode_from_path, TaskFolder
+
+
+def episodes_from_paths(paths: Sequence[Path]) -> list[EpisodeFolder]:
+    """
+    Return the bags of task folders and of single bags, each once, by number.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Folders of tasks, of bags, or MCAP files in them.
+
+    Raises
+    ------
+    UserError
+        If one is none of these, or two bags have the same number.
+    BagError
+        If one cannot be read.
+
+    """
+    ordered = sorted(episodes_of_all(paths))
+    for first, second in zip(ordered, ordered[1:], strict=False):
+        if first.number == second.number:
+            raise UserError(f'{first.path} and {second.path} have the same number: learn from the '
+                            f'bags of one task at a time')
+    return ordered
+
+
+def episodes_of_all(paths: Sequence[Path]) -> list[EpisodeFolder]:
+    """Return the bags of task folders and of single bags, each once, as they are named."""
+    found: dict[Path, EpisodeFolder] = {}
+    for path in paths:
+        for episode in _episodes(path):
+            found[episode.path.resolve()] = episode
+    return list(found.values())
+
+
+def _episodes(path: Path) -> list[EpisodeFolder]:
+    if path.is_file() and path.suffix == '.mcap':
+        path = path.parent
+    if not path.is_dir():
+        raise UserError(f'there is no bag or task folder {path}')
+    if any(path.glob('*.mcap')) or path.name.endswith(('_demo', '_trial')):
+        return [episode_from_path(path.absolute())]
+    episodes = TaskFolder(path.absolute().parent, path.absolute().name).episodes()
+    if not episodes:
+        raise UserError(f'{path} holds no bags, must be a folder of bags like 0001_demo')
+    return episodes
+
+
+def episodes_up_to(last: EpisodeFolder) -> list[EpisodeFolder]:
+    """Return the bags beside one, up to and with that one, by number."""
+    task = TaskFolder(last.path.parent.parent, last.path.parent.name)
+    return [episode for episode in task.episodes() if episode.number <= last.number]

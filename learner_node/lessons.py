@@ -1,0 +1,118 @@
+"""What bags have taught, one after the other."""
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from control_field.grid import Grid
+from control_field.headings import heading_from_step
+from control_field.learner import Learner, Refresh
+from control_field.parameters import Parameters
+from control_field.records import ControlField, Demonstration, Outcome, Trial
+from learner_node.settings import StartPose
+from msgs_bridge.bag_folder import EpisodeFolder
+from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
+
+
+@dataclass(frozen=True, eq=False)
+class Lesson:
+    """
+    What one bag taught.
+
+    Parameters
+    ----------
+    episode : EpisodeFolder
+        The bag.
+    read : Episode or None
+        What it holds; None where that is no use.
+    refresh : Refresh or None
+        What was made of it; None if nothing was learnt from it.
+    note : str
+        What it was, or why nothing was learnt.
+
+    """
+
+    episode: EpisodeFolder
+    read: Episode | None
+    refresh: Refresh | None
+    note: str
+
+
+class Lessons:
+    """
+    The fold over bags: they are learnt from in the order they are given, once each.
+
+    It makes no difference whether that happens as they are recorded or all at once later.
+
+    Parameters
+    ----------
+    grid : Grid
+        The workspace they must have been recorded in.
+    parameters : Parameters
+
+    """
+
+    def __init__(self, grid: Grid, parameters: Parameters) -> None:
+        self.grid = grid
+        self.parameters = parameters
+        self.n_trials = 0
+        self.shown_starts: list[StartPose] = []
+        self._learner = Learner(grid, parameters)
+
+    @property
+    def refresh(self) -> Refresh | None:
+        """Return what is in force; None before the first demonstration."""
+        return self._learner.refresh
+
+    def field(self, curious: bool = False) -> ControlField:
+        """Return the field for the next trial, see `Learner.trial_field`."""
+        return self._learner.trial_field(curious)
+
+    def learn(self, episode: EpisodeFolder) -> Lesson:
+        """
+        Learn from one bag.
+
+        Raises
+        ------
+        BagError
+            If it cannot be read, or is of another grid, frame or version.
+
+        """
+        try:
+            read = read_episode(episode.path, self.grid)
+        except NothingToLearnError as error:
+            return Lesson(episode, None, None, f'nothing was learnt: {error}')
+        note = '; '.join([*([str(read.report)] if read.report else []), *read.notes])
+        if isinstance(read.record, Trial):
+            return self._learn_trial(read, read.record, note)
+        refresh = self._learner.add_demonstration(read.record)
+        self.shown_starts.append(start_of(read.record, self.grid))
+        return Lesson(episode, read, refresh, note)
+
+    def _learn_trial(self, read: Episode, trial: Trial, note: str) -> Lesson:
+        said = f'{trial.outcome} after {trial.n_steps} steps' + (f', {note}' if note else '')
+        if trial.outcome is Outcome.ABORTED:
+            return Lesson(read.folder, read, None, f'nothing was learnt: {said}')
+        self.n_trials += 1
+        if self.refresh is None:
+            return Lesson(read.folder, read, None,
+                          f'nothing was learnt: no demonstration came before it ({said})')
+        return Lesson(read.folder, read, self._learner.add_trial(trial), said)
+
+    def promising_start(self, rank: int) -> StartPose | None:
+        """Return where a trial teaches most, or next most and so on; None if nowhere."""
+        if self.refresh is None:
+            return None
+        rng = np.random.default_rng([self.parameters.seed, self.refresh.field.revision])
+        cells = self._learner.next_starts(rank + 1, rng, self.field(curious=True))
+        if not cells:
+            return None
+        return StartPose(*self.grid.world_from_cell(*cells[min(rank, len(cells) - 1)]))
+
+
+def start_of(demonstration: Demonstration, grid: Grid) -> StartPose:
+    """Return where a demonstration started: the centre of its first cell, looking along it."""
+    (row, col), (next_row, next_col) = demonstration.cells[:2].tolist()
+    yaw = heading_from_step(next_row - row, next_col - col) * math.pi / 4
+    return StartPose(*grid.world_from_cell(row, col), math.remainder(yaw, math.tau))
