@@ -7,7 +7,6 @@ import json
 import math
 from pathlib import Path
 import re
-import sys
 import tempfile
 from typing import Any, TYPE_CHECKING
 
@@ -29,8 +28,9 @@ field_success follows the flow alone, success adds sight and exploration (nothin
 
 To follow the flow of FIELD.npz: at a cell's centre take the nearest of the eight headings to
 (vx, vy) there, step to that neighbouring cell, and so on. (0, 0), a blocked cell, the edge, a
-diagonal step beside a blocked cell (without --corner-cutting) and a cell entered twice are failures.
-Row 0 is the lowest y. The centre of cell (row, col) is origin + (col + 0.5, row + 0.5) * resolution.
+diagonal step beside a blocked cell (without --corner-cutting) and a cell entered twice are
+failures. Row 0 is the lowest y. The centre of cell (row, col) is
+origin + (col + 0.5, row + 0.5) * resolution.
 
 Worlds: a map_server .yaml with its image, or a MovingAI .map (1 m a cell, lower left corner at
 (0, 0), the first line of the map is the highest y). Coordinates are metres in the map frame."""
@@ -66,7 +66,7 @@ def _add_task(parser: argparse.ArgumentParser) -> None:
         help='where trials start: where they teach most, or where the first demonstration does '
              '(default: spread)')
     add('--start-radius', metavar='R', type=_distance, default=math.inf,
-        help='judge only the cells at most so far from the first demonstration\'s start, [m]')
+        help="judge only the cells at most so far from the first demonstration's start, [m]")
 
 
 def _add_method(parser: argparse.ArgumentParser) -> None:
@@ -148,22 +148,16 @@ def run(arguments: argparse.Namespace) -> int:
     if json_path is not None:
         _write(json_path, (text + '\n').encode())
     if field_path is not None:
-        first = min(courses, key=lambda course: course.seed)
-        _write(field_path, npz_bytes(first.field))
+        _write(field_path, npz_bytes(courses[0].field))
     print(text if arguments.json == '-' else table(result, _COLUMNS))
     return 0
 
 
 def _courses(experiment: 'Experiment', seeds: Sequence[int], n_jobs: int) -> 'list[Course]':
-    from tqdm import tqdm
-
-    from experience_cli.evaluation import experiment as experiments
+    from experience_cli.evaluation.experiment import run_all
     from experience_cli.evaluation.teachers import NoWayError
     try:
-        runs = experiments.run([experiment], seeds, n_jobs)
-        # disable=None: no bar where nobody looks.
-        return [course for _, course in tqdm(
-            runs, total=len(seeds), unit='seed', desc='evaluate', file=sys.stderr, disable=None)]
+        return run_all([(experiment, seed) for seed in seeds], n_jobs, 'evaluate')
     except NoWayError as error:
         raise UserError(f'--teacher {experiment.teacher}: {error}') from error
 

@@ -2,13 +2,15 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed, ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 import multiprocessing
 import signal
+import sys
 import time
 
 import numpy as np
 import numpy.typing as npt
+from tqdm import tqdm
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
@@ -62,7 +64,7 @@ class Experiment:
     spread: bool = True
     teacher: str = 'shortest'
     method: str = 'ours'
-    parameters: Parameters = Parameters()
+    parameters: Parameters = field(default_factory=Parameters)
     demonstrations: tuple[Demonstration, ...] = ()
     start_radius: float = float('inf')
 
@@ -155,15 +157,21 @@ def _row(method: Method, task: Task, judged: npt.NDArray[np.bool_],
     return row
 
 
-def run(experiments: Sequence[Experiment], seeds: Sequence[int], n_jobs: int,
-        ) -> Iterator[tuple[int, Course]]:
+def run(tasks: Sequence[tuple[Experiment, int]], n_jobs: int) -> Iterator[tuple[int, Course]]:
     """
-    Run experiments with all seeds, in processes of their own if there are several jobs.
+    Run experiments with their seeds, in processes of their own if there are several jobs.
+
+    Parameters
+    ----------
+    tasks : sequence of (Experiment, int)
+        Experiments, each with a seed.
+    n_jobs : int
+        Processes at once.
 
     Yields
     ------
     index : int
-        Of the experiment.
+        Of the task.
     course : Course
         In whatever order they end; what they hold does not depend on ``n_jobs``.
 
@@ -173,15 +181,15 @@ def run(experiments: Sequence[Experiment], seeds: Sequence[int], n_jobs: int,
         If a teacher finds no way.
 
     """
-    tasks = [(index, seed) for seed in seeds for index in range(len(experiments))]
-    if n_jobs <= 1 or len(tasks) == 1:
-        for index, seed in tasks:
-            yield index, run_seed(experiments[index], seed)
+    if n_jobs <= 1 or len(tasks) <= 1:
+        for index, (experiment, seed) in enumerate(tasks):
+            yield index, run_seed(experiment, seed)
         return
+    # Fresh processes: a fork would take over whatever threads and locks this one has.
     pool = ProcessPoolExecutor(min(n_jobs, len(tasks)), multiprocessing.get_context('spawn'),
                                initializer=_die_silently)
     try:
-        waiting = {pool.submit(run_seed, experiments[index], seed): index for index, seed in tasks}
+        waiting = {pool.submit(run_seed, *task): index for index, task in enumerate(tasks)}
         for future in as_completed(waiting):
             yield waiting[future], future.result()
     except BaseException:
@@ -190,6 +198,17 @@ def run(experiments: Sequence[Experiment], seeds: Sequence[int], n_jobs: int,
             child.terminate()
         raise
     pool.shutdown()
+
+
+def run_all(tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str) -> list[Course]:
+    """Run tasks as `run` does, with a progress bar where somebody looks; in the tasks' order."""
+    courses: dict[int, Course] = {}
+    # disable=None: no bar where standard error is no terminal.
+    with tqdm(total=len(tasks), desc=title, unit='run', file=sys.stderr, disable=None) as bar:
+        for index, course in run(tasks, n_jobs):
+            courses[index] = course
+            bar.update()
+    return [courses[index] for index in range(len(tasks))]
 
 
 def _die_silently() -> None:

@@ -19,6 +19,7 @@ _STEADINESS: Final = 0.95
 #: How long a detour is, beside the shortest path.
 _DETOUR: Final = (1.3, 2.0)
 _N_WAYPOINTS: Final = 300
+_N_ATTEMPTS: Final = 2000
 
 
 class NoWayError(ValueError):
@@ -111,6 +112,38 @@ def _path_over(world: GridWorld, start: Cell, waypoint: Cell, goal: Cell,
     except NoWayError:
         return None
     return there + back[1:]
+
+
+def longer_path(world: GridWorld, start: Cell, goal: Cell, n_steps: int,
+                rng: np.random.Generator) -> Path:
+    """
+    Return a random path without loops of exactly so many steps.
+
+    Raises
+    ------
+    NoWayError
+        If there is none, or none was found.
+
+    """
+    cost = world.cost_to(goal)
+    for _ in range(_N_ATTEMPTS):
+        path = [start]
+        while path[-1] != goal and len(path) <= n_steps:
+            ways = [cell for cell in _neighbours(world, path[-1])
+                    if cell not in path and cost[cell] <= n_steps - len(path)]
+            if not ways:
+                break
+            path.append(ways[int(rng.integers(len(ways)))])
+        if path[-1] == goal and len(path) == n_steps + 1:
+            return path
+    raise NoWayError(f'no way of {n_steps} steps leads from cell {start} to the goal {goal}')
+
+
+def _neighbours(world: GridWorld, cell: Cell) -> list[Cell]:
+    """Return the cells that one step leads to."""
+    row, col = cell
+    return [(row + int(STEP_ROW[heading]), col + int(STEP_COL[heading])) for heading in range(8)
+            if compiled.step_allowed(world.truth, row, col, heading, world.rules)]
 
 
 def demonstration_from_path(world: GridWorld, path: Path, episode: int) -> Demonstration:
