@@ -1,0 +1,1 @@
+"""The command line: demo, learn, evaluate, inspect, repair."""

@@ -60,7 +60,9 @@ class Children:
         with self.log(name).open('ab') as log:
             self._running[name] = subprocess.Popen(
                 list(command), stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
-                env=self._environment, start_new_session=True, preexec_fn=_child_of(os.getpid()))
+                env=self._environment, start_new_session=True,
+                # No other thread runs here that could hold a lock at the fork.
+                preexec_fn=_child_of(os.getpid()))  # noqa: PLW1509
 
     def log(self, name: str) -> Path:
         """Return where a child's output goes."""

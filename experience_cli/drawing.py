@@ -66,7 +66,7 @@ def draw_field(
     """Draw the course of every cell but blocked ones, faint where the coherence is small."""
     grid = field.grid
     rows, cols = np.indices(grid.shape)
-    keep = ((field.vx != 0.0) | (field.vy != 0.0)) 
+    keep = ((field.vx != 0.0) | (field.vy != 0.0))
     keep &= (field.known != 100) if blocked is None else ~blocked
     step = max(1, max(grid.shape) // 60)
     keep &= (rows % step == 0) & (cols % step == 0)
@@ -145,7 +145,7 @@ def draw_history(
         # Where two lines are one, the broken one lies on top and both markers are seen.
         axes.plot(range(1, len(values) + 1), values, linestyle=line, marker=marker, color=colour,
                   linewidth=2.0, markersize=10.0 - 4.0 * (index % 2), label=name,
-                  markerfacecolor='white' if index % 2 == 0 else colour,
+                  markerfacecolor='none' if index % 2 == 0 else colour,
                   zorder=3.0 - 0.1 * index)
     axes.set_xlabel('trial')
     axes.set_ylabel(what)

@@ -1,6 +1,7 @@
 """A scripted driver: follows a line as a person would, looking ahead. ROS-free."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 import math
 from typing import Final
 
@@ -37,7 +38,7 @@ class Driver:
 
     def __init__(self, points: Sequence[Point], speed: float = 0.2) -> None:
         self._points = list(points)
-        self._lengths = [math.dist(*ends) for ends in zip(points, points[1:], strict=False)]
+        self._lengths = [math.dist(*ends) for ends in pairwise(points)]
         self._speed = speed
         self._at = 0.0
 

@@ -1,6 +1,7 @@
 """Which bags a command is about."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from experience_cli.errors import UserError
@@ -25,7 +26,7 @@ def episodes_from_paths(paths: Sequence[Path]) -> list[EpisodeFolder]:
 
     """
     ordered = sorted(episodes_of_all(paths))
-    for first, second in zip(ordered, ordered[1:], strict=False):
+    for first, second in pairwise(ordered):
         if first.number == second.number:
             raise UserError(f'{first.path} and {second.path} have the same number: learn from the '
                             f'bags of one task at a time')

@@ -17,7 +17,9 @@ from msgs_bridge.bag_folder import BagError
 from msgs_bridge.processes import prepare
 
 #: Modules of the subcommands, in the order of the help.
-COMMANDS: Final = ('demo', 'learn', 'evaluate', 'inspection', 'repair')
+COMMANDS: Final = (
+    'demo', 'learn', 'evaluate', 'inspection', 'explain', 'diff', 'list_command', 'show', 'label',
+    'trim', 'forget', 'repair')
 
 
 def parser() -> argparse.ArgumentParser:

@@ -139,7 +139,7 @@ class DemoNode:
         """Wait until simulator, controller and learner have found each other."""
         def found() -> bool:
             node = self._node
-            return (self._odometry is not None and node.count_subscribers('odom') >= 3 and node.count_publishers('odom') > 0
+            return (self._odometry is not None and node.count_subscribers('odom') >= 3
                     and node.count_subscribers('cmd_vel') >= 3
                     and node.count_publishers('trial') > 0
                     and node.count_subscribers('initialpose') > 1

@@ -134,7 +134,8 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
     for lesson in lessons:
         if lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is not None:
             trials.append(_trial_report(len(trials) + 1, lesson))
-    assert demonstrated.refresh is not None and fold.refresh is not None
+    assert demonstrated.refresh is not None
+    assert fold.refresh is not None
     n_aborted = sum(lesson.refresh is None for lesson in lessons)
     start = header.grid.cell_from_world(*trials[0].path[0]) if trials else (0, 0)
     return TaskReport(
@@ -143,7 +144,8 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
 
 
 def _trial_report(number: int, lesson: Lesson) -> TrialReport:
-    assert lesson.read is not None and lesson.refresh is not None
+    assert lesson.read is not None
+    assert lesson.refresh is not None
     trial, status = lesson.read.record, lesson.read.status
     assert isinstance(trial, Trial)
     stamps, path = driven_path(lesson.episode)

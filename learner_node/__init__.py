@@ -1,0 +1,1 @@
+"""The learner: records, learns between trials, publishes the field."""

@@ -1,36 +1,30 @@
 """The node `learner_node`: records, learns between trials, publishes the field."""
 
-from collections import deque
+from collections.abc import Callable
 from concurrent.futures import Future as JobFuture
-import signal
 import struct
-import sys
 import time
-from typing import Any, Final, NoReturn
+from typing import Any, Final
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 import rclpy
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message, serialize_message
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
-from visualization_msgs.msg import MarkerArray
 
 from control_field.parameters import Parameters
 from control_field.records import Outcome
 from learner_node import effects as to
 from learner_node.lessons import Lesson
 from learner_node.library import Library
+from learner_node.publications import Publications
 from learner_node.recorder import Raw, Recorder
 from learner_node.reports import diagnostic_from_session, sentence_from_lesson
 from learner_node.session import Peers, Phase, Session, SessionError
@@ -38,13 +32,12 @@ from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.topics import Recorded, recorded_topics, type_name
 from learner_node.warm_up import warm_up
 from learner_node.worker import Worker
-from msgs_bridge import qos
 from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
-
+from msgs_bridge.node_main import exit_with, spin_until_signal, start_node
 from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.poses import initialpose_from_pose, Pose, pose_from_odometry
+from msgs_bridge.poses import pose_from_odometry
 from msgs_bridge.processes import prepare
-from msgs_bridge.tables import cloud_from_field, cloud_from_prototypes, decisions_from_cloud
+from msgs_bridge.tables import decisions_from_cloud
 from msgs_bridge.trial_status import State, status_from_trial, trial_from_status, TrialStatus
 
 #: How often the session looks at the clock and at who is there, [s] of the wall clock.
@@ -85,9 +78,6 @@ class LearnerNode(Node):
         self._recorder = Recorder(self._library.task, self._library.header)
         self.fatal = ''
         self._lesson: Lesson | None = None
-        self._published: dict[str, Raw] = {}
-        self._newest: dict[str, Raw] = {}
-        self._early: deque[Raw] = deque(maxlen=64)
         self._odometry_time = 0
         self._kept: Future | None = None
         self._told: tuple[object, ...] = ()
@@ -101,11 +91,7 @@ class LearnerNode(Node):
         self._session.begin(time.monotonic())
 
     def _make_topics(self) -> None:
-        self._fields = self.create_publisher(PointCloud2, 'control_field', qos.LATCHED)
-        self._prototypes = self.create_publisher(PointCloud2, 'prototypes', qos.LATCHED)
-        self._markers = self.create_publisher(MarkerArray, 'markers', qos.LATCHED)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        self._places = self.create_publisher(PoseWithCovarianceStamped, 'initialpose', qos.POSE)
+        self._publications = Publications(self, self._settings.frame_id)
         topics = recorded_topics(self._settings)
         self._library.topics = {
             topic.name: self.resolve_topic_name(topic.name) for topic in topics}
@@ -144,11 +130,7 @@ class LearnerNode(Node):
 
         def read(cdr: bytes) -> None:
             message = Raw(name, kind, cdr, self._now(topic.name, cdr))
-            self._newest[topic.name] = message
-            if self._session.is_recording:
-                self._write(message)
-            elif topic.name == 'experience':
-                self._early.append(message)
+            self._guard(lambda: self._recorder.saw(topic.name, message))
             if look is not None:
                 look(cdr)
 
@@ -253,23 +235,22 @@ class LearnerNode(Node):
         self._carry_out(self._session.saw_peers(peers, time.monotonic()))
 
     def _flush(self) -> None:
-        try:
-            self._recorder.flush()
-        except BagError as error:
-            self._lose(error)
+        self._guard(self._recorder.flush)
 
     def _tell(self) -> None:
-        array = DiagnosticArray(status=[diagnostic_from_session(
-            self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh)])
-        array.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(array)
+        self._publications.tell(diagnostic_from_session(
+            self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh),
+            self.get_clock().now().to_msg())
 
     # What the session wants done
 
     def _carry_out(self, effects: to.Effects) -> None:
+        self._guard(lambda: [self._do(effect) for effect in effects])
+
+    def _guard(self, work: Callable[[], Any]) -> None:
+        """Do something that may fail because nothing can be recorded any more."""
         try:
-            for effect in effects:
-                self._do(effect)
+            work()
         except BagError as error:
             self._lose(error)
 
@@ -284,9 +265,7 @@ class LearnerNode(Node):
             case to.Discard():
                 self._recorder.discard()
             case to.Place(pose):
-                self._places.publish(initialpose_from_pose(Pose(
-                    self._odometry_time * 1e-9, pose.x, pose.y, pose.yaw,
-                    frame_id=self._settings.frame_id)))
+                self._publications.place(pose, self._odometry_time * 1e-9)
             case to.StartTrial():
                 self._ask_to_start()
             case to.StopTrial():
@@ -295,30 +274,21 @@ class LearnerNode(Node):
                 self._say(text, warns)
 
     def _record(self, kind: EpisodeKind) -> None:
-        """Open a bag; it begins with the field in force and what the robot saw last."""
-        first = [*self._published.values(), *self._early]
-        if 'neighbourhood' in self._newest:
-            first.append(self._newest['neighbourhood'])
-        episode = self._recorder.start(kind, first)
-        self._early.clear()
+        episode = self._recorder.start(kind)
         if kind is EpisodeKind.DEMO:
-            self._write_status(TrialStatus(State.RUNNING, stamp=self._odometry_time * 1e-9))
+            self._write_status(State.RUNNING, 0)
         self._say(f'recording {episode.name}')
 
     def _close_and_learn(self) -> None:
         if self._recorder.kind is EpisodeKind.DEMO:
-            self._write_status(TrialStatus(
-                State.ENDED, 0, Outcome.GOAL, 'the demonstration was kept',
-                stamp=self._odometry_time * 1e-9))
+            self._write_status(State.ENDED, 0, Outcome.GOAL, 'the demonstration was kept')
         episode = self._recorder.close()
         if episode is not None:
             self._worker.do(lambda: self._library.learn(episode), self._on_lesson)
 
     def _abandon(self, reason: str) -> None:
         if reason and self._recorder.kind is not None:
-            self._write_status(TrialStatus(
-                State.ENDED, self._session.trial, Outcome.ABORTED, reason,
-                stamp=self._odometry_time * 1e-9))
+            self._write_status(State.ENDED, self._session.trial, Outcome.ABORTED, reason)
         self._recorder.close()
 
     def _ask_to_start(self) -> None:
@@ -350,22 +320,17 @@ class LearnerNode(Node):
         if kept is not None:
             kept.set_result((success, text))
 
-    # The bag
-
-    def _write(self, message: Raw) -> None:
-        try:
-            self._recorder.write(message)
-        except BagError as error:
-            self._lose(error)
-
-    def _write_status(self, status: TrialStatus) -> None:
-        message = status_from_trial(status, self._settings.task)
-        self._write(self._raw('trial', message))
+    def _write_status(
+        self, state: State, trial: int, outcome: Outcome | None = None, reason: str = '',
+    ) -> None:
+        """Write into the bag how the episode stands, as the learner sees it."""
+        status = TrialStatus(state, trial, outcome, reason, stamp=self._odometry_time * 1e-9)
+        self._recorder.write(self._raw('trial', status_from_trial(status, self._settings.task)))
 
     def _raw(self, topic: str, message: Any) -> Raw:
         """Return a message of our own as a recorder would have got it."""
         return Raw(self.resolve_topic_name(topic), type_name(type(message)),
-                   bytes(serialize_message(message)), self._now('', b''))
+                   bytes(serialize_message(message)), self._now(topic='', cdr=b''))
 
     # What was learnt
 
@@ -404,16 +369,11 @@ class LearnerNode(Node):
             self._carry_out(self._session.run_trials(missing, time.monotonic()))
 
     def _publish_field(self, more_trials: bool = False) -> None:
-        refresh, grid = self._library.refresh, self._library.grid
-        if refresh is None:
-            return
-        field = self._library.field(more_trials and self._settings.starts == 'spread')
-        messages = {'control_field': cloud_from_field(field),
-                    'prototypes': cloud_from_prototypes(refresh.prototypes, grid)}
-        self._fields.publish(messages['control_field'])
-        self._prototypes.publish(messages['prototypes'])
-        self._published = {name: self._raw(name, message) for name, message in messages.items()}
-        # markers
+        refresh = self._library.refresh
+        if refresh is not None:
+            field = self._library.field(more_trials and self._settings.starts == 'spread')
+            messages = self._publications.publish_field(field, refresh)
+            self._recorder.in_force = [self._raw(*message) for message in messages.items()]
 
     def close(self) -> None:
         """End what is under way: the trial is stopped, the bag closed and marked as aborted."""
@@ -437,52 +397,16 @@ def main(args: list[str] | None = None) -> None:
     prepare()
     node = None
     try:
-        _init(args)
-        node = _make_node()
-        _spin(node)
-        if node.fatal:
-            _exit_with(node.fatal)
+        node = start_node('learner_node', LearnerNode, args)
+        spin_until_signal(node, lambda: node.fatal)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
         if node is not None:
             node.close()
         rclpy.try_shutdown()
-
-
-def _spin(node: LearnerNode) -> None:
-    """Work until a signal comes; ROS must outlive it, so that the trial can be stopped."""
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    stopped: list[int] = []
-
-    def stop(number: int, _: Any) -> None:
-        stopped.append(number)
-        executor.wake()
-
-    signal.signal(signal.SIGINT, stop)
-    signal.signal(signal.SIGTERM, stop)
-    while not stopped and not node.fatal and rclpy.ok():
-        executor.spin_once(_TELL_PERIOD)
-
-
-def _init(args: list[str] | None) -> None:
-    try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
-        _exit_with(f'wrong ROS arguments: {str(error).split(", at /")[0]}')
-
-
-def _make_node() -> LearnerNode:
-    try:
-        return LearnerNode()
-    except (ValueError, ParameterException) as error:
-        _exit_with(str(error))
-
-
-def _exit_with(problem: str) -> NoReturn:
-    print('learner_node:', ' '.join(problem.split()), file=sys.stderr)
-    raise SystemExit(2)
+    if node is not None and node.fatal:
+        exit_with('learner_node', node.fatal)
 
 
 if __name__ == '__main__':

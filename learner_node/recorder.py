@@ -1,10 +1,16 @@
 """Writing what arrives into the bag of the episode under way."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Final
 
 from msgs_bridge.bag_file import BagWriter, start_bag
 from msgs_bridge.bag_folder import EpisodeFolder, EpisodeKind, episode_from_path, TaskFolder
+
+
+#: Decisions that may arrive before their trial is known to run.
+_N_EARLY: Final = 64
 
 
 @dataclass(frozen=True)
@@ -19,7 +25,7 @@ class Raw:
 
 class Recorder:
     """
-    At most one open bag of a task.
+    At most one open bag of a task, and what the next one begins with.
 
     Parameters
     ----------
@@ -36,15 +42,19 @@ class Recorder:
         self._header = header
         self._writer: BagWriter | None = None
         self._kind = EpisodeKind.DEMO
+        #: What is in force: written first into every bag.
+        self.in_force: list[Raw] = []
+        self._sight: Raw | None = None
+        self._early: deque[Raw] = deque(maxlen=_N_EARLY)
 
     @property
     def kind(self) -> EpisodeKind | None:
         """Return the kind of the open bag, None if none is open."""
         return None if self._writer is None else self._kind
 
-    def start(self, kind: EpisodeKind, first: Iterable[Raw]) -> EpisodeFolder:
+    def start(self, kind: EpisodeKind) -> EpisodeFolder:
         """
-        Open the next bag and write its first records.
+        Open the next bag; it begins with what is in force and what the robot saw last.
 
         Raises
         ------
@@ -55,9 +65,33 @@ class Recorder:
         self.close()
         self._kind = kind
         self._writer = start_bag(self.task, kind, self._header(kind))
-        for message in first:
+        for message in (*self.in_force, *self._early, *([self._sight] if self._sight else [])):
             self.write(message)
+        self._early.clear()
         return episode_from_path(self._writer.folder)
+
+    def saw(self, name: str, message: Raw) -> None:
+        """
+        Take in what has arrived on a topic: write it, or keep what the next bag needs of it.
+
+        Parameters
+        ----------
+        name : str
+            Of the topic among ours, such as ``odom``.
+        message : Raw
+
+        Raises
+        ------
+        BagError
+            If it cannot be written.
+
+        """
+        if name == 'neighbourhood':
+            self._sight = message
+        if self._writer is not None:
+            self.write(message)
+        elif name == 'experience':
+            self._early.append(message)
 
     def write(self, message: Raw) -> None:
         """

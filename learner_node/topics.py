@@ -40,10 +40,10 @@ def recorded_topics(settings: Settings) -> list[Recorded]:
     reliably; a real robot's odometry may be best effort.
     """
     command = TwistStamped if settings.is_stamped else Twist
-    odometry = qos.RECORDING_RELIABLE if settings.lockstep else qos.RECORDING
+    sensed = qos.RECORDING_RELIABLE if settings.lockstep else qos.RECORDING
     return [
-        Recorded('odom', Odometry, odometry),
-        Recorded('neighbourhood', OccupancyGrid, qos.RECORDING),
+        Recorded('odom', Odometry, sensed),
+        Recorded('neighbourhood', OccupancyGrid, sensed),
         Recorded('cmd_vel', command, qos.RECORDING),
         Recorded('cmd_vel_requested', TwistStamped, qos.RECORDING),
         Recorded('experience', PointCloud2, qos.EXPERIENCE),

@@ -1,0 +1,61 @@
+"""What the learner publishes."""
+
+from collections.abc import Callable
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
+
+from control_field.learner import Refresh
+from control_field.records import ControlField
+from learner_node.settings import StartPose
+from msgs_bridge import qos
+from msgs_bridge.markers import markers_from_field
+from msgs_bridge.poses import initialpose_from_pose, Pose
+from msgs_bridge.tables import cloud_from_field, cloud_from_prototypes
+
+Publish = Callable[[Any], None]
+
+
+class Publications:
+    """
+    The learner's topics.
+
+    Parameters
+    ----------
+    node : Node
+        Whose they are.
+    frame_id : str
+        Of the workspace.
+
+    """
+
+    def __init__(self, node: Any, frame_id: str) -> None:
+        self._frame_id = frame_id
+        self._fields = node.create_publisher(PointCloud2, 'control_field', qos.LATCHED)
+        self._prototypes = node.create_publisher(PointCloud2, 'prototypes', qos.LATCHED)
+        self._markers = node.create_publisher(MarkerArray, 'markers', qos.LATCHED)
+        self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._places = node.create_publisher(PoseWithCovarianceStamped, 'initialpose', qos.POSE)
+
+    def publish_field(self, field: ControlField, refresh: Refresh) -> dict[str, PointCloud2]:
+        """Publish a field with its prototypes; return what the bags hold of it, by topic."""
+        messages = {'control_field': cloud_from_field(field),
+                    'prototypes': cloud_from_prototypes(refresh.prototypes, field.grid)}
+        self._fields.publish(messages['control_field'])
+        self._prototypes.publish(messages['prototypes'])
+        self._markers.publish(markers_from_field(field, refresh.prototypes))
+        return messages
+
+    def place(self, start: StartPose, stamp: float) -> None:
+        """Ask the simulator to set the robot to a pose."""
+        self._places.publish(initialpose_from_pose(
+            Pose(stamp, start.x, start.y, start.yaw, frame_id=self._frame_id)))
+
+    def tell(self, status: DiagnosticStatus, now: Any) -> None:
+        """Publish how the learner stands; ``now`` is a Time message."""
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = now
+        self._diagnostics.publish(array)
