@@ -3,7 +3,7 @@
 
 VENV := .venv
 BIN := $(VENV)/bin
-ROOMS := control_field msgs_bridge sim_node control_field_node learner_node experience_cli
+ROOMS := control_field msgs_bridge sim_node control_field_node learner_node teleop_node experience_cli
 CODE := $(ROOMS) launch test benchmarks tools setup.py
 DEMO_ARGS ?=
 TEST_ARGS ?=

@@ -9,11 +9,13 @@ EXECUTABLES = {
     'sim_node': 'sim_node.node:main',
     'control_field_node': 'control_field_node.node:main',
     'learner_node': 'learner_node.node:main',
+    'teleop_node': 'teleop_node.node:main',
+    'neighbourhood_node': 'msgs_bridge.neighbourhood_node:main',
     'experience': 'experience_cli.main:main',
 }
 ROOMS = [
     'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
-    'experience_cli', 'experience_cli.evaluation',
+    'teleop_node', 'experience_cli', 'experience_cli.evaluation',
 ]
 DATA = ['launch', 'config', 'config/worlds']
 

@@ -273,7 +273,7 @@ def _holds(places: Floats, rays: Floats, slack: float) -> npt.NDArray[np.bool_]:
     off = np.abs(places - edge)
     on_edge = off < slack + 1e-9
     behind = np.where(rays > 0.0, edge, edge - 1.0)
-    at_corner: npt.NDArray[np.bool_] = on_edge.all(axis=1)
+    at_corner = on_edge[:, 0] & on_edge[:, 1]
     on_edge &= ~at_corner[:, np.newaxis] | (off == off.min(axis=1, keepdims=True))
     col_row = np.where(on_edge, behind, np.floor(places)).astype(np.int64)
     held = _marked(col_row[~at_corner])

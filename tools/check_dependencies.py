@@ -15,11 +15,13 @@ import xml.etree.ElementTree as ET
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = (
     'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
-    'experience_cli',
+    'teleop_node', 'experience_cli',
 )
 RUN_CODE = (*ROOMS, 'launch')
 TEST_CODE = ('test', 'benchmarks')
-OURS = frozenset((*ROOMS, 'ros_helpers', 'benchmarks', 'tools'))
+OURS = frozenset((
+    *ROOMS, 'bridge_helpers', 'controller_helpers', 'ros_helpers', 'terminal_helpers', 'benchmarks',
+    'tools'))
 
 # Import name -> rosdep key, looked up in rosdistro (rosdep/python.yaml, jazzy/distribution.yaml).
 KEYS = {

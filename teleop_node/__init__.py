@@ -1,0 +1,1 @@
+"""Teaching by driving: keys and services that drive, record, keep, redo and try."""

@@ -1,0 +1,107 @@
+"""What is known of learner and trial, gathered from their messages for the status line."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+import math
+from typing import Any
+
+from control_field.limits import Velocity
+from msgs_bridge.trial_status import State, TrialStatus
+from teleop_node.status_line import Facts
+
+#: Time without a word from the learner after which there is none, [s]; it speaks every second.
+SILENCE = 5.0
+
+
+class Gathered:
+    """
+    The facts, as they come.
+
+    Parameters
+    ----------
+    learner : str
+        Full name of the learner node.
+
+    """
+
+    def __init__(self, learner: str) -> None:
+        """Start with nothing known."""
+        self._name = f'{learner.lstrip("/")}: learner'
+        self._facts = Facts()
+        self._heard = self._began = -math.inf
+
+    def saw_trial(self, status: TrialStatus) -> None:
+        """Take in how the trial stands."""
+        self._facts = replace(
+            self._facts, trial=status.trial, trial_state=str(status.state), steps=status.steps,
+            outcome=str(status.outcome or ''))
+
+    @property
+    def is_trying(self) -> bool:
+        """Tell whether a trial runs."""
+        return self._facts.trial_state in (State.RUNNING, State.PAUSED)
+
+    def saw_diagnostics(self, array: Any, now: float) -> None:
+        """Take in what nodes say about themselves; only the learner is listened to."""
+        for status in array.status:
+            if status.name == self._name:
+                self._saw_learner({pair.key: pair.value for pair in status.values}, now)
+
+    def _saw_learner(self, values: Mapping[str, str], now: float) -> None:
+        phase = values.get('phase', '')
+        if phase == 'demonstration' != self._facts.phase:
+            self._began = now
+        self._heard = now
+        self._facts = replace(
+            self._facts, phase=phase, trials_left=int(_number(values, 'trials_left', 0.0)),
+            prototypes=int(_number(values, 'prototypes', -1.0)),
+            basin=_number(values, 'basin', math.nan),
+            fidelity=_number(values, 'fidelity', math.nan))
+
+    def at(self, now: float, speeds: Velocity, problem: str) -> Facts:
+        """Return the facts at a time."""
+        facts = replace(self._facts, speeds=speeds, problem=problem, seconds=(
+            now - self._began if self._facts.phase == 'demonstration' else 0.0))
+        return replace(facts, phase='') if now - self._heard > SILENCE else facts
+
+
+def _number(values: Mapping[str, str], key: str, missing: float) -> float:
+    """Return a value as a number that can be written in a line, or what stands for none."""
+    try:
+        number = float(values[key])
+    except (KeyError, ValueError):
+        return missing
+    return number if abs(number) < 1e9 else missing
+
+
+def problem_with_readers(topic: str, mine: str, readers: Iterable[Any]) -> tuple[str, str]:
+    """
+    Say what is wrong with who reads the commands.
+
+    Parameters
+    ----------
+    topic : str
+        Where commands go.
+    mine : str
+        Type they have, ``geometry_msgs/msg/Twist`` or ``.../TwistStamped``.
+    readers : iterable of TopicEndpointInfo
+        Who is on the topic.
+
+    Returns
+    -------
+    problem : str
+        A few words for the status line, empty if all is well.
+    sentence : str
+        The whole of it where there is more to say.
+
+    """
+    readers = list(readers)
+    if not readers:
+        return f'nobody listens on {topic}', ''
+    others = [peer for peer in readers if peer.topic_type != mine]
+    if not others:
+        return '', ''
+    remedy = f'set enable_stamped_cmd_vel:={str(not mine.endswith("Stamped")).lower()}'
+    return f'wrong type: {remedy}', (
+        f'{others[0].node_name} reads {topic} as {others[0].topic_type} but this node publishes '
+        f'{mine}: {remedy}')

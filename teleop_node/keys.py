@@ -1,0 +1,134 @@
+"""Bytes from a terminal to keys, and keys to what they mean."""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Final
+
+#: Time after which an escape character that nothing followed was the Esc key, [s]. Over a slow
+#: line the rest of an arrow key's sequence may come that much later.
+ESCAPE_TIME: Final = 0.1
+#: Time within which the same key again is the terminal repeating a key that is held, [s]: longer
+#: than the delay before the first repeat, which is 0.25 to 0.66 s.
+REPEAT_TIME: Final = 0.8
+
+ESCAPE: Final = '\x1b'
+#: Any key that has no letter: arrows, function keys, letters with accents.
+OTHER: Final = ''
+
+
+class Action(StrEnum):
+    """What a key or a service of the same name asks for."""
+
+    START = 'start_demonstration'
+    KEEP = 'keep'
+    REDO = 'redo'
+    DROP_LAST = 'drop_last'
+    LABEL_SUCCESS = 'label_success'
+    LABEL_FAILURE = 'label_failure'
+    RUN_TRIALS = 'run_trials'
+    STOP = 'stop'
+    QUIT = 'quit'
+
+
+ACTIONS: Final[Mapping[str, Action]] = {
+    's': Action.START, 'n': Action.KEEP, 'r': Action.REDO, 'd': Action.DROP_LAST,
+    'y': Action.LABEL_SUCCESS, 'f': Action.LABEL_FAILURE, 't': Action.RUN_TRIALS,
+    ' ': Action.STOP, ESCAPE: Action.QUIT}
+
+HELP: Final = """\
+drive (hold to move)     teach
+  u  i  o                s  start a demonstration    y  the last trial was a success
+  j  k  l                n  keep it                  f  the last trial was a failure
+  m  ,  .                r  redo it                  t  run trials
+space or k: stop         d  drop the last one        Esc  quit
+faster, slower: q/z both, w/x straight, e/c turning"""
+
+
+class KeyParser:
+    """
+    Makes keys of what a terminal sends.
+
+    A key is one character, `ESCAPE` for the Esc key, or `OTHER`.
+    """
+
+    def __init__(self) -> None:
+        """Start with nothing received."""
+        self._rest = b''
+        self._since = 0.0
+
+    def feed(self, data: bytes, now: float) -> list[str]:
+        """
+        Take in bytes; call it without any, too, so that a lone Esc is noticed.
+
+        Parameters
+        ----------
+        data : bytes
+            What has arrived, perhaps nothing.
+        now : float, [s]
+            On a steady clock.
+
+        Returns
+        -------
+        list of str
+            Keys, in order.
+
+        """
+        if data:
+            self._rest += data
+            self._since = now
+        keys: list[str] = []
+        while self._rest:
+            length = key_length(self._rest)
+            if length is None:
+                if now - self._since < ESCAPE_TIME:
+                    break
+                length = len(self._rest)
+            keys.append(key_from_bytes(self._rest[:length]))
+            self._rest = self._rest[length:]
+        return keys
+
+
+def key_length(data: bytes) -> int | None:
+    """Return how many bytes the first key has; None if that cannot be told yet."""
+    if data[0] == 0x1b:
+        return _sequence_length(data)
+    length = 2 if 0xc2 <= data[0] < 0xe0 else 3 if 0xe0 <= data[0] < 0xf0 else (
+        4 if 0xf0 <= data[0] < 0xf5 else 1)
+    return length if len(data) >= length else None
+
+
+def _sequence_length(data: bytes) -> int | None:
+    """Return the length of an escape sequence: Esc, CSI (Esc [), SS3 (Esc O) or Alt and a key."""
+    if len(data) == 1:
+        return None
+    if data[1] == 0x1b:
+        return 1
+    if data[1:2] == b'O' or data[1:3] == b'[[':  # the latter: F1 to F5 of a Linux console
+        length = 3 if data[1:2] == b'O' else 4
+        return length if len(data) >= length else None
+    if data[1:2] != b'[':
+        return 2
+    for index in range(2, len(data)):
+        if not 0x20 <= data[index] < 0x40:
+            return index + 1
+    return None
+
+
+def key_from_bytes(data: bytes) -> str:
+    """Return the key of the bytes that belong to it."""
+    return chr(data[0]) if len(data) == 1 and data[0] < 0x80 else OTHER
+
+
+class Presses:
+    """Tells a new press from the repeats of a key that is held."""
+
+    def __init__(self) -> None:
+        """Start with nothing pressed."""
+        self._key: str | None = None
+        self._at = 0.0
+
+    def is_new(self, key: str, now: float) -> bool:
+        """Take in a key and tell whether it is a new press."""
+        new = key != self._key or now - self._at > REPEAT_TIME
+        self._key, self._at = key, now
+        return new

@@ -1,0 +1,123 @@
+"""One line that says how teaching stands, never wider than the terminal."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+import math
+from typing import Final
+
+from control_field.limits import Velocity
+
+_DOING: Final[Mapping[str, str]] = {
+    '': 'no learner', 'idle': 'ready', 'demonstration': 'RECORDING', 'settling': 'keeping',
+    'learning': 'learning', 'waiting': 'waiting', 'placing': 'setting back',
+    'starting': 'starting', 'trial': 'trying', 'finishing': 'trying'}
+_SEPARATOR: Final = ' | '
+
+
+@dataclass(frozen=True)
+class Facts:
+    """
+    What the line says.
+
+    Parameters
+    ----------
+    phase : str
+        Of the learner; empty where there is none.
+    seconds : float, [s]
+        How long a demonstration has been recorded.
+    trials_left : int
+        Trials that are still to be run.
+    trial : int
+        Number of the last trial, 0 before the first.
+    trial_state : str
+        ``running``, ``paused`` or ``ended``.
+    outcome : str
+        How it ended.
+    steps : int
+        Of that trial.
+    prototypes : int
+        Of the field in force, -1 without one.
+    basin, fidelity : float, 0 to 1
+        Of its certificate, NaN without one.
+    speeds : tuple of float, [m/s] and [rad/s]
+        Of the keys.
+    problem : str
+        What a person has to mend before the robot moves.
+
+    """
+
+    phase: str = ''
+    seconds: float = 0.0
+    trials_left: int = 0
+    trial: int = 0
+    trial_state: str = ''
+    outcome: str = ''
+    steps: int = 0
+    prototypes: int = -1
+    basin: float = math.nan
+    fidelity: float = math.nan
+    speeds: Velocity = (0.0, 0.0)
+    problem: str = ''
+
+
+def line_from_facts(facts: Facts, width: int) -> str:
+    """
+    Write the line.
+
+    Parameters
+    ----------
+    facts : Facts
+        What it says, in the order of importance: what does not fit is left out from the end.
+    width : int
+        Columns it may take; the last of the terminal is better left empty.
+
+    Returns
+    -------
+    str
+        At most ``width`` characters.
+
+    """
+    parts = [part for part in (
+        facts.problem, _doing(facts), _trial(facts), _field(facts),
+        f'{facts.speeds[0]:.2f} m/s {facts.speeds[1]:.1f} rad/s') if part]
+    while len(parts) > 1 and len(_SEPARATOR.join(parts)) > width:
+        del parts[-1]
+    return _SEPARATOR.join(parts)[:max(width, 0)]
+
+
+def _doing(facts: Facts) -> str:
+    text = _DOING.get(facts.phase, facts.phase)
+    if facts.phase == 'demonstration':
+        text += f' {facts.seconds:.0f} s'
+    return text + (f', {facts.trials_left} trials left' if facts.trials_left else '')
+
+
+def _trial(facts: Facts) -> str:
+    if not facts.trial:
+        return 'no trial yet'
+    how = facts.outcome or facts.trial_state
+    return f'trial {facts.trial} {how}, {facts.steps} steps'
+
+
+def _field(facts: Facts) -> str:
+    if facts.prototypes < 0:
+        return 'no field yet'
+    text = f'{facts.prototypes} prototypes'
+    if math.isfinite(facts.basin) and math.isfinite(facts.fidelity):
+        text += f', basin {share(facts.basin)}, fidelity {share(facts.fidelity)}'
+    return text
+
+
+def share(value: float) -> str:
+    """Write a share in percent; what is not all of it is never rounded up to 100 %."""
+    return f'{math.floor(100.0 * value + 1e-9)} %'
+
+
+def line_over(text: str) -> str:
+    """Return what writes a line over the one under the cursor."""
+    return f'\r{text}\x1b[K'
+
+
+def message_over(text: str) -> str:
+    """Return what writes a message that stays, over the line under the cursor."""
+    return f'\r{text}\x1b[K\n'

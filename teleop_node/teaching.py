@@ -1,0 +1,115 @@
+"""What the actions do: which services of learner and controller are asked, in which order."""
+
+from collections.abc import Awaitable, Callable
+from typing import Final, NamedTuple, Protocol
+
+from teleop_node.keys import Action
+
+
+class Answer(NamedTuple):
+    """What came of a request, and one sentence about it."""
+
+    success: bool
+    message: str
+
+
+class Peers(Protocol):
+    """Whom an action asks; each call waits for its answer."""
+
+    async def ask(self, service: str, on: bool | None = None) -> Answer:
+        """Call a Trigger, or a SetBool with ``on``."""
+
+    async def is_simulated(self) -> bool:
+        """Tell whether the learner may set the robot back."""
+
+    async def set_back(self) -> Answer:
+        """Set a simulated robot back to where the demonstration began."""
+
+    def is_trying(self) -> bool:
+        """Tell whether a trial runs."""
+
+    def demonstration_began(self) -> None:
+        """Take in that a demonstration begins where the robot is now."""
+
+    def halt(self) -> None:
+        """Stop driving."""
+
+    def quit(self) -> None:
+        """End the program."""
+
+
+class Teaching:
+    """
+    Carries actions out, one at a time; only stopping and quitting never wait.
+
+    Parameters
+    ----------
+    peers : Peers
+        Whom to ask.
+    learner, controller : str
+        Names of the nodes.
+
+    """
+
+    def __init__(self, peers: Peers, learner: str, controller: str) -> None:
+        """Start with nothing under way."""
+        self._peers = peers
+        self._learner = learner
+        self._controller = controller
+        self._busy = ''
+        self._plain: Final = {
+            Action.KEEP: (f'{learner}/record_demonstration', False),
+            Action.DROP_LAST: (f'{learner}/drop_last', None),
+            Action.LABEL_SUCCESS: (f'{learner}/label_success', None),
+            Action.LABEL_FAILURE: (f'{learner}/label_failure', None)}
+        self._steps: Final[dict[Action, Callable[[], Awaitable[Answer]]]] = {
+            Action.START: self._start, Action.REDO: self._redo,
+            Action.RUN_TRIALS: self._run_trials, Action.STOP: self._stop,
+            Action.QUIT: self._quit}
+
+    async def perform(self, action: Action) -> Answer:
+        """Carry out an action; the robot is stopped first, whatever it is."""
+        self._peers.halt()
+        if action in (Action.STOP, Action.QUIT):
+            return await self._steps[action]()
+        if self._busy:
+            return Answer(False, f'still busy with {self._busy}')
+        self._busy = action
+        try:
+            if action in self._plain:
+                return await self._peers.ask(*self._plain[action])
+            return await self._steps[action]()
+        finally:
+            self._busy = ''
+
+    async def _start(self) -> Answer:
+        answer = await self._peers.ask(f'{self._learner}/record_demonstration', True)
+        if answer.success:
+            self._peers.demonstration_began()
+        return answer
+
+    async def _redo(self) -> Answer:
+        """Throw the running one away and begin anew; a simulated robot is set back for it."""
+        answer = await self._peers.ask(f'{self._learner}/discard_demonstration')
+        if not answer.success:
+            return answer
+        if await self._peers.is_simulated():
+            back = await self._peers.set_back()
+            if not back.success:
+                return back
+        return await self._start()
+
+    async def _run_trials(self) -> Answer:
+        """Run trials; with a real robot one, from where it was put."""
+        if await self._peers.is_simulated():
+            return await self._peers.ask(f'{self._learner}/run_trials')
+        return await self._peers.ask(f'{self._controller}/start_trial')
+
+    async def _stop(self) -> Answer:
+        if not self._peers.is_trying():
+            return Answer(True, 'stop')
+        return await self._peers.ask(f'{self._controller}/stop_trial')
+
+    async def _quit(self) -> Answer:
+        self._peers.quit()
+        return Answer(True, 'good bye')
