@@ -8,6 +8,7 @@ import numpy.typing as npt
 from control_field import compiled
 from control_field.headings import headings_from_vectors
 from control_field.records import ControlField
+from control_field.sight import BLOCKED
 
 Rules = tuple[bool, bool, int]
 
@@ -75,7 +76,8 @@ def fidelity_of(
 
     """
     cells = [(row, col) for row, col in np.argwhere(shown >= 0)
-             if compiled.step_allowed(known, row, col, shown[row, col], rules)]
+             if known[row, col] != BLOCKED
+             and compiled.step_allowed(known, row, col, shown[row, col], rules)]
     if not cells:
         return float('nan')
     return sum(bool(headings[cell] == shown[cell]) for cell in cells) / len(cells)

@@ -11,6 +11,7 @@ from control_field.interpolation import interpolate, weight_from_q
 from control_field.memory import Memory
 from control_field.policy import caution_factor, rules_of
 from control_field.records import CellFlag, ControlField, Prototypes
+from control_field.sight import BLOCKED
 
 #: Weight of the pull beside a prototype of full weight one cell away.
 PULL_STRENGTH = 2.0
@@ -141,7 +142,8 @@ class _Composer:
         """Return the demonstrated steps that are not proven blocked."""
         shown = self.memory.shown.copy()
         for row, col in np.argwhere(shown >= 0).tolist():
-            if not compiled.step_allowed(self.known, row, col, shown[row, col], self.rules):
+            if self.known[row, col] == BLOCKED or not compiled.step_allowed(
+                    self.known, row, col, shown[row, col], self.rules):
                 shown[row, col] = -1
         return shown
 

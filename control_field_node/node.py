@@ -87,11 +87,10 @@ class ControlFieldNode(Node):
     def _make_subscriptions(self) -> None:
         lockstep = self._settings.lockstep
         self.create_subscription(PointCloud2, 'control_field', self._on_field, qos.LATCHED)
-        self.create_subscription(
-            OccupancyGrid, 'neighbourhood', self._on_neighbourhood, qos.SENSOR)
-        # A lost odometry would stop a lock-step for good.
-        self.create_subscription(
-            Odometry, 'odom', self._on_odometry, qos.ODOMETRY_PUB if lockstep else qos.SENSOR)
+        # A lost tick would stop a lock-step for good.
+        sensed = qos.ODOMETRY_PUB if lockstep else qos.SENSOR
+        self.create_subscription(OccupancyGrid, 'neighbourhood', self._on_neighbourhood, sensed)
+        self.create_subscription(Odometry, 'odom', self._on_odometry, sensed)
         self.create_subscription(PoseStamped, 'goal_pose', self._on_goal, qos.POSE)
         self.create_subscription(Bool, 'contact', self._on_contact, qos.LATCHED)
         self.create_subscription(self._writer.kind, 'cmd_vel', self._on_command, qos.SENSOR)

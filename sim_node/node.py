@@ -96,7 +96,10 @@ class SimNode(Node):
 
     def _make_topics(self) -> None:
         self._odometry = self.create_publisher(Odometry, 'odom', qos.ODOMETRY_PUB)
-        self._sight = self.create_publisher(OccupancyGrid, 'neighbourhood', qos.SENSOR)
+        # A lost sight would stop a lock-step for good; whoever reads best effort is served as well.
+        self._sight = self.create_publisher(
+            OccupancyGrid, 'neighbourhood',
+            qos.ODOMETRY_PUB if self._settings.lockstep else qos.SENSOR)
         self._map = self.create_publisher(OccupancyGrid, 'map', qos.LATCHED)
         self._contact = self.create_publisher(Bool, 'contact', qos.LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
