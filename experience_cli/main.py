@@ -8,6 +8,7 @@ is cheap, and ``run(arguments) -> int``, which imports what it needs. It is adde
 import argparse
 from collections.abc import Sequence
 import importlib
+import importlib.util
 import os
 import sys
 from typing import Final
@@ -18,7 +19,7 @@ from msgs_bridge.processes import prepare
 
 #: Modules of the subcommands, in the order of the help.
 COMMANDS: Final = (
-    'demo', 'learn', 'evaluate', 'inspection', 'explain', 'diff', 'list_command', 'show', 'label',
+    'demo', 'learn', 'evaluate', 'inspection', 'list_command', 'show', 'label',
     'trim', 'forget', 'repair')
 
 
@@ -28,6 +29,8 @@ def parser() -> argparse.ArgumentParser:
         prog='experience', description='Teach a robot by driving it once, and let it try.')
     subparsers = top.add_subparsers(dest='command', metavar='COMMAND', required=True)
     for name in COMMANDS:
+        if importlib.util.find_spec(f'experience_cli.{name}') is None:
+            continue
         module = importlib.import_module(f'experience_cli.{name}')
         module.add_parser(subparsers).set_defaults(run=module.run)
     return top
