@@ -19,6 +19,8 @@ from typing import Final
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
 _EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
 _LOCK: Final = '.lock'
+#: Folder within a task's folder for the bags that were forgotten.
+_FORGOTTEN: Final = '.forgotten'
 
 
 class BagError(ValueError):
@@ -60,7 +62,13 @@ class EpisodeFolder:
     @property
     def name(self) -> str:
         """Return task and number as people type them: ``task1/0003``."""
-        return f'{self.path.parent.name}/{self.number:04d}'
+        task = self.path.parent.parent if self.is_forgotten else self.path.parent
+        return f'{task.name}/{self.number:04d}'
+
+    @property
+    def is_forgotten(self) -> bool:
+        """Tell whether the bag was taken out of the memory."""
+        return self.path.parent.name == _FORGOTTEN
 
 
 def mcap_path(folder: Path) -> Path:
@@ -140,19 +148,19 @@ class TaskFolder:
             If the folder cannot be read, or two bags have the same number.
 
         """
-        try:
-            entries = sorted(os.scandir(self.path), key=lambda entry: entry.name)
-        except FileNotFoundError:
-            return []
-        except OSError as error:
-            raise BagError(error_line('read', self.path, error)) from None
-        found = sorted(
-            episode_from_path(Path(entry.path)) for entry in entries
-            if _EPISODE.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False))
-        for first, second in pairwise(found):
-            if first.number == second.number:
-                raise BagError(f'{first.path} and {second.path} have the same number')
-        return found
+        return _episodes_in(self.path)
+
+    def forgotten(self) -> list[EpisodeFolder]:
+        """
+        Return the bags that were forgotten, by number.
+
+        Raises
+        ------
+        BagError
+            If the folder cannot be read.
+
+        """
+        return _episodes_in(self.path / _FORGOTTEN)
 
     def find(self, number: int) -> EpisodeFolder:
         """
@@ -188,7 +196,8 @@ class TaskFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             with self._locked():
-                number = max((episode.number for episode in self.episodes()), default=0) + 1
+                taken = [*self.episodes(), *self.forgotten()]
+                number = max((episode.number for episode in taken), default=0) + 1
                 path = self.path / f'{number:04d}_{kind}'
                 path.mkdir()
         except OSError as error:
@@ -213,6 +222,45 @@ class TaskFolder:
         except OSError as error:
             raise BagError(error_line('remove', episode.path, error)) from None
 
+    def forget(self, number: int) -> EpisodeFolder:
+        """
+        Take a bag out of the memory; its number stays its own, so that it can be recalled.
+
+        Raises
+        ------
+        BagError
+            If there is none of that number, or it cannot be moved.
+
+        """
+        return self._move(self.find(number), self.path / _FORGOTTEN, 'forget')
+
+    def recall(self, number: int) -> EpisodeFolder:
+        """
+        Put a bag that was forgotten back to where it was.
+
+        Raises
+        ------
+        BagError
+            If none of that number was forgotten, its place is taken, or it cannot be moved.
+
+        """
+        for episode in self.forgotten():
+            if episode.number == number:
+                return self._move(episode, self.path, 'recall')
+        raise BagError(f'no bag {number:04d} of {self.path} was forgotten')
+
+    def _move(self, episode: EpisodeFolder, folder: Path, action: str) -> EpisodeFolder:
+        path = folder / episode.path.name
+        try:
+            with self._locked():
+                folder.mkdir(exist_ok=True)
+                if any(other.number == episode.number for other in _episodes_in(folder)):
+                    raise BagError(f'there is a bag {episode.number:04d} in {folder} already')
+                episode.path.rename(path)
+        except OSError as error:
+            raise BagError(error_line(action, episode.path, error)) from None
+        return EpisodeFolder(episode.number, episode.kind, path)
+
     @contextmanager
     def _locked(self) -> Iterator[None]:
         """Hold the folder's lock; the system lets go of it when the process dies."""
@@ -222,6 +270,22 @@ class TaskFolder:
             yield
         finally:
             os.close(file)
+
+
+def _episodes_in(folder: Path) -> list[EpisodeFolder]:
+    try:
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise BagError(error_line('read', folder, error)) from None
+    found = sorted(
+        episode_from_path(Path(entry.path)) for entry in entries
+        if _EPISODE.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False))
+    for first, second in pairwise(found):
+        if first.number == second.number:
+            raise BagError(f'{first.path} and {second.path} have the same number')
+    return found
 
 
 def tasks(root: Path | str) -> list[str]:

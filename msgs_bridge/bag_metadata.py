@@ -1,7 +1,10 @@
 """rosbag2's ``metadata.yaml``, version 9, as Jazzy writes it."""
 
+import json
 import os
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -11,6 +14,8 @@ from msgs_bridge.bag_folder import BagError, error_line
 NAME: Final = 'metadata.yaml'
 _FOREVER: Final = '\n    sec: 9223372036\n    nsec: 854775807'
 _EMPTY: Final = '""'
+#: What stands under ``custom_data``, with all lines that are indented deeper.
+_CUSTOM: Final = re.compile(r'^( *)custom_data:.*\n(?:\1 +.*\n)*', re.MULTILINE)
 #: rosbag2's starting time of a bag without messages.
 _NEVER: Final = 2**63 - 1
 
@@ -149,9 +154,42 @@ def _indented(text: str, n: int) -> str:
     return '\n'.join(' ' * n + line for line in text.splitlines())
 
 
+def custom_data(text: str) -> dict[str, str]:
+    """Return what people and programs have noted in a ``metadata.yaml``, given its text."""
+    import yaml  # type: ignore[import-untyped, unused-ignore]
+
+    block = _CUSTOM.search(text)
+    try:
+        values = yaml.safe_load(block[0])['custom_data'] if block else None
+    except yaml.YAMLError:
+        return {}
+    return {str(key): str(value) for key, value in values.items()} if (
+        isinstance(values, dict)) else {}
+
+
+def with_custom_data(text: str, values: Mapping[str, str], path: Path) -> str:
+    """
+    Return the text of a ``metadata.yaml`` with other notes in it.
+
+    Raises
+    ------
+    BagError
+        If it has no place for any; ``path`` is named.
+
+    """
+    block = _CUSTOM.search(text)
+    if block is None:
+        raise BagError(f'{path} has no custom_data: mend the bag with `experience repair`')
+    # Texts as JSON has them are YAML, too.
+    lines = ''.join(f'{block[1]}  {json.dumps(key)}: {json.dumps(value)}\n'
+                    for key, value in sorted(values.items()))
+    head = f'{block[1]}custom_data:' + ('\n' if lines else ' ~\n')
+    return text[:block.start()] + head + lines + text[block.end():]
+
+
 def write_metadata(folder: Path, summary: BagSummary) -> None:
     """
-    Write ``metadata.yaml`` into a bag's folder, whole or not at all.
+    Write ``metadata.yaml`` into a bag's folder, whole or not at all; notes that are in it stay.
 
     Raises
     ------
@@ -160,7 +198,10 @@ def write_metadata(folder: Path, summary: BagSummary) -> None:
 
     """
     text = 'rosbag2_bagfile_information:\n' + _indented(summary.to_yaml(), 2) + '\n'
-    write_atomically(folder / NAME, text.encode())
+    path = folder / NAME
+    with suppress(OSError, UnicodeDecodeError):
+        text = with_custom_data(text, custom_data(path.read_text()), path)
+    write_atomically(path, text.encode())
 
 
 def write_atomically(path: Path, content: bytes) -> None:

@@ -114,7 +114,7 @@ def repair_bag(folder: Path | str) -> RepairReport:
             kept = path.with_suffix('.mcap.cut') if reader.n_lost_bytes else None
             summary = _rewrite(reader, path, kept)
         else:
-            summary = _summary(reader, path)
+            summary = summary_of_file(path, path.name)
         changed = bool(reader.damage) or not (folder / NAME).exists()
         if changed:
             write_metadata(folder, summary)
@@ -181,12 +181,28 @@ def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
     return summary
 
 
-def _summary(reader: BagReader, path: Path) -> BagSummary:
-    """Summarise a whole file."""
+def summary_of_file(path: Path, name: str) -> BagSummary:
+    """
+    Summarise a whole file.
+
+    Parameters
+    ----------
+    path : Path
+        The MCAP file.
+    name : str
+        What it is, or will be, called.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read.
+
+    """
+    reader = BagReader(path)
     times = [reader.messages_of([number]).log_times for number in reader.channels]
     used = [times_of for times_of in times if len(times_of)]
     return BagSummary(
-        path.name, min((int(times_of.min()) for times_of in used), default=0),
+        name, min((int(times_of.min()) for times_of in used), default=0),
         max((int(times_of.max()) for times_of in used), default=0),
         [TopicSummary(channel.topic, channel.schema.name,
                       channel.metadata.get('topic_type_hash', ''),

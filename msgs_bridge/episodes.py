@@ -19,6 +19,7 @@ from msgs_bridge.bag_folder import (
     episode_from_path,
     mcap_path,
 )
+from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table, pose_table, sight_table, statuses
 from msgs_bridge.episode_header import EpisodeHeader
@@ -53,6 +54,8 @@ class Episode:
         How it ended; None for a trial that was broken off.
     notes : tuple of str
         Sentences on what was passed over.
+    label : Label
+        What a person said of it, under way or afterwards; ``record`` heeds it.
 
     """
 
@@ -62,11 +65,7 @@ class Episode:
     report: DemonstrationReport | None = None
     status: TrialStatus | None = None
     notes: tuple[str, ...] = ()
-
-    @property
-    def label(self) -> Label:
-        """Return what a person said of it."""
-        return Label.NONE if self.status is None else self.status.label
+    label: Label = Label.NONE
 
 
 def read_header(folder: Path | str) -> EpisodeHeader:
@@ -245,29 +244,57 @@ def _header(bag: BagReader) -> EpisodeHeader:
 
 
 def _demonstration(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
-    status = _check_kept(episode, _messages(bag, 'trial', header.topics))
+    status = _last_of_demonstration(_messages(bag, 'trial', header.topics))
+    label = _label(episode, status)
+    _check_kept(episode, status, label)
     try:
         record, report, notes = _read_drive(bag, header.topics, header.grid, episode.number)
     except BagError:
         raise
     except ValueError as error:
         raise NothingToLearnError(f'{episode.path}: {error}') from None
-    return Episode(episode, header, record, report, status, notes)
+    return Episode(episode, header, record, report, status, notes, label)
 
 
-def _check_kept(episode: EpisodeFolder, messages: RawMessages) -> TrialStatus | None:
-    """
-    Refuse a demonstration that was begun and not kept: its end is no goal.
-
-    The learner brackets a demonstration by statuses of trial 0, which is none of the controller's;
-    a bag without any of them counts as kept.
-    """
-    last = next((status for _, status in statuses(messages, True)
+def _last_of_demonstration(messages: RawMessages) -> TrialStatus | None:
+    """Return the last of the learner's own: those of trial 0 are none of the controller's."""
+    return next((status for _, status in statuses(messages, True)
                  if status.trial == 0 and status.state in (State.RUNNING, State.ENDED)), None)
-    if last is not None and last.outcome is not Outcome.GOAL:
+
+
+def _check_kept(episode: EpisodeFolder, last: TrialStatus | None, label: Label) -> None:
+    """
+    Refuse a demonstration that was begun and not kept, unless a person has judged it since.
+
+    The learner brackets a demonstration by statuses; a bag without any of them counts as kept.
+    """
+    if label is Label.FAILURE:
+        raise NothingToLearnError(f'{episode.path}: a person labelled the demonstration a failure')
+    if last is not None and last.outcome is not Outcome.GOAL and label is not Label.SUCCESS:
         why = last.reason or 'its recorder was stopped'
         raise NothingToLearnError(f'{episode.path}: the demonstration was not kept: {why}')
-    return last
+
+
+def _label(episode: EpisodeFolder, status: TrialStatus | None) -> Label:
+    """Return what a person said last: after the recording, else under way."""
+    label = read_label(episode.path)
+    if label is None:
+        return Label.NONE if status is None else status.label
+    return label
+
+
+def judged(outcome: Outcome, label: Label) -> Outcome:
+    """
+    Return how a trial counts as having ended, once a person has judged it.
+
+    A failure counts as given up, even at the goal; a success as the goal, wherever it ended. What
+    was broken off stays so: its record is not to be trusted.
+    """
+    if outcome is Outcome.ABORTED or label is Label.NONE:
+        return outcome
+    if label is Label.SUCCESS:
+        return Outcome.GOAL
+    return outcome if outcome is Outcome.COLLISION else Outcome.GAVE_UP
 
 
 def _read_drive(
@@ -299,7 +326,11 @@ def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Epi
     if ended is not None and ended.decisions > len(own):
         notes.append(f'{ended.decisions - len(own)} of {ended.decisions} decisions are missing')
     outcome = ended.outcome if ended is not None and ended.outcome else Outcome.ABORTED
-    return Episode(episode, header, Trial(own, outcome, episode.number), None, ended, tuple(notes))
+    label = _label(episode, ended)
+    if label:
+        notes.append(f'labelled {label} by a person')
+    record = Trial(own, judged(outcome, label), episode.number)
+    return Episode(episode, header, record, None, ended, tuple(notes), label)
 
 
 def _own_trial(

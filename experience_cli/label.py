@@ -1,0 +1,33 @@
+"""`experience label`: say that a bag was a success or a failure."""
+
+import argparse
+from typing import Any
+
+from experience_cli.references import add_bag
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'label', help='say that a bag was a success or a failure',
+        description='Judge a bag. A trial labelled a failure counts as given up, one labelled a '
+        'success as having reached the goal, whatever it seemed to the robot; from a '
+        'demonstration labelled a failure nothing is learnt. Nothing recorded is changed.')
+    add_bag(parser)
+    parser.add_argument('label', choices=('success', 'failure', 'none'),
+                        help='none takes back what was said')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from experience_cli.references import find_whole_bag
+    from experience_cli.relearning import relearnt_sentence
+    from msgs_bridge.bag_folder import TaskFolder
+    from msgs_bridge.bag_label import label_from_text, write_label
+
+    episode = find_whole_bag(arguments.bag, arguments.bags)
+    write_label(episode.path, label_from_text(arguments.label, arguments.bag))
+    print(f'{episode.name}: labelled {arguments.label}')
+    print(relearnt_sentence(TaskFolder(episode.path.parent.parent, episode.path.parent.name)))
+    return 0

@@ -1,0 +1,121 @@
+"""Which bag a person means: ``task1/0003``, or the path of its folder."""
+
+import argparse
+from pathlib import Path
+import re
+from typing import Final
+
+from experience_cli.errors import UserError
+from msgs_bridge.bag_folder import check_task_name, EpisodeFolder, TaskFolder
+from msgs_bridge.bag_label import read_label
+from msgs_bridge.bag_repair import needs_repair
+
+#: Where the bags are if nobody says.
+BAGS: Final = Path('bags')
+_NUMBER: Final = re.compile(r'(\d{1,8})(?:_(demo|trial))?')
+
+
+def add_bag(parser: argparse.ArgumentParser, name: str = 'bag') -> None:
+    """Add the argument that names a bag, and the option that says where all bags are."""
+    parser.add_argument(name, metavar='TASK/NUMBER',
+                        help='the bag: task1/0003, or the path of its folder')
+    add_bags(parser)
+
+
+def add_bags(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says where all bags are."""
+    parser.add_argument('--bags', type=Path, metavar='FOLDER',
+                        help=f'the folder of all tasks ({BAGS})')
+
+
+def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
+    """
+    Return task, number and kind (empty if not said) of a bag as people write it.
+
+    Raises
+    ------
+    UserError
+        If it is written in no way that is understood, or leads out of the bags folder.
+    BagError
+        If the task's name cannot be one.
+
+    """
+    path = Path(text)
+    if path.suffix == '.mcap' or path.name == 'metadata.yaml':
+        path = path.parent
+    if '..' in path.parts:
+        raise UserError(f'{text} leads out of the bags folder, must be like task1/0003 (--bags '
+                        f'names the folder)')
+    match = _NUMBER.fullmatch(path.name)
+    if match is None or not path.parent.name:
+        raise UserError(f'{text!r} names no bag, must be like task1/0003')
+    task, folder = path.parent.name, path.parent.parent
+    if folder == Path():
+        folder = bags or BAGS
+    elif bags is not None and folder.resolve() != bags.resolve():
+        raise UserError(f'{text} lies outside {bags}')
+    return TaskFolder(folder, check_task_name(task)), int(match[1]), match[2] or ''
+
+
+def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
+    """
+    Return the bag that a person names.
+
+    Raises
+    ------
+    UserError
+        If there is none, it was forgotten, or it is no bag of ours.
+    BagError
+        If the folder cannot be read.
+
+    """
+    task, number, kind = task_of(text, bags)
+    if not task.path.is_dir():
+        raise UserError(f'there is no task folder {task.path}')
+    if any(episode.number == number for episode in task.forgotten()):
+        raise UserError(f'{task.task}/{number:04d} was forgotten; `experience forget --undo '
+                        f'{text}` brings it back')
+    episode = task.find(number)
+    if kind and kind != episode.kind:
+        raise UserError(f'{task.task}/{number:04d} is a {episode.kind}, no {kind}')
+    if not episode.bag.is_file():
+        raise UserError(f'{episode.path} is no bag: it holds no {episode.bag.name}')
+    if not episode.bag.resolve().is_relative_to(task.root.resolve()):
+        raise UserError(f'{episode.bag} leads out of {task.root}')
+    return episode
+
+
+def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
+    """
+    Return the bag that a person names, which must have been closed.
+
+    Raises
+    ------
+    UserError
+        See `find_bag`; also if it was not closed, or is still being recorded.
+
+    """
+    episode = find_bag(text, bags)
+    if needs_repair(episode.path):
+        raise UserError(f'{episode.path} was not closed: it is still being recorded, or was cut '
+                        f'off; mend it with `experience repair {episode.path}`')
+    read_label(episode.path)
+    return episode
+
+
+def task_folder(path: Path) -> TaskFolder | None:
+    """
+    Return the task whose folder a path is; None if it is not one.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read.
+
+    """
+    if not path.is_dir() or not re.fullmatch(r'[A-Za-z0-9_-]{1,64}', path.resolve().name):
+        return None
+    # Written as the user did, so that messages name it so.
+    whole = path if path.name not in ('', '..') else path.resolve()
+    task = TaskFolder(whole.parent, whole.name)
+    return task if task.episodes() or task.forgotten() else None

@@ -1,0 +1,48 @@
+"""What the bags of a task teach once something about them has changed."""
+
+from control_field.learner import Refresh
+from learner_node.lessons import Lesson, Lessons
+from msgs_bridge.bag_folder import EpisodeFolder, TaskFolder
+from msgs_bridge.episodes import NothingToLearnError, read_header
+
+
+def fold(episodes: list[EpisodeFolder]) -> tuple[Lessons | None, list[Lesson]]:
+    """
+    Learn from bags in their order, with the parameters of the last one.
+
+    Returns
+    -------
+    lessons : Lessons or None
+        None if no bag can be learnt from at all.
+    each : list of Lesson
+
+    Raises
+    ------
+    BagError
+        If one cannot be read, or is of another grid, frame or version.
+
+    """
+    lessons = None
+    for episode in reversed(episodes):
+        try:
+            header = read_header(episode.path)
+        except NothingToLearnError:
+            continue
+        lessons = Lessons(header.grid, header.parameters)
+        break
+    return lessons, [lessons.learn(episode) for episode in episodes] if lessons else []
+
+
+def relearnt(task: TaskFolder) -> Refresh | None:
+    """Return what the bags of a task teach now; None if there is no demonstration in them."""
+    lessons, _ = fold(task.episodes())
+    return None if lessons is None else lessons.refresh
+
+
+def relearnt_sentence(task: TaskFolder) -> str:
+    """Say what the bags of a task teach now."""
+    refresh = relearnt(task)
+    if refresh is None:
+        return f'{task.path}: no demonstration is left, there is no field now'
+    return (f'{task.path}: relearnt, {refresh.certificate.sentence()}; a learner that runs takes '
+            f'it up when it is started again')

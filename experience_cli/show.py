@@ -1,0 +1,145 @@
+"""`experience show`: what a bag holds."""
+
+import argparse
+import json
+from typing import Any
+
+from experience_cli.references import add_bag
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'show', help='say what a bag holds',
+        description='Show a bag: what it started from, its topics, and the demonstration or the '
+        'decisions of the trial in it.')
+    add_bag(parser)
+    parser.add_argument('--json', action='store_true', help='print a JSON object instead')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from experience_cli.references import find_whole_bag
+
+    about = about_bag(find_whole_bag(arguments.bag, arguments.bags))
+    print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
+    return 0
+
+
+def about_bag(folder: Any) -> dict[str, Any]:
+    """
+    Return all there is to say of a bag, ready for JSON.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read.
+
+    """
+    from dataclasses import asdict
+
+    from experience_cli.recording import Recording
+    from experience_cli.summary import summary_of
+
+    recording = Recording(folder)
+    header = recording.header
+    return {
+        **summary_of(folder).to_json(), 'start': recording.start,
+        'grid': asdict(header.grid), 'parameters': asdict(header.parameters),
+        'topics': [{'topic': topic, 'type': recording.reader.topics[topic], 'messages': n}
+                   for topic, n in recording.counts.items()],
+        **_content(folder, recording.start)}
+
+
+def _content(folder: Any, start: float) -> dict[str, Any]:
+    from control_field.records import Demonstration
+    from msgs_bridge.episodes import NothingToLearnError, read_episode
+
+    try:
+        episode = read_episode(folder.path)
+    except NothingToLearnError:
+        return {}
+    if isinstance(episode.record, Demonstration):
+        return {'demonstration': _demonstration(episode)}
+    return {'decisions': _decisions(episode.record.decisions, start)}
+
+
+def _demonstration(episode: Any) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    cells = episode.record.cells.tolist()
+    return {'start_cell': cells[0], 'goal_cell': cells[-1], 'report': asdict(episode.report)}
+
+
+def _decisions(rows: Any, start: float) -> dict[str, Any]:
+    from collections import Counter
+
+    from control_field.records import Kind
+
+    kinds = Counter(Kind(int(kind)).name.lower() for kind in rows['kind'])
+    return {
+        'count': len(rows), 'kinds': dict(sorted(kinds.items())),
+        'reinforcements': int((rows['reward'] != 0).sum()),
+        'reward': int(rows['reward'].sum(dtype=int)),
+        'start_cell': [int(rows[name][0]) for name in ('row', 'col')] if len(rows) else None,
+        'last_cell': [int(rows[name][-1]) for name in ('next_row', 'next_col')] if (
+            len(rows)) else None,
+        'notable': [_event(row, start) for row in rows if row['kind'] != Kind.FIELD]}
+
+
+def _event(row: Any, start: float) -> dict[str, Any]:
+    """Say what a decision was that did not just follow the field."""
+    from control_field.records import Kind
+    from experience_cli.recording import compass
+
+    return {'at': round(float(row['stamp']) - start, 3), 'cell': [int(row['row']), int(row['col'])],
+            'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
+            'reward': int(row['reward'])}
+
+
+def lines_from(about: dict[str, Any]) -> list[str]:
+    """Return the text for a person."""
+    from experience_cli.summary import size_text, table_lines, time_text
+
+    grid, changed = about['grid'], _changed(about['parameters'])
+    facts = [
+        ('bag', f'{about["bag"]} ({about["kind"]}, {about["state"]})'),
+        ('folder', f'{about["path"]}, {size_text(about["size"])}'),
+        ('began', time_text(about['begun'])),
+        ('drive', f'{about["duration"]:.2f} s, stamps from {about["start"]:.3f} s'),
+        ('workspace', f'{grid["n_rows"]} x {grid["n_cols"]} cells of {grid["resolution"]:g} m from '
+                      f'({grid["origin_x"]:g}, {grid["origin_y"]:g}) in {grid["frame_id"]}'),
+        ('parameters', ', '.join(changed) or 'defaults'),
+        *([('outcome', about['outcome'])] if about['outcome'] else []),
+        *([('label', about['label'])] if about['label'] else []),
+        *([('note', about['note'])] if about['note'] else [])]
+    topics = [('topic', 'type', 'messages'), *(
+        (each['topic'], each['type'], str(each['messages'])) for each in about['topics'])]
+    return [*table_lines(facts), '', *table_lines(topics, (2,)), *_content_lines(about)]
+
+
+def _changed(parameters: dict[str, Any]) -> list[str]:
+    """Name the parameters that are not the defaults."""
+    from dataclasses import asdict
+
+    from control_field.parameters import Parameters
+
+    defaults = asdict(Parameters())
+    return [f'{name}: {value}' for name, value in parameters.items() if value != defaults[name]]
+
+
+def _content_lines(about: dict[str, Any]) -> list[str]:
+    if 'demonstration' in about:
+        shown = about['demonstration']
+        return ['', f'demonstration from cell {tuple(shown["start_cell"])} to '
+                    f'{tuple(shown["goal_cell"])}']
+    if 'decisions' not in about:
+        return []
+    made = about['decisions']
+    kinds = ', '.join(f'{n} {kind}' for kind, n in made['kinds'].items())
+    lines = ['', f'{made["count"]} decisions: {kinds or "none"}; {made["reinforcements"]} '
+                 f'reinforcements, in sum {made["reward"]:+d}']
+    return lines + [
+        f'  {event["at"]:7.2f} s  cell {tuple(event["cell"])}  {event["kind"]} '
+        f'{event["heading"]}, reward {event["reward"]:+d}' for event in made['notable']]

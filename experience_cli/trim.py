@@ -1,0 +1,116 @@
+"""`experience trim`: cut a demonstration to what shall be learnt from."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from experience_cli.errors import UserError
+from experience_cli.references import add_bag
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'trim', help='cut a demonstration to a span of time',
+        description='Cut a demonstration to what shall be learnt from. Seconds count from the '
+        'first odometry, as `experience show` prints them. The whole recording stays beside it.')
+    add_bag(parser)
+    parser.add_argument('--from', dest='first', type=float, metavar='S', help='[s] (its start)')
+    parser.add_argument('--to', dest='last', type=float, metavar='S', help='[s] (its end)')
+    parser.add_argument('--undo', action='store_true', help='put the whole recording back')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from experience_cli.references import find_whole_bag
+    from experience_cli.relearning import relearnt_sentence
+    from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
+
+    given = arguments.first is not None or arguments.last is not None
+    if given == arguments.undo:
+        raise UserError('say --from or --to, or both, or --undo')
+    episode = find_whole_bag(arguments.bag, arguments.bags)
+    if episode.kind is not EpisodeKind.DEMO:
+        raise UserError(f'{episode.name} is a trial: only a demonstration can be cut (`experience '
+                        f'forget` un-teaches a trial)')
+    print(_restored(episode) if arguments.undo else
+          trim(episode, arguments.first, arguments.last))
+    print(relearnt_sentence(TaskFolder(episode.path.parent.parent, episode.path.parent.name)))
+    return 0
+
+
+def _restored(episode: Any) -> str:
+    from msgs_bridge.bag_trim import restore
+
+    restore(episode)
+    return f'{episode.name} is whole again'
+
+
+def trim(episode: Any, first: float | None, last: float | None) -> str:
+    """
+    Cut a demonstration; return what was done.
+
+    Parameters
+    ----------
+    episode : EpisodeFolder
+    first, last : float or None, [s]
+        From the first odometry; None for its start or end.
+
+    Raises
+    ------
+    UserError
+        If the span is empty or not within the drive, or nothing would be left to learn from.
+    BagError
+        If the bag cannot be read or written.
+
+    """
+    from msgs_bridge.bag_trim import cut_copy, drop_draft, replace_recording, whole_path
+    from msgs_bridge.episodes import NothingToLearnError, read_episode
+
+    span = _span(episode, first, last)
+    draft = episode.path.parent / f'.trim-{episode.number:04d}' / episode.path.name
+    drop_draft(draft.parent)
+    try:
+        _make(draft)
+        summary = cut_copy(episode, draft, *span)
+        left = read_episode(draft)
+        replace_recording(episode, draft / episode.bag.name, summary)
+    except NothingToLearnError as error:
+        why = str(error).replace(f'{draft}: ', '')
+        raise UserError(f'{episode.name} is left as it was, so cut it teaches nothing: {why}'
+                        ) from None
+    finally:
+        drop_draft(draft.parent)
+    start, goal = (tuple(cell) for cell in left.record.cells[[0, -1]].tolist())
+    return (f'{episode.name} is cut: {left.report}, from cell {start} to {goal} (the whole recording is kept in '
+            f'{whole_path(episode).name}, `experience trim --undo {episode.name}` puts it back)')
+
+
+def _make(folder: Path) -> None:
+    from msgs_bridge.bag_folder import BagError, error_line
+
+    try:
+        folder.mkdir(parents=True)
+    except OSError as error:
+        raise BagError(error_line('make', folder, error)) from None
+
+
+def _span(episode: Any, first: float | None, last: float | None) -> tuple[int, int]:
+    """Return the log times of the first and last odometry within a span of seconds."""
+    import numpy as np
+
+    from experience_cli.recording import Recording
+
+    recording = Recording(episode)
+    low = 0.0 if first is None else first
+    high = recording.duration if last is None else last
+    if not 0.0 <= low < high or low >= recording.duration:
+        raise UserError(f'--from {low:g} --to {high:g}: must be a span within 0 and '
+                        f'{recording.duration:.2f} s')
+    seconds = recording.poses.stamps - recording.start
+    inside = np.flatnonzero((seconds >= low - 1e-6) & (seconds <= high + 1e-6))
+    if not len(inside):
+        raise UserError(f'{episode.name} has no odometry between {low:g} and {high:g} s')
+    times = recording.poses.log_times[inside]
+    return int(times.min()), int(times.max())
