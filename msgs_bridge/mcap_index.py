@@ -125,6 +125,8 @@ def _indexed(data: memoryview, span: tuple[int, int]) -> McapIndex | None:
         return None
     parts = [_message_indexes(data, length, np.array(starts)) for length, starts in chunks.items()]
     found.starts = _message_starts(data, np.concatenate(parts), span[0]) if parts else {}
+    if n_messages not in (-1, sum(map(len, found.starts.values()))):
+        return None
     return found
 
 

@@ -224,6 +224,7 @@ class _Scan:
         self.at = cursor.at
         whole = chunk_end <= end
         if whole and self._is_rotten(start, cursor.at, records_end):
+            self._definitions(records_end)
             self.at = chunk_end
             return
         try:
@@ -235,6 +236,16 @@ class _Scan:
             raise CutError(f'the chunk at byte {start} is cut, {end - start} of '
                             f'{chunk_end - start} bytes are there')
         self.at = chunk_end
+
+    def _definitions(self, end: int) -> None:
+        """Read only the schemas and channels of a chunk: later messages may need them."""
+        starts, self.starts = self.starts, {}
+        try:
+            self._records(end, top=False)
+        except (CutError, struct.error, UnicodeDecodeError):
+            pass  # what comes before the bad bytes is all there is
+        finally:
+            self.starts = starts
 
     def _is_rotten(self, start: int, at: int, end: int) -> bool:
         """Note a chunk that does not match its checksum; nothing in it can be believed."""

@@ -114,6 +114,15 @@ def spoil(msg: Any, name: str, value: Any) -> None:
     setattr(msg, last, value)
 
 
+def refusal(call: Callable[[], Any], kind: type[ValueError] = ValueError) -> str:
+    """Return why a call refuses, empty if it does not; any other error comes through."""
+    try:
+        call()
+    except kind as error:
+        return str(error)
+    return ''
+
+
 def nanoseconds(stamp: float) -> int:
     """Return a log time for a stamp."""
     return round(stamp * 1e9)

@@ -1,12 +1,14 @@
 """The three tables: round trips, equal bytes, and values that cannot be."""
 
+from functools import partial
+
 from hypothesis import given, strategies as st
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2
 
-from bridge_helpers import grids, random_decisions, random_field, random_prototypes
+from bridge_helpers import grids, random_decisions, random_field, random_prototypes, refusal
 from control_field.grid import Grid
 from msgs_bridge.clouds import cloud_from_table, TableError
 from msgs_bridge.tables import (
@@ -118,7 +120,7 @@ def test_a_grid_that_is_none(value):
     msg = cloud_from_field(random_field(GRID, 2))
     table = np.frombuffer(msg.data, FIELD_DTYPE).reshape(GRID.shape).copy()
     table['resolution'] = value
-    with pytest.raises(TableError, match='control_field: .*resolution'):
+    with pytest.raises(TableError, match=r'control_field: .*resolution'):
         field_from_cloud(cloud_from_table(table, 'odom'))
 
 
@@ -217,7 +219,4 @@ def test_spoilt_bytes_give_a_table_or_a_table_error(seed, data):
     except Exception:  # the middleware refuses what is no message at all
         return
     for read in (field_from_cloud, prototypes_from_cloud, decisions_from_cloud):
-        try:
-            read(msg)
-        except TableError as error:
-            assert '\n' not in str(error)
+        assert '\n' not in refusal(partial(read, msg), TableError)
