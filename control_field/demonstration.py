@@ -8,9 +8,15 @@ import numpy.typing as npt
 from control_field.grid import Grid
 from control_field.records import Demonstration
 
-#: A pose counts for a cell only this far inside it, as a share of its side: a diagonal drive that
-#: grazes a corner is a diagonal step, and jitter on an edge is no step at all.
-_MARGIN = 0.15
+#: A cell is left only this far beyond its edge, as a share of its side: a diagonal drive that
+#: grazes a corner is a diagonal step, and jitter on an edge, or a drive along it, is no step.
+_MARGIN = 0.2
+#: Closer than this to the first (the last) pose, in cells, the drive has not begun (is over).
+_STILL = 0.02
+#: Slower than this is standing still, [cells/s]; a speed, whatever the rate of the poses.
+_STANDING = 0.01
+#: Poses looked at in one go when the next cell is searched.
+_BLOCK = 256
 
 
 @dataclass(frozen=True)
@@ -94,7 +100,7 @@ def demonstration_from_poses(
     inside = (raw >= 0).all(axis=1) & (raw < np.array(grid.shape)).all(axis=1)
     n_outside = n_poses - int(inside.sum())
     stamps, xy, raw = stamps[inside], xy[inside], raw[inside]
-    start, end, n_standing = _moving_span(xy, 1e-3 * grid.resolution)
+    start, end, n_standing = _moving_span(stamps, xy / grid.resolution)
     n_idle = (start, len(xy) - end)
     stamps, xy, raw = stamps[start:end], xy[start:end], raw[start:end]
     entered = _entries(grid, xy, raw)
@@ -111,15 +117,24 @@ def demonstration_from_poses(
     return Demonstration(np.array(cells, dtype=np.int32), at, blocked, unknown, episode), report
 
 
-def _moving_span(xy: npt.NDArray[np.float64], still: float) -> tuple[int, int, int]:
-    """Return the first and one past the last moving pose, and how many stand in between."""
+def _moving_span(
+    stamps: npt.NDArray[np.float64], xy: npt.NDArray[np.float64],
+) -> tuple[int, int, int]:
+    """
+    Return the first and one past the last moving pose, and how many stand in between.
+
+    ``xy`` is in cells.
+    """
     if len(xy) < 2:
         return 0, len(xy), 0
-    moves = np.hypot(*np.diff(xy, axis=0).T) > still
-    if not moves.any():
+    begun = np.hypot(*(xy - xy[0]).T) > _STILL
+    if not begun.any():
         return 0, 1, 0
-    first, last = int(moves.argmax()), len(moves) - int(moves[::-1].argmax())
-    return first, last + 1, int((~moves[first:last]).sum())
+    going = np.hypot(*(xy - xy[-1]).T) > _STILL
+    first, last = int(begun.argmax()) - 1, len(xy) - int(going[::-1].argmax())
+    way = np.hypot(*np.diff(xy[first:last + 1], axis=0).T)
+    stands = way <= _STANDING * np.maximum(np.diff(stamps[first:last + 1]), 0.0)
+    return first, last + 1, int(stands.sum())
 
 
 def _entries(
@@ -128,13 +143,27 @@ def _entries(
     """Return the indices of the poses at which the drive has surely entered another cell."""
     if len(xy) == 0:
         return np.zeros(0, dtype=np.int64)
-    offset = np.abs(xy - grid.world_from_cells(raw)).max(axis=1) / grid.resolution
-    sure = offset <= 0.5 - _MARGIN
-    sure[0] = sure[-1] = True
-    kept = np.flatnonzero(sure)
-    changes = np.any(np.diff(raw[kept], axis=0) != 0, axis=1)
-    entered: npt.NDArray[np.int64] = kept[np.concatenate([[True], changes])]
-    return entered
+    kept = [0]
+    while True:
+        centre = np.array(grid.world_from_cell(*raw[kept[-1]].tolist()))
+        index = _first_away(xy, kept[-1] + 1, centre, (0.5 + _MARGIN) * grid.resolution)
+        if index == len(xy):
+            break
+        kept.append(index)
+    if (raw[-1] != raw[kept[-1]]).any():
+        kept.append(len(xy) - 1)
+    return np.array(kept, dtype=np.int64)
+
+
+def _first_away(
+    xy: npt.NDArray[np.float64], first: int, centre: npt.NDArray[np.float64], reach: float,
+) -> int:
+    """Return the first index from ``first`` on outside a square; ``len(xy)`` if there is none."""
+    for start in range(first, len(xy), _BLOCK):
+        away = np.abs(xy[start:start + _BLOCK] - centre).max(axis=1) > reach
+        if away.any():
+            return start + int(away.argmax())
+    return len(xy)
 
 
 def _connected(

@@ -6,6 +6,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+#: What no integer holds is far outside all the same.
+_FAR = 2.0**62
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -96,6 +99,7 @@ class Grid:
         """
         origin = np.array([self.origin_x, self.origin_y])
         col_row = np.floor((np.asarray(points, dtype=np.float64) - origin) / self.resolution)
+        col_row = np.clip(col_row, -_FAR, _FAR)
         cells: npt.NDArray[np.int64] = col_row[:, ::-1].astype(np.int64)
         return cells
 
