@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from control_field import compiled
 from control_field.grid import Grid
-from control_field.headings import heading_from_step
+from control_field.headings import heading_from_step, N_HEADINGS
 from control_field.parameters import Parameters
 from control_field.policy import rules_of
 from control_field.records import Demonstration, Kind, Outcome, Prototypes, Trial
@@ -67,11 +67,12 @@ class Memory:
         """
         Learn a drive that a person showed: its cells become prototypes, its end the goal.
 
+        Where demonstrations differ, in a cell or in the goal, the last one wins.
+
         Raises
         ------
         ValueError
-            If it has fewer than two cells, leaves the workspace, or ends elsewhere than the
-            demonstrations before it.
+            If it has fewer than two cells, leaves the workspace, or is nothing but loops.
 
         """
         cells = demonstration.cells
@@ -79,12 +80,15 @@ class Memory:
             raise ValueError('a demonstration must lead through at least two cells')
         if (cells < 0).any() or (cells >= np.array(self.grid.shape)).any():
             raise ValueError('a demonstration leaves the workspace')
+        kept = loop_erased(cells)
+        if len(kept) < 2:
+            raise ValueError('a demonstration ends in the cell where it began; with its loop cut '
+                             'out nothing of it is left')
         self.n_episodes += 1
         self.goal = (int(cells[-1, 0]), int(cells[-1, 1]))
         for (row, col), blocked, unknown in zip(
                 cells.tolist(), demonstration.blocked, demonstration.unknown, strict=True):
             compiled.remember_sight(self.known, row, col, int(blocked), int(unknown))
-        kept = loop_erased(cells)
         self._learn_path(cells[kept], demonstration.stamps[kept], demonstration.episode, True)
 
     def add_trial(self, trial: Trial) -> int:
@@ -96,9 +100,15 @@ class Memory:
         int
             Reinforcements: online ones and, unless the field alone led to the goal, R_goal.
 
+        Raises
+        ------
+        ValueError
+            If a decision leaves the workspace or its action is no heading.
+
         """
-        self.n_episodes += 1
         rows = trial.decisions
+        self._check_decisions(rows)
+        self.n_episodes += 1
         if trial.outcome == Outcome.ABORTED:
             return 0
         for row in rows:
@@ -122,6 +132,14 @@ class Memory:
             self._learn_path(cells[kept], stamps[kept], trial.episode, False)
         self._learn_taught(moved, trial.episode)
         return trial.n_online_reinforcements + 1
+
+    def _check_decisions(self, rows: npt.NDArray[np.void]) -> None:
+        """Refuse what would lead the compiled kernels out of their arrays."""
+        for name, n in (('row', self.grid.n_rows), ('next_row', self.grid.n_rows),
+                        ('col', self.grid.n_cols), ('next_col', self.grid.n_cols),
+                        ('action', N_HEADINGS)):
+            if ((rows[name] < 0) | (rows[name] >= n)).any():
+                raise ValueError(f'a trial holds a decision whose {name} is not 0 to {n - 1}')
 
     def _apply_online(self, rows: npt.NDArray[np.void]) -> None:
         rules = rules_of(self.parameters)

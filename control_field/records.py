@@ -88,7 +88,7 @@ class Demonstration:
         _check_shape('cells', self.cells, (n, 2))
         for name in ('stamps', 'blocked', 'unknown'):
             _check_shape(name, getattr(self, name), (n,))
-        if n and np.abs(np.diff(self.cells, axis=0)).max(axis=1, initial=1).min(initial=1) < 1:
+        if n and np.abs(np.diff(self.cells, axis=0)).max(axis=1).min(initial=1) < 1:
             raise ValueError('a demonstration stays in one cell for two steps')
         if n and np.abs(np.diff(self.cells, axis=0)).max(initial=0) > 1:
             raise ValueError('a demonstration jumps between cells that are not neighbours')
