@@ -24,6 +24,8 @@ Rules = tuple[bool, bool, int]
 
 _BLOCKED = int(BLOCKED)
 _UNKNOWN = int(UNKNOWN)
+#: Least Q-value of a way to the goal, however long: the field's float32 must not make it 0.
+_LEAST = 1e-37
 
 
 def is_barred(known: CellMap, row: int, col: int, unknown_is_blocked: bool) -> bool:
@@ -128,7 +130,7 @@ def q_from_cost(
                 if preferred[row, col] == heading:
                     length *= 1.0 - spared[row, col]
                 if cost[r, c] < np.inf:
-                    q[row, col, heading] = discount ** (length + cost[r, c])
+                    q[row, col, heading] = max(_LEAST, discount ** (length + cost[r, c]))
     return q
 
 

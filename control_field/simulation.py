@@ -12,6 +12,8 @@ from control_field.policy import caution_factor, cost_from_q, options_of, rules_
 from control_field.records import ControlField, DECISION_DTYPE, Outcome, Trial
 from control_field.sight import BLOCKED
 
+#: Rows that a trial's log has room for at first.
+_FIRST_ROWS = 4096
 _OUTCOMES = (Outcome.GOAL, Outcome.COLLISION, Outcome.GAVE_UP)
 _LOGGED = ('row', 'col', 'action', 'next_row', 'next_col', 'reward', 'kind', 'blocked', 'step')
 
@@ -105,8 +107,13 @@ class GridWorld:
         """
         if self.truth[start] != 0:
             raise ValueError(f'the start {start} is blocked')
-        log = np.zeros((3 * self.parameters.step_limit + 10, len(_LOGGED)), dtype=np.int32)
-        outcome, _, n_rows, length, _ = self._run(field, self._ready(field), start, seed, log)
+        ready, n_rows, capacity = self._ready(field), 0, _FIRST_ROWS
+        while True:  # a run is the same every time, so a log that was too short costs time only
+            log = np.zeros((capacity, len(_LOGGED)), dtype=np.int32)
+            outcome, _, n_rows, length, _ = self._run(field, ready, start, seed, log)
+            if n_rows < capacity:
+                break
+            capacity *= 8
         rows = np.zeros(n_rows, dtype=DECISION_DTYPE)
         for index, name in enumerate(_LOGGED):
             rows[name] = log[:n_rows, index]
