@@ -9,7 +9,7 @@ from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.simulation import GridWorld
 from experience_cli.evaluation.experiment import Experiment
-from experience_cli.evaluation.generators import dyna_maze, DYNA_GOAL, DYNA_START
+from experience_cli.evaluation.generators import DYNA_GOAL, dyna_maze, DYNA_START
 from experience_cli.evaluation.teachers import demonstration_from_path, longer_path
 from sim_node.world import load_world
 
@@ -54,7 +54,7 @@ def dyna_experiment(seed: int, spread: bool, n_trials: int = 12) -> Experiment:
     occupancy = dyna_maze()
     world = GridWorld(occupancy, parameters)
     path = longer_path(world, DYNA_START, DYNA_GOAL, DYNA_STEPS, np.random.default_rng(seed))
-    grid = Grid(*occupancy.shape, 1.0)
+    grid = Grid(occupancy.shape[0], occupancy.shape[1], 1.0)
     experiment = Experiment(grid, occupancy, DYNA_GOAL, [DYNA_START], n_trials, spread,
                             parameters=parameters, start_radius=0.0)
     return replace(experiment, demonstrations=(demonstration_from_path(world, path, 1),))

@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 import numpy.typing as npt
-from tqdm import tqdm
+from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
@@ -53,6 +53,8 @@ class Experiment:
         Used instead of a teacher if there are any.
     start_radius : float, [m]
         Only cells this near to the first demonstration's start are judged.
+    judged_after : tuple of int, optional
+        Numbers of trials after which it is judged; after every trial if not given.
 
     """
 
@@ -67,6 +69,7 @@ class Experiment:
     parameters: Parameters = field(default_factory=Parameters)
     demonstrations: tuple[Demonstration, ...] = ()
     start_radius: float = float('inf')
+    judged_after: tuple[int, ...] | None = None
 
     def reachable(self) -> npt.NDArray[np.bool_]:
         """Return the free cells from which a way leads to the goal."""
@@ -89,7 +92,7 @@ class Course:
     ----------
     seed : int
     after : list of dict
-        Metrics by name after 0, 1, ... trials.
+        Metrics by name, and ``trials``: after how many trials, growing.
     field : dict
         Columns of the field file after the last trial.
 
@@ -120,15 +123,19 @@ def run_seed(experiment: Experiment, seed: int) -> Course:
     shown = heading_table(demonstrations, experiment.grid.shape)
     seconds = sum(_seconds(method.teach, demonstration) for demonstration in demonstrations)
     judged = experiment.judged()
-    after = [_row(method, task, judged, shown, [seconds])]
-    tally = np.zeros(3, dtype=np.int64)
+    after = [_row(method, task, judged, shown, 0, _Spent(0, 0, 0, seconds))]
+    steps = collisions = 0
     for number in range(1, experiment.n_trials + 1):
         began = time.perf_counter()
         practice = method.practise(number)
         seconds = time.perf_counter() - began
-        tally += [practice.steps, practice.collisions, 0]
-        tally[2] = practice.reinforcements
-        after.append(_row(method, task, judged, shown, [seconds, *tally]))
+        if practice is None:
+            after.append({**after[-1], 'trials': float(number), 'seconds_learning': 0.0})
+            continue
+        steps, collisions = steps + practice.steps, collisions + practice.collisions
+        spent = _Spent(steps, collisions, practice.reinforcements, seconds)
+        if experiment.judged_after is None or number in experiment.judged_after:
+            after.append(_row(method, task, judged, shown, number, spent))
     return Course(seed, after, field_columns(method, task))
 
 
@@ -146,14 +153,24 @@ def _demonstrations(experiment: Experiment, world: GridWorld, rng: np.random.Gen
             for episode, start in enumerate(experiment.demo_starts, start=1)]
 
 
+@dataclass(frozen=True)
+class _Spent:
+    """What the trials so far came to; reinforcements and seconds are those of the last one."""
+
+    steps: int
+    collisions: int
+    reinforcements: int
+    seconds: float
+
+
 def _row(method: Method, task: Task, judged: npt.NDArray[np.bool_],
-         shown: npt.NDArray[np.int8], spent: Sequence[float]) -> Row:
-    seconds, steps, collisions, reinforcements = (*spent, 0, 0, 0)[:4]
+         shown: npt.NDArray[np.int8], number: int, spent: _Spent) -> Row:
     row = judge(method, task, judged, shown)
-    row['steps'] = float(steps)
-    row['collisions'] += float(collisions)
-    row['reinforcements'] = float(reinforcements)
-    row['seconds_learning'] = float(seconds)
+    row['trials'] = float(number)
+    row['steps'] = float(spent.steps)
+    row['collisions'] += float(spent.collisions)
+    row['reinforcements'] = float(spent.reinforcements)
+    row['seconds_learning'] = spent.seconds
     return row
 
 

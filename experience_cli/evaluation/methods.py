@@ -94,8 +94,8 @@ class Method(Protocol):
     def teach(self, demonstration: Demonstration) -> None:
         """Learn from a demonstration."""
 
-    def practise(self, number: int) -> Practice:
-        """Run trial ``number`` (from 1) and learn from it."""
+    def practise(self, number: int) -> Practice | None:
+        """Run trial ``number`` (from 1) and learn from it; None if it does not learn by trying."""
 
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the course of every cell without sight, -1 for none."""
@@ -140,10 +140,10 @@ class FieldMethod:
         self._n_taught += 1
         self.learner.add_demonstration(demonstration)
 
-    def practise(self, number: int) -> Practice:
+    def practise(self, number: int) -> Practice | None:
         """Run a trial from where it teaches most (or from the fixed start) and learn from it."""
         if not self._practises:
-            return Practice(0, 0, 0)
+            return None
         field = self.learner.trial_field(self.task.spread)
         start = self._start(field) if self.task.spread else self.task.first_start
         seed = int(self._rng.integers(2**62))

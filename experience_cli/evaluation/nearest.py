@@ -1,5 +1,7 @@
 """Behaviour cloning: do what was demonstrated nearest by."""
 
+from itertools import pairwise
+
 import numpy as np
 import numpy.typing as npt
 from sklearn.neighbors import NearestNeighbors
@@ -8,7 +10,7 @@ from control_field import compiled
 from control_field.headings import heading_from_step, STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.records import Demonstration
 from control_field.simulation import Runs
-from experience_cli.evaluation.methods import Notes, Practice, Task
+from experience_cli.evaluation.methods import Notes, Task
 
 
 class NearestPrototype:
@@ -28,13 +30,11 @@ class NearestPrototype:
     def teach(self, demonstration: Demonstration) -> None:
         """Remember every demonstrated step; the last one in a cell wins."""
         cells = demonstration.cells.tolist()
-        for (row, col), (r, c) in zip(cells, cells[1:], strict=False):
+        for (row, col), (r, c) in pairwise(cells):
             self._action[row, col] = heading_from_step(r - row, c - col)
 
-    def practise(self, number: int) -> Practice:
+    def practise(self, number: int) -> None:
         """Learn nothing from trials."""
-        del number
-        return Practice(0, 0, 0)
 
     def _ranked(self) -> npt.NDArray[np.int8]:
         """Return the actions of all prototypes a cell, the nearest first: (n_places, n)."""
@@ -43,7 +43,8 @@ class NearestPrototype:
         cells = np.argwhere(np.ones(self.task.grid.shape, dtype=np.bool_)).astype(np.float64)
         order = NearestNeighbors(n_neighbors=len(centres)).fit(centres).kneighbors(
             cells, return_distance=False)
-        return actions[order]
+        ranked: npt.NDArray[np.int8] = actions[order]
+        return ranked
 
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the action of the nearest prototype at every cell."""

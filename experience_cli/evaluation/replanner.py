@@ -33,8 +33,9 @@ class Replanner:
 
     def teach(self, demonstration: Demonstration) -> None:
         """Take what was seen during a demonstration into the map."""
-        for (row, col), blocked, unknown in zip(demonstration.cells.tolist(), demonstration.blocked,
-                                                demonstration.unknown, strict=True):
+        cells = demonstration.cells.tolist()
+        for (row, col), blocked, unknown in zip(
+                cells, demonstration.blocked, demonstration.unknown, strict=True):
             compiled.remember_sight(self.known, row, col, int(blocked), int(unknown))
 
     def practise(self, number: int) -> Practice:

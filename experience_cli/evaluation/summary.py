@@ -60,9 +60,9 @@ def report(experiment: Experiment, courses: Sequence[Course], world: str,
 
     """
     courses = sorted(courses, key=lambda course: course.seed)
-    after = [{'trials': k, **{name: summarise([course.after[k][name] for course in courses])
-                              for name in METRICS}}
-             for k in range(experiment.n_trials + 1)]
+    after = [{'trials': int(rows[0]['trials']),
+              **{name: summarise([row[name] for row in rows]) for name in METRICS}}
+             for rows in zip(*(course.after for course in courses), strict=True)]
     return {'config': _config(experiment, [course.seed for course in courses], world, demo_bag),
             'after': after}
 

@@ -57,7 +57,7 @@ class TabularMethod:
         self._goal = self._place(task.goal)
         truth, rules = task.world.truth, task.world.rules
         self._allowed = np.array([
-            compiled.allowed_steps(truth, row, col, rules) for row, col in np.ndindex(truth.shape)],
+            compiled.allowed_steps(truth, *cell, rules) for cell in np.ndindex(truth.shape)],
             dtype=np.int64)
 
     def _place(self, cell: tuple[int, int]) -> int:
@@ -93,7 +93,8 @@ class TabularMethod:
         values = np.where(allowed, self.q, -np.inf)
         best = values == values.max(axis=1, keepdims=True)
         chosen = np.where(best, self._tie_break, -1.0).argmax(axis=1)
-        return chosen.astype(np.int8).reshape(self.task.grid.shape)
+        headings: npt.NDArray[np.int8] = chosen.astype(np.int8).reshape(self.task.grid.shape)
+        return headings
 
     def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
         """Follow the greedy policy from every start, leaving out what the sight shows blocked."""

@@ -1,19 +1,32 @@
 """The loops of tabular reinforcement learning, compiled."""
 
+from collections.abc import Callable
 import heapq
+from typing import Any, cast, TypeVar
 
 import numba
 import numpy as np
+import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_ROW
 
+Values = npt.NDArray[np.float64]
+Places = npt.NDArray[np.int64]
+Queue = list[tuple[float, int]]
+#: ``(alpha, discount, epsilon, n_planning)``
+Numbers = tuple[float, float, float, int]
 #: Least change that prioritised sweeping follows up.
 _THRESHOLD = 1e-4
 Q_LEARNING, SARSA, DYNA_Q, SWEEPING = 0, 1, 2, 3
+_Kernel = TypeVar('_Kernel', bound=Callable[..., Any])
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def greedy(row, mask, rng):
+def _compiled(kernel: _Kernel) -> _Kernel:
+    return cast(_Kernel, numba.njit(cache=True)(kernel))
+
+
+@_compiled
+def greedy(row: Values, mask: int, rng: np.random.Generator) -> int:
     """Return the allowed action of greatest value, a random one among equals; -1 for none."""
     best, n, value = -1, 0, -np.inf
     for action in range(8):
@@ -28,15 +41,15 @@ def greedy(row, mask, rng):
     return best
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def _choose(row, mask, epsilon, rng):
+@_compiled
+def _choose(row: Values, mask: int, epsilon: float, rng: np.random.Generator) -> int:
     if rng.random() < epsilon:
         return greedy(np.zeros(8), mask, rng)
     return greedy(row, mask, rng)
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def _most(row, mask):
+@_compiled
+def _most(row: Values, mask: int) -> float:
     value = -np.inf
     for action in range(8):
         if mask >> action & 1 and row[action] > value:
@@ -44,13 +57,18 @@ def _most(row, mask):
     return value
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def _target(q, reward, then, is_end, discount, mask):
+@_compiled
+def _target(
+    q: Values, reward: float, then: int, is_end: bool, discount: float, mask: int,
+) -> float:
     return reward if is_end else reward + discount * _most(q[then], mask)
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def plan(q, model, order, n_seen, goal, alpha, discount, n_planning, mask, rng):
+@_compiled
+def plan(
+    q: Values, model: Places, order: Places, n_seen: int, goal: int, alpha: float, discount: float,
+    n_planning: int, mask: int, rng: np.random.Generator,
+) -> None:
     """Dyna-Q: back up steps remembered at random."""
     for _ in range(n_planning):
         pair = order[int(rng.random() * n_seen)]
@@ -61,8 +79,11 @@ def plan(q, model, order, n_seen, goal, alpha, discount, n_planning, mask, rng):
             _target(q, reward, then, then == goal, discount, mask) - q[place, action])
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def sweep(q, model, queue, n_cols, goal, alpha, discount, n_planning, mask):
+@_compiled
+def sweep(
+    q: Values, model: Places, queue: Queue, n_cols: int, goal: int, alpha: float, discount: float,
+    n_planning: int, mask: int,
+) -> None:
     """Sweep backups in order of how much they change (Moore and Atkeson 1993)."""
     for _ in range(n_planning):
         if len(queue) == 0:
@@ -79,8 +100,11 @@ def sweep(q, model, queue, n_cols, goal, alpha, discount, n_planning, mask):
                 push(q, model, queue, origin, before, goal, discount, mask)
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def push(q, model, queue, place, action, goal, discount, mask):
+@_compiled
+def push(
+    q: Values, model: Places, queue: Queue, place: int, action: int, goal: int, discount: float,
+    mask: int,
+) -> None:
     """Queue a step if backing it up would change its value."""
     then = model[place, action]
     reward = -1.0 if then == place else (1.0 if then == goal else 0.0)
@@ -89,8 +113,8 @@ def push(q, model, queue, place, action, goal, discount, mask):
         heapq.heappush(queue, (-change, place * 8 + action))
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def note(model, order, n_seen, place, action, then):
+@_compiled
+def note(model: Places, order: Places, n_seen: int, place: int, action: int, then: int) -> int:
     """Write a step into the model; return the number of different steps in it."""
     if model[place, action] < 0:
         order[n_seen] = place * 8 + action
@@ -99,9 +123,12 @@ def note(model, order, n_seen, place, action, then):
     return n_seen
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def learn_step(kind, q, model, order, n_seen, queue, n_cols, place, action, then, then_action,
-               goal, numbers, mask, rng):
+@_compiled
+def learn_step(
+    kind: int, q: Values, model: Places, order: Places, n_seen: int, queue: Queue, n_cols: int,
+    place: int, action: int, then: int, then_action: int, goal: int, numbers: Numbers, mask: int,
+    rng: np.random.Generator,
+) -> int:
     """Learn one step; ``numbers`` is ``(alpha, discount, epsilon, n_planning)``."""
     alpha, discount, _, n_planning = numbers
     reward = -1.0 if then == place else (1.0 if then == goal else 0.0)
@@ -119,8 +146,11 @@ def learn_step(kind, q, model, order, n_seen, queue, n_cols, place, action, then
     return n_seen
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def replay(kind, q, model, order, n_seen, n_cols, places, actions, goal, numbers, mask, n, rng):
+@_compiled
+def replay(
+    kind: int, q: Values, model: Places, order: Places, n_seen: int, n_cols: int, places: Places,
+    actions: Places, goal: int, numbers: Numbers, mask: int, n: int, rng: np.random.Generator,
+) -> int:
     """
     Learn a path ``n`` times, last step first.
 
@@ -140,9 +170,11 @@ def replay(kind, q, model, order, n_seen, n_cols, places, actions, goal, numbers
     return n_seen
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def run_episode(kind, allowed, n_cols, q, model, order, n_seen, place, goal, numbers, mask,
-                step_limit, rng):
+@_compiled
+def run_episode(
+    kind: int, allowed: Places, n_cols: int, q: Values, model: Places, order: Places, n_seen: int,
+    place: int, goal: int, numbers: Numbers, mask: int, step_limit: int, rng: np.random.Generator,
+) -> tuple[int, int, int, int]:
     """
     Run an episode, epsilon-greedy, and learn at every step.
 
@@ -172,7 +204,7 @@ def run_episode(kind, allowed, n_cols, q, model, order, n_seen, place, goal, num
             then = place + STEP_ROW[action] * n_cols + STEP_COL[action]
         else:
             n_bumps += 1
-        n_rewards += int(then == place or then == goal)
+        n_rewards += int(then in (place, goal))
         then_action = _choose(q[then], mask, numbers[2], rng)
         n_seen = learn_step(kind, q, model, order, n_seen, queue, n_cols, place, action, then,
                             then_action, goal, numbers, mask, rng)
@@ -182,8 +214,11 @@ def run_episode(kind, allowed, n_cols, q, model, order, n_seen, place, goal, num
     return step_limit, n_bumps, n_rewards, n_seen
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator, unused-ignore]
-def greedy_run(allowed, n_cols, q, place, goal, step_limit, rng):
+@_compiled
+def greedy_run(
+    allowed: Places, n_cols: int, q: Values, place: int, goal: int, step_limit: int,
+    rng: np.random.Generator,
+) -> tuple[int, int, float]:
     """
     Follow the greedy policy, leaving out what the sight shows to be blocked; nothing is learnt.
 

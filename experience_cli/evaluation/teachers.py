@@ -1,6 +1,7 @@
 """Scripted teachers: what a person might demonstrate."""
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -213,6 +214,6 @@ def heading_table(demonstrations: list[Demonstration], shape: tuple[int, int],
     shown = np.full(shape, -1, dtype=np.int8)
     for demonstration in demonstrations:
         cells = demonstration.cells.tolist()
-        for (row, col), (next_row, next_col) in zip(cells, cells[1:], strict=False):
+        for (row, col), (next_row, next_col) in pairwise(cells):
             shown[row, col] = heading_from_step(next_row - row, next_col - col)
     return shown
