@@ -14,7 +14,8 @@ import numpy as np
 
 from benchmarks.paper_tasks import dyna_experiment, paper_experiment
 from control_field.parameters import Parameters
-from experience_cli.evaluation.experiment import Course, Experiment, run_all
+from experience_cli.evaluation.experiment import (
+    Course, Experiment, has_demonstration, run_all)
 from experience_cli.evaluation.places import choose_places
 from sim_node.world import load_world
 
@@ -103,9 +104,10 @@ def family_rows(path: Path, family: str, n_seeds: int, n_jobs: int) -> list[Targ
 
 def detour_rows(path: Path, n_seeds: int, n_jobs: int) -> list[Target]:
     """Measure how faithful the field stays to a teacher who goes another way."""
-    courses = run_all(tasks_on(path, n_seeds, n_trials=10, teacher='detour'), n_jobs,
-                      f'{path.stem} detour')
-    return [median(f'{path.stem}, detour teacher, {k} trials, fidelity',
+    tasks = [task for task in tasks_on(path, n_seeds, n_trials=10, teacher='detour')
+             if has_demonstration(*task)]
+    courses = run_all(tasks, n_jobs, f'{path.stem} detour')
+    return [median(f'{path.stem}, detour teacher ({len(tasks)} seeds), {k} trials, fidelity',
                    at(courses, k, 'fidelity'), 0.95) for k in (0, 10)]
 
 

@@ -20,7 +20,7 @@ from experience_cli.evaluation.fields import field_columns
 from experience_cli.evaluation.judging import judge
 from experience_cli.evaluation.methods import Method, Task
 from experience_cli.evaluation.registry import make_method
-from experience_cli.evaluation.teachers import demonstrate, heading_table
+from experience_cli.evaluation.teachers import demonstrate, heading_table, NoWayError
 
 Cell = tuple[int, int]
 Row = dict[str, float]
@@ -143,6 +143,16 @@ def _seconds(act: Callable[[Demonstration], None], demonstration: Demonstration)
     began = time.perf_counter()
     act(demonstration)
     return time.perf_counter() - began
+
+
+def has_demonstration(experiment: Experiment, seed: int) -> bool:
+    """Tell whether the teacher finds a way with this seed."""
+    world = GridWorld(experiment.occupancy, experiment.parameters)
+    try:
+        _demonstrations(experiment, world, np.random.default_rng(seed).spawn(2)[0])
+    except NoWayError:
+        return False
+    return True
 
 
 def _demonstrations(experiment: Experiment, world: GridWorld, rng: np.random.Generator,
