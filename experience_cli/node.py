@@ -138,12 +138,11 @@ class DemoNode:
     def wait_for_peers(self) -> None:
         """Wait until simulator, controller and learner have found each other."""
         def found() -> bool:
-            node = self._node
-            return (self._odometry is not None and node.count_subscribers('odom') >= 3
-                    and node.count_subscribers('cmd_vel') >= 3
-                    and node.count_publishers('trial') > 0
-                    and node.count_subscribers('initialpose') > 1
-                    and self.learner.get('phase') == 'idle')
+            heard = self.learner.get('heard', '').split()
+            return (self._odometry is not None and self.learner.get('phase') == 'idle'
+                    and {'odom', 'neighbourhood', 'trial'} <= set(heard)
+                    and self._node.count_subscribers('cmd_vel') >= 3
+                    and self._node.count_subscribers('initialpose') >= 2)
 
         self.wait_until(found, 'simulator, controller and learner')
 

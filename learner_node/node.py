@@ -78,6 +78,7 @@ class LearnerNode(Node):
         self._recorder = Recorder(self._library.task, self._library.header)
         self.fatal = ''
         self._lesson: Lesson | None = None
+        self._heard: set[str] = set()
         self._odometry_time = 0
         self._kept: Future | None = None
         self._told: tuple[object, ...] = ()
@@ -130,6 +131,7 @@ class LearnerNode(Node):
 
         def read(cdr: bytes) -> None:
             message = Raw(name, kind, cdr, self._now(topic.name, cdr))
+            self._heard.add(topic.name)
             self._guard(lambda: self._recorder.saw(topic.name, message))
             if look is not None:
                 look(cdr)
@@ -223,14 +225,15 @@ class LearnerNode(Node):
 
     def _tick(self) -> None:
         self._carry_out(self._session.tick(time.monotonic()))
-        told = (self._session.phase, self._session.n_left, self._session.revision)
+        told = (self._session.phase, self._session.n_left, self._session.revision,
+                len(self._heard))
         if told != self._told:
             self._told = told
             self._tell()
 
     def _look_at_peers(self) -> None:
         peers = Peers(
-            self._start.service_is_ready() and self.count_publishers('trial') > 0,
+            self._start.service_is_ready() and self.count_publishers('experience') > 0,
             self.count_publishers('odom') > 0)
         self._carry_out(self._session.saw_peers(peers, time.monotonic()))
 
@@ -239,8 +242,8 @@ class LearnerNode(Node):
 
     def _tell(self) -> None:
         self._publications.tell(diagnostic_from_session(
-            self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh),
-            self.get_clock().now().to_msg())
+            self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh,
+            self._heard), self.get_clock().now().to_msg())
 
     # What the session wants done
 

@@ -1,5 +1,6 @@
 """What the learner says about itself: on `/diagnostics`, in the log, in answers."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -11,6 +12,7 @@ from learner_node.session import Phase, Session
 
 def diagnostic_from_session(
     name: str, session: Session, lesson: Lesson | None, refresh: Refresh | None,
+    heard: Iterable[str],
 ) -> DiagnosticStatus:
     """
     Write how the learner stands, with the certificate of the field in force.
@@ -24,12 +26,14 @@ def diagnostic_from_session(
         The newest one.
     refresh : Refresh or None
         What is in force.
+    heard : iterable of str
+        Topics that something has arrived on.
 
     """
     values: dict[str, Any] = {
         'task': session.settings.task, 'phase': session.phase, 'trials_left': session.n_left,
         'revision': session.revision, 'episode': lesson.episode.number if lesson else 0,
-        'doing': session.describe(), **(certificate_values(refresh) if refresh else {})}
+        'doing': session.describe(), 'heard': ' '.join(sorted(heard)), **(certificate_values(refresh) if refresh else {})}
     return DiagnosticStatus(
         level=DiagnosticStatus.OK if refresh or session.phase is not Phase.IDLE
         else DiagnosticStatus.STALE,

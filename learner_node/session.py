@@ -130,11 +130,13 @@ class Session:
         Raises
         ------
         SessionError
-            If something else is under way.
+            If something else is under way, or there is nothing to record yet.
 
         """
         if self.phase is not Phase.IDLE:
             raise SessionError(f'cannot record a demonstration now: {self.describe()}')
+        if not math.isfinite(self._heard):
+            raise SessionError('cannot record a demonstration: no odometry has arrived yet')
         self._go(Phase.DEMONSTRATION, now)
         return [Record(EpisodeKind.DEMO)]
 

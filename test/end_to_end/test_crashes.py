@@ -1,0 +1,48 @@
+"""Processes that die in the middle of a trial: the suite finishes by itself, no bag is lost."""
+
+import pytest
+
+from control_field.records import Outcome
+from experience_cli.learn import field_bytes
+from learner_node.lessons import Lessons
+from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.episodes import read_episode, read_header
+from msgs_bridge.tables import field_from_cloud
+from suite_helpers import running_suite
+
+pytestmark = pytest.mark.slow
+
+
+def outcomes(task):
+    return [read_episode(episode.path).record.outcome for episode in task.episodes()
+            if episode.kind is EpisodeKind.TRIAL]
+
+
+def finish(suite):
+    suite.wait_for_revision(3)
+    suite.wait(lambda: field_from_cloud(suite.fields[-1]).revision == 3, 'the last field')
+    header = read_header(suite.task.episodes()[0].path)
+    lessons = Lessons(header.grid, header.parameters)
+    for episode in suite.task.episodes():
+        lessons.learn(episode)
+    assert field_bytes(lessons.field()) == suite.live_bytes()
+
+
+@pytest.mark.parametrize('victim', ['learner_node', 'control_field_node', 'sim_node'])
+def test_a_trial_that_was_broken_off_is_run_again(ros_domain, tmp_path, victim):
+    with running_suite(tmp_path / 'suite', ros_domain, auto_start=True,
+                       peer_timeout=1.0) as suite:
+        suite.demonstrate()
+        suite.wait_for_step(3)
+        suite.kill(victim)
+        suite.start(victim, **({'world': 'task1'} if victim == 'sim_node' else {}))
+        finish(suite)
+        learner = suite.processes['learner_node']
+        found = learner.stdout + learner.stderr
+    kinds = outcomes(suite.task)
+    assert kinds.count(Outcome.ABORTED) == len(kinds) - 2 >= 1
+    assert kinds.count(Outcome.GOAL) == 2
+    if victim == 'learner_node':
+        assert 'mended' in found
+    else:
+        assert 'broken off' in found

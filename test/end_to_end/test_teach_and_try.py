@@ -1,0 +1,96 @@
+"""The whole loop on three real processes: teach, try, learn; the field is that of the bags."""
+
+import sys
+import time
+
+import pytest
+
+from control_field.records import Outcome
+from experience_cli.learn import field_bytes
+from learner_node.lessons import Lessons
+from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.episodes import read_header
+from msgs_bridge.tables import field_from_cloud
+from ros_helpers import run
+from suite_helpers import running_suite
+
+pytestmark = pytest.mark.slow
+
+
+def relearnt(task):
+    header = read_header(task.episodes()[0].path)
+    lessons = Lessons(header.grid, header.parameters)
+    return lessons, [lessons.learn(episode) for episode in task.episodes()]
+
+
+@pytest.fixture(scope='module')
+def taught(ros_domain, tmp_path_factory):
+    """Run the loop twice; yield folder, live bytes and how long each refresh took."""
+    runs = []
+    for name in ('first', 'second'):
+        with running_suite(tmp_path_factory.mktemp(name) / 'suite', ros_domain) as suite:
+            said = suite.demonstrate()
+            suite.node.ask('learner_node/run_trials')
+            suite.wait_for_revision(3)
+            suite.wait(lambda: field_from_cloud(suite.fields[-1]).revision == 3, 'the last field')
+            runs.append((suite.task, suite.live_bytes(), said, list(suite.fields)))
+    return runs
+
+
+def test_what_the_learner_published_is_what_the_bags_teach(taught):
+    for task, live, _, _ in taught:
+        lessons, _ = relearnt(task)
+        assert field_bytes(lessons.field()) == live
+
+
+def test_the_same_run_twice_gives_the_same_bytes(taught):
+    (_, first, _, fields), (_, second, _, again) = taught
+    assert first == second
+    assert [bytes(field.data) for field in fields] == [bytes(field.data) for field in again]
+
+
+def test_it_learns_the_task(taught):
+    for task, _, said, _ in taught:
+        _, lessons = relearnt(task)
+        kinds = [lesson.episode.kind for lesson in lessons]
+        assert kinds == [EpisodeKind.DEMO, EpisodeKind.TRIAL, EpisodeKind.TRIAL]
+        assert '0001' in said
+        assert lessons[0].read.record.cells[-1].tolist() == [16, 15]
+        assert [lesson.read.record.outcome for lesson in lessons[1:]] == [Outcome.GOAL] * 2
+        assert lessons[1].refresh.reinforcements > 0
+        assert lessons[2].refresh.reinforcements == 0
+
+
+def test_experience_learn_agrees_with_every_recorded_field(taught, tmp_path):
+    task = taught[0][0]
+    command = [sys.executable, '-m', 'experience_cli.main', 'learn', '--check', str(task.path)]
+    process = run(command, tmp_path)
+    assert process.popen.returncode == 0, process.report()
+    assert 'control_field revision 3 sha256' in process.stdout
+    assert len(process.stdout.splitlines()) == 4
+
+
+def test_a_restarted_learner_publishes_the_same_field(taught, ros_domain, tmp_path):
+    task, live, _, _ = taught[0]
+    with running_suite(tmp_path / 'again', ros_domain, bags=str(task.root)) as suite:
+        assert suite.live_bytes() == live
+
+
+def test_learning_and_pushing_take_less_than_a_fifth_of_a_second(ros_domain, tmp_path):
+    ended, pushed = {}, {}
+    with running_suite(tmp_path / 'timed', ros_domain, auto_trials=3) as suite:
+        suite.demonstrate()
+        suite.node.ask('learner_node/run_trials')
+
+        def is_over():
+            status = suite.node.status
+            if status is not None and status.outcome is not None:
+                ended.setdefault(status.trial, time.monotonic())
+            if suite.fields:
+                pushed.setdefault(field_from_cloud(suite.fields[-1]).revision - 1,
+                                  time.monotonic())
+            return 3 in pushed
+
+        suite.wait(is_over, 'three trials')
+        suite.wait_for_revision(4)
+    assert min(pushed[trial] - ended[trial] for trial in ended) < 0.2

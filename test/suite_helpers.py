@@ -1,0 +1,102 @@
+"""Simulator, controller and learner as real processes in lock-step, taught by a real drive."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, ExitStack
+from pathlib import Path
+
+from sensor_msgs.msg import PointCloud2
+
+from control_field.grid import Grid
+from experience_cli.demo import WAY
+from experience_cli.driver import Driver, points_from_cells
+from experience_cli.node import DemoNode
+from msgs_bridge import qos
+from msgs_bridge.bag_folder import TaskFolder
+from ros_helpers import Process, start_node
+
+COMMON = {'lockstep': True, 'enable_stamped_cmd_vel': True}
+PARAMETERS = {
+    'sim_node': {**COMMON, 'world': 'open', 'rate': 10.0},
+    'control_field_node': COMMON,
+    'learner_node': {**COMMON, 'simulation': True, 'task': 'task1', 'auto_trials': 2},
+}
+DEADLINE = 60.0
+
+
+class Suite:
+    """The three processes, and a node that talks to them."""
+
+    def __init__(self, folder: Path, domain: int, stack: ExitStack, **learner):
+        self.folder = folder
+        self.bags = folder / 'bags'
+        self.task = TaskFolder(self.bags, 'task1')
+        self.processes: dict[str, Process] = {}
+        self._stack = stack
+        self._learner = {'bags': str(self.bags), **learner}
+        self.node = stack.enter_context(DemoNode(domain, self._check))
+        self.fields: list[PointCloud2] = []
+        self.node._node.create_subscription(
+            PointCloud2, 'control_field', self.fields.append, qos.LATCHED)
+
+    def start(self, *names: str, **changes):
+        """Start nodes, all of them by default."""
+        for name in names or tuple(PARAMETERS):
+            parameters = {**PARAMETERS[name], **changes}
+            if name == 'learner_node':
+                parameters |= self._learner
+            process = start_node(f'{name}.node', self.folder, parameters)
+            self.processes[name] = self._stack.enter_context(process)
+
+    def kill(self, name: str):
+        """End a node as a crash would."""
+        self.processes.pop(name).kill()
+
+    def _check(self):
+        for process in self.processes.values():
+            assert process.running, process.report()
+
+    def wait(self, predicate, what: str):
+        """Wait for something; a report of all processes goes with a failure."""
+        try:
+            return self.node.wait_until(predicate, what, DEADLINE)
+        except Exception as error:
+            reports = '\n'.join(process.report() for process in self.processes.values())
+            raise AssertionError(f'{error}\n{reports}') from None
+
+    def demonstrate(self) -> str:
+        """Drive the demonstration in the open world; return what the learner says of it."""
+        self.node.wait_for_peers()
+        self.node.ask('learner_node/record_demonstration', True)
+        self.node.drive(Driver(points_from_cells(Grid(20, 20, 0.25), WAY)), lambda share: None)
+        said = self.node.ask('learner_node/record_demonstration', False)
+        self.node.set_parameter('sim_node', 'world', 'task1')
+        return said
+
+    def wait_for_revision(self, revision: int):
+        """Wait until so many episodes were learnt from, and the last trial is done."""
+        def is_done():
+            learner = self.node.learner
+            return (int(learner.get('revision', -1)) >= revision
+                    and learner['phase'] == 'idle' and learner['trials_left'] == '0')
+
+        self.wait(is_done, f'field revision {revision}')
+
+    def wait_for_step(self, steps: int):
+        """Wait until a trial is running and has come so far."""
+        self.wait(lambda: (status := self.node.status) is not None and status.trial > 0
+                  and status.outcome is None and status.steps >= steps, f'step {steps}')
+
+    def live_bytes(self) -> bytes:
+        """Return the bytes of the field that the learner has published last."""
+        self.wait(lambda: self.fields and self.fields[-1].header is not None, 'a field')
+        return bytes(self.fields[-1].data)
+
+
+@contextmanager
+def running_suite(folder: Path, domain: int, **learner) -> Iterator[Suite]:
+    """Start the three processes, stop them at the end; `learner` are parameters of its own."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        suite = Suite(folder, domain, stack, **learner)
+        suite.start()
+        yield suite
