@@ -7,8 +7,8 @@ mean what REP-117 says: +inf is free up to the greatest range, -inf is something
 measure, NaN and whatever lies outside the limits of the sensor says nothing.
 """
 
-import math
 from dataclasses import dataclass
+import math
 from typing import Any, Final, NamedTuple
 
 import numpy as np

@@ -37,8 +37,8 @@ ACTIONS: Final[Mapping[str, Action]] = {
 
 HELP: Final = """\
 drive (hold to move)     teach
-  u  i  o                s  start a demonstration    y  the last trial was a success
-  j  k  l                n  keep it                  f  the last trial was a failure
+  u  i  o                s  start a demonstration    y  it was a success
+  j  k  l                n  keep it                  f  it was a failure
   m  ,  .                r  redo it                  t  run trials
 space or k: stop         d  drop the last one        Esc  quit
 faster, slower: q/z both, w/x straight, e/c turning"""

@@ -109,7 +109,7 @@ class TeleopNode(Node):
             self.create_service(Trigger, f'~/{action}', self._service(action))
         learner, controller = self.settings.learner, self.settings.controller
         self._record = self.create_client(SetBool, f'{learner}/record_demonstration')
-        self._parameters = self.create_client(GetParameters, f'{learner}/get_parameters')
+        self._learner_parameters = self.create_client(GetParameters, f'{learner}/get_parameters')
         self._triggers = {name: self.create_client(Trigger, name) for name in (
             *(f'{learner}/{name}' for name in (
                 'discard_demonstration', 'drop_last', 'label_success', 'label_failure',
@@ -278,7 +278,7 @@ class TeleopNode(Node):
 
     async def is_simulated(self) -> bool:
         """Ask the learner whether it may set the robot back."""
-        answer = await self._answer(self._parameters, GetParameters.Request(names=['simulation']))
+        answer = await self._answer(self._learner_parameters, GetParameters.Request(names=['simulation']))
         return bool(answer is not None and answer.values and answer.values[0].bool_value)
 
     async def set_back(self) -> Answer:

@@ -29,6 +29,7 @@ class TerminalProcess(ros_helpers.Process):
         self.master, self.slave = pty.openpty()
         self.resize(width)
         self.shown = ''
+        self.before = self.mode()
         ros_helpers.listen_to_interrupts()
 
         def control() -> None:

@@ -6,7 +6,6 @@ import signal
 from nav_msgs.msg import OccupancyGrid, Odometry
 import numpy as np
 import pytest
-import ros_helpers
 from sensor_msgs.msg import LaserScan
 
 from control_field.grid import Grid
@@ -16,6 +15,7 @@ from msgs_bridge.neighbourhood_maker import NeighbourhoodMaker, PoseHistory
 from msgs_bridge.neighbourhoods import map_from_occupancy, neighbourhood_from_grid
 from msgs_bridge.poses import odometry_from_pose, Pose, stamp_from_seconds
 from msgs_bridge.sight_settings import SightSettings
+import ros_helpers
 
 GRID = Grid(20, 20, 0.25)
 

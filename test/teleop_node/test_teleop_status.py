@@ -1,0 +1,127 @@
+"""The status line: what it says, how wide it is, and where its facts come from."""
+
+import math
+from types import SimpleNamespace
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from hypothesis import given, strategies as st
+import pytest
+
+from control_field.records import Outcome
+from msgs_bridge.trial_status import State, TrialStatus
+from teleop_node.facts import Gathered, problem_with_readers, SILENCE
+from teleop_node.status_line import Facts, line_from_facts, line_over, message_over, share
+
+FULL = Facts('demonstration', 12.4, 0, 4, 'ended', 'goal', 17, 34, 0.9949, 1.0, (0.2, 1.0))
+
+
+def test_everything_in_order_of_importance():
+    assert line_from_facts(FULL, 200) == (
+        'RECORDING 12 s | trial 4 goal, 17 steps | 34 prototypes, basin 99 %, fidelity 100 % | '
+        '0.20 m/s 1.0 rad/s')
+    assert line_from_facts(FULL, 84) == (
+        'RECORDING 12 s | trial 4 goal, 17 steps | 34 prototypes, basin 99 %, fidelity 100 %')
+    assert line_from_facts(FULL, 79) == 'RECORDING 12 s | trial 4 goal, 17 steps'
+    assert line_from_facts(FULL, 9) == 'RECORDING'
+
+
+def test_before_anything_is_there():
+    assert line_from_facts(Facts(), 200) == (
+        'no learner | no trial yet | no field yet | 0.00 m/s 0.0 rad/s')
+
+
+facts = st.builds(
+    Facts, st.sampled_from(['', 'idle', 'demonstration', 'trial', 'what is new']),
+    st.floats(0, 1e5), st.integers(0, 9999), st.integers(0, 2**32), st.sampled_from(
+        ['running', 'paused', 'ended']), st.sampled_from(['', *map(str, Outcome)]),
+    st.integers(0, 2**32), st.integers(-1, 10**9), st.floats(0, 1) | st.just(math.nan),
+    st.floats(0, 1) | st.just(math.nan), st.tuples(st.floats(0, 5), st.floats(0, 20)),
+    st.text(st.characters(codec='ascii', exclude_categories=('Cc',))))
+
+
+@given(facts, st.integers(-1, 250))
+def test_it_is_never_wider_than_the_terminal(some, width):
+    line = line_from_facts(some, width)
+    assert len(line) <= max(width, 0)
+    assert '\n' not in line
+
+
+@given(facts)
+def test_a_problem_comes_first(some):
+    assert line_from_facts(some, 500).startswith(some.problem)
+
+
+@pytest.mark.parametrize(('value', 'text'), [(1.0, '100 %'), (0.99999, '99 %'), (0.0, '0 %'),
+                                             (0.29, '29 %')])
+def test_all_is_said_of_all_only(value, text):
+    assert share(value) == text
+
+
+def test_lines_are_written_over_each_other():
+    assert line_over('abc') == '\rabc\x1b[K'
+    assert message_over('abc') == '\rabc\x1b[K\n'
+
+
+def diagnostics(name='a/learner_node: learner', **values):
+    return DiagnosticArray(status=[DiagnosticStatus(
+        name=name, values=[KeyValue(key=k, value=str(v)) for k, v in values.items()])])
+
+
+class TestGathered:
+    def test_the_learner_tells(self):
+        gathered = Gathered('/a/learner_node')
+        gathered.saw_diagnostics(diagnostics(
+            phase='demonstration', trials_left=3, prototypes=34, basin='0.9876',
+            fidelity='1.0000'), 10.0)
+        some = gathered.at(12.5, (0.1, 1.0), 'p')
+        assert (some.phase, some.seconds, some.trials_left) == ('demonstration', 2.5, 3)
+        assert (some.prototypes, some.basin, some.fidelity) == (34, 0.9876, 1.0)
+        assert (some.speeds, some.problem) == ((0.1, 1.0), 'p')
+
+    def test_another_robots_learner_does_not(self):
+        gathered = Gathered('/a/learner_node')
+        gathered.saw_diagnostics(diagnostics('b/learner_node: learner', phase='idle'), 1.0)
+        assert gathered.at(1.0, (0, 0), '').phase == ''
+
+    def test_a_learner_that_fell_silent_is_gone(self):
+        gathered = Gathered('/learner_node')
+        gathered.saw_diagnostics(diagnostics('learner_node: learner', phase='idle'), 1.0)
+        assert gathered.at(1.0 + SILENCE, (0, 0), '').phase == 'idle'
+        assert gathered.at(1.1 + SILENCE, (0, 0), '').phase == ''
+
+    @pytest.mark.parametrize('value', ['', 'many', 'nan', 'inf', '1e300'])
+    def test_what_is_no_number_stands_for_none(self, value):
+        gathered = Gathered('/a/learner_node')
+        gathered.saw_diagnostics(diagnostics(
+            phase='idle', trials_left=value, prototypes=value, basin=value), 1.0)
+        some = gathered.at(1.0, (0, 0), '')
+        assert (some.trials_left, some.prototypes) == (0, -1)
+        assert line_from_facts(some, 80)
+
+    def test_trials(self):
+        gathered = Gathered('/learner_node')
+        assert not gathered.is_trying
+        gathered.saw_trial(TrialStatus(State.RUNNING, 2, steps=5))
+        assert gathered.is_trying
+        assert 'trial 2 running, 5 steps' in line_from_facts(gathered.at(1.0, (0, 0), ''), 99)
+        gathered.saw_trial(TrialStatus(State.ENDED, 2, Outcome.GOAL, steps=9))
+        assert not gathered.is_trying
+        assert 'trial 2 goal, 9 steps' in line_from_facts(gathered.at(1.0, (0, 0), ''), 99)
+
+
+def reader(kind, name='robot'):
+    return SimpleNamespace(node_name=name, topic_type=f'geometry_msgs/msg/{kind}')
+
+
+@pytest.mark.parametrize(('mine', 'readers', 'problem', 'words'), [
+    ('Twist', [], 'nobody listens on /cmd', ()),
+    ('Twist', ['Twist'], '', ()),
+    ('Twist', ['Twist', 'TwistStamped'], 'wrong type: set enable_stamped_cmd_vel:=true',
+     ('robot reads /cmd as geometry_msgs/msg/TwistStamped', 'publishes geometry_msgs/msg/Twist')),
+    ('TwistStamped', ['Twist'], 'wrong type: set enable_stamped_cmd_vel:=false', ('robot',))])
+def test_who_reads_the_commands(mine, readers, problem, words):
+    said, sentence = problem_with_readers(
+        '/cmd', f'geometry_msgs/msg/{mine}', map(reader, readers))
+    assert said == problem
+    assert bool(sentence) == bool(words)
+    assert all(word in sentence for word in words)
