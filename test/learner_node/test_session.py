@@ -1,0 +1,343 @@
+"""The session: phases, retries, lost peers; events in, effects out."""
+
+import pytest
+
+from control_field.records import Outcome
+from control_field.watch import StopReason
+from learner_node.effects import (
+    Abandon,
+    Close,
+    Discard,
+    Place,
+    Record,
+    Say,
+    StartTrial,
+    StopTrial,
+)
+from learner_node.session import MAX_REQUESTS, Peers, Phase, Session, SessionError
+from learner_node.settings import Settings, StartPose
+from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.trial_status import State, TrialStatus
+
+START = StartPose(0.625, 0.875, 0.0)
+HERE = (START.x, START.y, START.yaw)
+
+
+class Play:
+    """A session with a clock, and a log of all its effects."""
+
+    def __init__(self, **changes):
+        self.now = 0.0
+        settings = Settings(simulation=True, **changes)
+        self.session = Session(settings, lambda: START)
+        self.log = []
+
+    def __call__(self, name, *arguments):
+        effects = getattr(self.session, name)(*arguments, self.now) or []
+        self.log += effects
+        return effects
+
+    def wait(self, seconds):
+        """Let time pass, tick by tick; return the effects."""
+        found = []
+        for _ in range(round(seconds / 0.05)):
+            self.now += 0.05
+            found += self('tick')
+        return found
+
+    @property
+    def phase(self):
+        return self.session.phase
+
+
+def idle(revision=1, trial=0):
+    return TrialStatus(State.IDLE, trial, revision=revision)
+
+
+def running(trial=1, revision=1, decisions=0):
+    return TrialStatus(State.RUNNING, trial, revision=revision, decisions=decisions)
+
+
+def ended(trial=1, outcome=Outcome.GOAL, decisions=3, reason='', stamp=0.0):
+    return TrialStatus(State.ENDED, trial, outcome, reason, decisions=decisions, revision=1,
+                       stamp=stamp)
+
+
+@pytest.fixture
+def play():
+    """Return a session that has a field and all its peers."""
+    play = Play()
+    play('begin')
+    play('heard_odometry', 0.0)
+    play('saw_peers', Peers(controller=True, robot=True))
+    play('saw_status', idle())
+    play('learnt', 1)
+    return play
+
+
+@pytest.fixture
+def trying(play):
+    """Return a session in the middle of trial 1 of 2."""
+    play('run_trials', 2)
+    play('saw_pose', *HERE)
+    play('start_answered', True, '')
+    play('saw_status', running())
+    assert play.phase is Phase.TRIAL
+    return play
+
+
+class TestDemonstration:
+
+    def test_is_closed_when_no_more_comes(self, play):
+        assert play('record') == [Record(EpisodeKind.DEMO)]
+        assert play('keep') == []
+        assert play.phase is Phase.SETTLING
+        assert play.wait(0.2) == [Close()]
+        assert play.phase is Phase.LEARNING
+        assert play('learnt', 2) == []
+        assert play.phase is Phase.IDLE
+
+    def test_takes_what_still_comes_in(self, play):
+        play('record')
+        play('keep')
+        for _ in range(5):
+            play('heard_odometry', 1.0)
+            assert play.wait(0.05) == []
+        assert Close() in play.wait(0.15)
+
+    def test_of_a_real_robot_does_not_wait_for_quiet(self, play):
+        play('record')
+        play('keep')
+        effects = []
+        for _ in range(8):
+            play('heard_odometry', 1.0)
+            effects += play.wait(0.05)
+        assert effects == [Close()]
+
+    def test_can_be_thrown_away(self, play):
+        play('record')
+        assert play('discard') == [Discard()]
+        assert play.phase is Phase.IDLE
+
+    @pytest.mark.parametrize('request_', ['keep', 'discard'])
+    def test_that_is_not_there_cannot_be_kept_or_thrown_away(self, play, request_):
+        with pytest.raises(SessionError, match='no demonstration'):
+            play(request_)
+
+    def test_needs_odometry(self):
+        with pytest.raises(SessionError, match='no odometry'):
+            Play()('record')
+
+    def test_waits_for_the_bags_to_be_learnt(self):
+        play = Play()
+        play('begin')
+        with pytest.raises(SessionError, match='learning'):
+            play('record')
+
+    def test_does_not_begin_during_a_trial(self, trying):
+        with pytest.raises(SessionError, match='trial 1 is under way'):
+            trying('record')
+
+
+class TestTrials:
+
+    def test_run_one_after_the_other(self, play):
+        assert play('run_trials', 2) == [Place(START)]
+        for trial in (1, 2):
+            assert play('saw_pose', *HERE) == [Record(EpisodeKind.TRIAL), StartTrial()]
+            play('start_answered', True, '')
+            play('saw_status', running(trial, revision=trial))
+            play('saw_decisions', trial, 3)
+            assert play('saw_status', ended(trial)) == [Close()]
+            play('learnt', trial + 1)
+            effects = play('saw_status', idle(trial + 1, trial))
+            assert effects == ([Place(START)] if trial == 1 else [])
+        assert play.phase is Phase.IDLE
+        assert play.session.n_left == 0
+
+    def test_need_a_field(self):
+        with pytest.raises(SessionError, match='record a demonstration first'):
+            Play()('run_trials', 1)
+
+    def test_of_a_real_robot_are_started_by_a_person(self, play):
+        real = Session(Settings(), lambda: START)
+        with pytest.raises(SessionError, match='control_field_node/start_trial'):
+            real.run_trials(1, 0.0)
+
+    def test_start_on_the_newest_field_only(self, play):
+        play('saw_status', idle(revision=0))
+        assert play('run_trials', 1) == []
+        assert play.phase is Phase.WAITING
+        assert play('saw_status', idle(revision=1)) == [Place(START)]
+
+    def test_start_only_where_the_robot_was_placed(self, play):
+        play('run_trials', 1)
+        assert play('saw_pose', START.x + 0.1, START.y, START.yaw) == []
+        assert play('saw_pose', START.x, START.y, START.yaw + 0.1) == []
+        assert play('saw_pose', *HERE)
+
+    def test_are_closed_when_the_last_decision_is_there(self, trying):
+        assert trying('saw_status', ended(decisions=3)) == []
+        assert trying('saw_decisions', 1, 2) == []
+        assert trying('saw_decisions', 1, 1) == [Close()]
+
+    def test_are_closed_when_the_drive_is_there_up_to_its_end(self, trying):
+        trying('saw_decisions', 1, 3)
+        assert trying('saw_status', ended(stamp=2.0)) == []
+        assert trying('heard_odometry', 1.95) == []
+        assert trying('heard_odometry', 2.0) == [Close()]
+
+    def test_are_closed_without_the_last_odometry(self, trying):
+        trying('saw_decisions', 1, 3)
+        trying('saw_status', ended(stamp=2.0))
+        assert trying.wait(0.4) == [Close()]
+
+    def test_do_not_count_decisions_of_others(self, trying):
+        trying('saw_decisions', 7, 3)
+        assert trying('saw_status', ended(decisions=3)) == []
+
+    def test_that_end_at_once_need_not_be_seen_running(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        play('saw_decisions', 1, 3)
+        assert play('saw_status', ended()) == [Close()]
+
+    def test_that_a_person_starts_are_recorded(self, play):
+        play('saw_decisions', 4, 1)
+        assert play('saw_status', running(4, decisions=1)) == [Record(EpisodeKind.TRIAL)]
+        play('saw_decisions', 4, 2)
+        assert play('saw_status', ended(4)) == [Close()]
+        play('learnt', 2)
+        assert play.phase is Phase.IDLE
+
+    def test_whose_beginning_was_missed_are_not_recorded(self, play):
+        assert play('saw_status', running(4, decisions=2)) == []
+        assert play.phase is Phase.IDLE
+
+    def test_stop_when_asked(self, trying):
+        assert trying('stop_trials') == [StopTrial()]
+        trying('saw_decisions', 1, 3)
+        assert trying('saw_status', ended(outcome=Outcome.STOPPED)) == [Close()]
+        trying('learnt', 2)
+        assert trying.phase is Phase.IDLE
+
+    def test_stop_when_the_controller_was_asked(self, trying):
+        trying('saw_decisions', 1, 3)
+        trying('saw_status', ended(outcome=Outcome.STOPPED, reason=StopReason.ASKED.sentence))
+        trying('learnt', 2)
+        assert trying.phase is Phase.IDLE
+
+    def test_that_do_not_run_cannot_be_stopped(self, play):
+        with pytest.raises(SessionError, match='no trials'):
+            play('stop_trials')
+
+    def test_stop_while_waiting(self, play):
+        play('saw_peers', Peers())
+        play('run_trials', 3)
+        assert play('stop_trials') == []
+        assert play.phase is Phase.IDLE
+
+
+class TestRetries:
+
+    def test_the_robot_is_placed_again(self, play):
+        play('run_trials', 1)
+        assert set(play.wait(1.0)) == {Place(START)}
+
+    def test_a_refused_start_is_asked_for_again(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        play('start_answered', False, 'a person is driving')
+        assert play.wait(0.4) == [StartTrial()]
+
+    def test_starts_refused_for_long_leave_no_bag(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        for _ in range(MAX_REQUESTS):
+            play('start_answered', False, 'a person is driving')
+            play.wait(0.4)
+        assert Discard() in play.log
+        assert any(isinstance(effect, Say) and 'broken off' in effect.text for effect in play.log)
+        assert play.session.n_left == 1
+
+    def test_a_trial_on_an_old_field_is_broken_off(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        effects = play('saw_status', running(1, revision=0))
+        assert [type(effect) for effect in effects] == [Say, Abandon, StopTrial]
+        assert play.phase is Phase.WAITING
+
+
+class TestLostPeers:
+
+    @pytest.mark.parametrize('left', [Peers(controller=True), Peers(robot=True)])
+    def test_a_trial_is_broken_off_and_run_again(self, trying, left):
+        effects = trying('saw_peers', left)
+        assert any(isinstance(effect, Abandon) and 'went away' in effect.reason
+                   for effect in effects)
+        assert (StopTrial() in effects) == left.controller
+        assert trying.phase is Phase.WAITING
+        trying('saw_peers', Peers(controller=True, robot=True))
+        trying('saw_status', idle(1))
+        assert trying.phase is Phase.PLACING
+        assert trying.session.n_left == 2
+
+    def test_silence_breaks_a_trial_off(self, trying):
+        assert trying.wait(4.9) == []
+        effects = trying.wait(0.2)
+        assert any(isinstance(effect, Abandon) for effect in effects)
+
+    def test_commands_show_that_a_trial_lives(self, trying):
+        for _ in range(10):
+            trying('heard_command')
+            assert trying.wait(1.0) == []
+
+    def test_a_paused_trial_may_be_silent(self, trying):
+        trying('saw_status', TrialStatus(State.PAUSED, 1, reason='a person drives', revision=1))
+        assert trying.wait(20.0) == []
+
+    def test_a_controller_that_started_anew_has_no_trial(self, trying):
+        effects = trying('saw_status', idle(-1))
+        assert any(isinstance(effect, Abandon) for effect in effects)
+
+    def test_missing_decisions_break_a_trial_off(self, trying):
+        trying('saw_status', ended(decisions=3))
+        effects = trying.wait(6.0)
+        assert any(isinstance(effect, Abandon) and '0 of 3' in effect.reason
+                   for effect in effects)
+
+    def test_a_trial_that_the_controller_aborted_is_run_again(self, trying):
+        trying('saw_decisions', 1, 3)
+        effects = trying('saw_status', ended(outcome=Outcome.ABORTED, reason='jumped'))
+        assert Abandon('') in effects
+        assert trying('saw_status', idle(1, 1)) == [Place(START)]
+
+    def test_a_trial_of_before_is_stopped_first(self, play):
+        play('saw_status', running(9, decisions=5))
+        play('run_trials', 1)
+        assert play.wait(0.5) == [StopTrial()]
+        assert play('saw_status', ended(9, Outcome.STOPPED)) == [Place(START)]
+
+
+def test_nothing_goes_on_when_nothing_can_be_recorded(trying):
+    assert trying('failed') == [Abandon(''), StopTrial()]
+    assert trying.phase is Phase.IDLE
+    assert trying.session.n_left == 0
+
+
+def test_the_end_of_the_learner_stops_the_trial_and_marks_the_bag(trying):
+    effects = trying('shut_down')
+    assert effects[0] == StopTrial()
+    assert effects[1].reason
+
+
+def test_the_end_of_the_learner_keeps_an_unfinished_demonstration_apart(play):
+    play('record')
+    assert [type(effect) for effect in play('shut_down')] == [Abandon]
+
+
+def test_it_says_what_is_missing(play):
+    play('saw_peers', Peers(controller=True))
+    play('run_trials', 1)
+    assert any('no robot' in effect.text for effect in play.wait(6.0))
+    assert 'no robot' in play.session.describe()
