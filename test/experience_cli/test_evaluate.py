@@ -1,0 +1,185 @@
+"""`experience evaluate` from the outside: its files, its numbers, its refusals."""
+
+import json
+
+import numpy as np
+import pytest
+
+from experience_cli.evaluation.generators import generate
+from experience_cli.main import main
+
+SIZE = 12
+
+
+@pytest.fixture
+def world(tmp_path):
+    occupancy = generate('rooms', SIZE, 3)
+    rows = [''.join('.' if cell == 0 else '@' for cell in row) for row in occupancy[::-1]]
+    path = tmp_path / 'rooms.map'
+    path.write_text(f'type octile\nheight {SIZE}\nwidth {SIZE}\nmap\n' + '\n'.join(rows) + '\n')
+    return path
+
+
+def run(world, *more, goal='8.5,8.5', start='1.5,1.5'):
+    return main(['evaluate', '--world', str(world), '--goal', goal, '--demo-start', start,
+                 '--trials', '2', '--seeds', '2', *more])
+
+
+def optimum_and_ends(world, field):
+    """Follow the field as the help says, with nothing of ours; return who gets home, and SPL."""
+    lines = world.read_text().splitlines()[4:][::-1]
+    free = np.array([[mark == '.' for mark in line] for line in lines])
+    steps = [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)]
+
+    def step(cell, heading):
+        d_row, d_col = steps[heading]
+        row, col = cell[0] + d_row, cell[1] + d_col
+        inside = 0 <= row < SIZE and 0 <= col < SIZE
+        beside = inside and free[row, col] and free[cell[0], col] and free[row, cell[1]]
+        return (row, col) if beside else None
+
+    x, y = field['goal']
+    goal = (int(y), int(x))
+    cost = {goal: 0.0}
+    for _ in range(free.size):  # Bellman and Ford: slow and plainly right
+        for cell in [(int(r), int(c)) for r, c in np.argwhere(free)]:
+            for heading in range(8):
+                after = step(cell, heading)
+                if after in cost:
+                    length = cost[after] + np.hypot(*steps[heading])
+                    cost[cell] = min(cost.get(cell, np.inf), length)
+    home = {}
+    for cell in cost:
+        at, length, seen = cell, 0.0, set()
+        while at != goal and at is not None and at not in seen:
+            seen.add(at)
+            angle = np.arctan2(field['vy'][at], field['vx'][at])
+            heading = int(np.floor(angle / (np.pi / 4) + 0.5)) % 8
+            length += np.hypot(*steps[heading])
+            at = step(at, heading)
+        home[cell] = length if at == goal else None
+    spl = [0.0 if home[cell] is None else cost[cell] / max(home[cell], 1e-12) if cost[cell] else 1
+           for cell in cost]
+    return np.mean([length is not None for length in home.values()]), np.mean(spl)
+
+
+def test_anybody_can_check_the_numbers_from_the_field_file(world, tmp_path, capsys):
+    assert run(world, '--json', str(tmp_path / 'a.json'),
+               '--save-field', str(tmp_path / 'field.npz')) == 0
+    assert 'field_success' in capsys.readouterr().out
+    report = json.loads((tmp_path / 'a.json').read_text())
+    field = np.load(tmp_path / 'field.npz')
+    success, spl = optimum_and_ends(world, field)
+    last = report['after'][-1]
+    assert last['field_success']['values'][0] == pytest.approx(success)
+    assert last['field_success_spl']['values'][0] == pytest.approx(spl)
+    assert last['hidden_neurons']['values'][0] == len(field['centres'])
+
+
+def test_report_has_an_entry_for_every_number_of_trials(world, tmp_path):
+    assert run(world, '--json', str(tmp_path / 'a.json'), '--profile', 'paper') == 0
+    report = json.loads((tmp_path / 'a.json').read_text())
+    assert [entry['trials'] for entry in report['after']] == [0, 1, 2]
+    assert report['config']['goal'] == [8.5, 8.5]
+    assert report['config']['profile'] == 'paper'
+    for entry in report['after']:
+        for name, metric in entry.items():
+            if name != 'trials' and metric['median'] is not None:
+                assert metric['low'] <= metric['median'] <= metric['high']
+
+
+def test_results_do_not_depend_on_the_number_of_jobs(world, tmp_path):
+    for jobs in ('1', '2'):
+        assert run(world, '--json', str(tmp_path / f'{jobs}.json'), '--jobs', jobs,
+                   '--save-field', str(tmp_path / f'{jobs}.npz')) == 0
+    one, two = (json.loads((tmp_path / f'{jobs}.json').read_text()) for jobs in '12')
+    for entry in one['after'] + two['after']:
+        del entry['seconds_learning']
+    assert one == two
+    assert (tmp_path / '1.npz').read_bytes() == (tmp_path / '2.npz').read_bytes()
+
+
+def test_field_file_holds_prototypes_as_they_act(world, tmp_path):
+    assert run(world, '--save-field', str(tmp_path / 'field.npz')) == 0
+    field = np.load(tmp_path / 'field.npz')
+    rows, cols = (field['centres'][:, ::-1] - 0.5).astype(int).T
+    np.testing.assert_allclose(
+        np.stack([field['vx'][rows, cols], field['vy'][rows, cols]], axis=1), field['actions'],
+        atol=1e-6)
+    np.testing.assert_allclose(np.hypot(*field['actions'].T), 1.0)
+    assert field['q'].shape == field['weights'].shape == (len(rows),)
+
+
+@pytest.mark.parametrize('start', ['-2.5,-1.5', '-.5,-1.5'])
+def test_negative_coordinates_are_taken_as_coordinates(tmp_path, start, capsys):
+    (tmp_path / 'a.pgm').write_bytes(b'P5\n8 8\n255\n' + bytes([254]) * 64)
+    (tmp_path / 'a.yaml').write_text(
+        'image: a.pgm\nresolution: 1.0\norigin: [-4.0, -4.0, 0.0]\nnegate: 0\n'
+        'occupied_thresh: 0.65\nfree_thresh: 0.25\n')
+    for arguments in (['--goal', '-3.5,2.5', '--demo-start', start],
+                      ['--goal=-3.5,2.5', f'--demo-start={start}']):
+        assert main(['evaluate', '--world', str(tmp_path / 'a.yaml'), *arguments, '--trials', '0',
+                     '--seeds', '1', '--json', '-']) == 0
+        report = json.loads(capsys.readouterr().out)
+        assert report['config']['goal'] == [-3.5, 2.5]
+        assert report['after'][0]['field_success']['median'] == 1.0
+
+
+@pytest.mark.parametrize(('arguments', 'hint'), [
+    (['--goal', '99,1'], 'outside'),
+    (['--goal', '5.5,5.5'], 'blocked'),
+    (['--demo-start', '5.5,5.5'], 'blocked'),
+    (['--demo-start', '8.5,8.5'], 'goal itself'),
+    (['--json', '/nowhere/a.json'], 'no folder'),
+    (['--save-field', '/'], 'folder'),
+    (['--json', '/dev/full'], 'cannot be written'),
+    (['--method', 'magic'], 'no such method'),
+    (['--set', 'caution=much'], 'float'),
+    (['--set', 'moves=5'], '4 or 8'),
+    (['--set', 'nothing'], 'NAME=VALUE'),
+    (['--set', 'seed=3'], '--seed0'),
+    (['--demo-bag', '/nowhere/bag'], 'no such bag'),
+    (['--world', '/nowhere/a.map'], 'no such file'),
+])
+def test_a_mistake_is_one_clear_line(world, arguments, hint, capsys):
+    assert run(world, *arguments) == 2
+    error = capsys.readouterr().err
+    assert error.startswith('experience evaluate: ')
+    assert hint in error
+    assert error.count('\n') == 1
+
+
+@pytest.mark.parametrize(('arguments', 'hint'), [
+    (['--goal', '1,2,3'], 'X,Y'), (['--goal', 'nan,1'], 'X,Y'), (['--trials', '-1'], '-1'),
+    (['--seeds', '0'], "'0'"), (['--jobs', 'many'], 'many'), (['--start-radius', '-1'], '0 m'),
+])
+def test_a_malformed_number_is_refused(world, arguments, hint, capsys):
+    with pytest.raises(SystemExit) as stop:
+        run(world, *arguments)
+    assert stop.value.code == 2
+    assert hint in capsys.readouterr().err
+
+
+def test_a_place_without_a_way_is_refused(tmp_path, capsys):
+    path = tmp_path / 'split.map'
+    path.write_text('type octile\nheight 3\nwidth 5\nmap\n..@..\n..@..\n..@..\n')
+    assert run(path, goal='4.5,1.5', start='0.5,0.5') == 2
+    assert 'no way' in capsys.readouterr().err
+
+
+def test_a_teacher_without_a_detour_says_so(tmp_path, capsys):
+    path = tmp_path / 'corridor.map'
+    path.write_text('type octile\nheight 1\nwidth 6\nmap\n......\n')
+    assert run(path, '--teacher', 'detour', goal='5.5,0.5', start='0.5,0.5') == 2
+    assert '--teacher detour' in capsys.readouterr().err
+
+
+def test_start_radius_narrows_what_is_judged(world, tmp_path):
+    assert run(world, '--start-radius', '1.0', '--json', str(tmp_path / 'a.json')) == 0
+    assert json.loads((tmp_path / 'a.json').read_text())['config']['n_starts'] == 5
+
+
+def test_moves_without_diagonals_hold_for_teacher_and_field(world, tmp_path):
+    assert run(world, '--set', 'moves=4', '--save-field', str(tmp_path / 'field.npz')) == 0
+    field = np.load(tmp_path / 'field.npz')
+    assert (np.abs(field['actions']).max(axis=1) == 1.0).all()
