@@ -3,12 +3,13 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import fields
+from functools import partial
 import json
 import math
 from pathlib import Path
 import re
 import tempfile
-from typing import Any, TYPE_CHECKING
+from typing import Any, NoReturn, TYPE_CHECKING
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
@@ -44,10 +45,16 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter)
     # argparse takes '-2,3' for an option unless it looks like a negative number.
     parser._negative_number_matcher = re.compile(r'^-\.?\d')
+    # One line, without the usage before it, as for every other mistake.
+    parser.error = partial(_refuse, parser)  # type: ignore[method-assign]
     _add_task(parser)
     _add_method(parser)
     _add_output(parser)
     return parser
+
+
+def _refuse(parser: argparse.ArgumentParser, message: str) -> NoReturn:
+    parser.exit(2, f'{parser.prog}: {message} (see {parser.prog} --help)\n')
 
 
 def _add_task(parser: argparse.ArgumentParser) -> None:

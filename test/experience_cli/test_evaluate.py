@@ -157,7 +157,9 @@ def test_a_malformed_number_is_refused(world, arguments, hint, capsys):
     with pytest.raises(SystemExit) as stop:
         run(world, *arguments)
     assert stop.value.code == 2
-    assert hint in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert hint in error
+    assert error.count('\n') == 1
 
 
 def test_a_place_without_a_way_is_refused(tmp_path, capsys):
