@@ -1,0 +1,193 @@
+"""The learner as a process: user errors, signals, a full disk."""
+
+import signal
+import sys
+
+from nav_msgs.msg import Odometry
+import pytest
+from std_srvs.srv import SetBool, Trigger
+
+from control_field.grid import Grid
+from control_field.parameters import Parameters
+from msgs_bridge import qos
+from msgs_bridge.bag_file import start_bag
+from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
+from msgs_bridge.bag_repair import needs_repair
+from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.episodes import NothingToLearnError, read_episode
+from msgs_bridge.poses import odometry_from_pose, Pose
+from ros_helpers import call, node_command, Process, start_node, wait_until
+
+LEARNER = 'learner_node.node'
+
+
+def start(tmp_path, **parameters):
+    return start_node(LEARNER, tmp_path, {'bags': str(tmp_path / 'bags'), **parameters})
+
+
+def empty_bag(tmp_path, **header):
+    """Write a bag with nothing but a header into the task `task`."""
+    header = {'kind': EpisodeKind.TRIAL, 'task': 'task', 'grid': Grid(20, 20, 0.25),
+              'parameters': Parameters(), **header}
+    start_bag(TaskFolder(tmp_path / 'bags', 'task'), header['kind'],
+              EpisodeHeader(**header).to_mapping()).close()
+
+
+class Robot:
+    """Publishes odometry when it is told to."""
+
+    def __init__(self, node):
+        self.node = node
+        self.publisher = node.create_publisher(Odometry, 'odom', qos.ODOMETRY_PUB)
+        self.stamp = 0.0
+
+    def drive(self, x):
+        self.stamp += 0.05
+        self.publisher.publish(odometry_from_pose(Pose(self.stamp, x, 0.875, 0.0)))
+        return True
+
+    def meet(self, process):
+        """Publish until the learner has heard it and begins to record."""
+        def is_recording():
+            self.drive(0.6)
+            return call(self.node, SetBool, 'learner_node/record_demonstration',
+                        SetBool.Request(data=True)).success
+        wait_until(is_recording, node=self.node, processes=[process], what='a recording')
+
+    def cross(self, process, bag, until):
+        """Drive along x until something is so."""
+        def is_done():
+            self.drive(0.6 + (self.stamp * 0.05) % 3.0)
+            return until()
+        wait_until(is_done, node=self.node, processes=[process], what='the end of the drive')
+
+
+@pytest.mark.parametrize(('parameters', 'words'), [
+    ({'task': '../elsewhere'}, ['task', "'../elsewhere'", 'letters']),
+    ({'rows': 0}, ['rows', '1', '2000']),
+    ({'resolution': -1.0}, ['resolution', '0.01']),
+    ({'power': 99.0}, ['power', '0.5', '16']),
+    ({'starts': 'anywhere'}, ['starts', 'anywhere', 'fixed, spread']),
+    ({'start_poses': [1.0, 2.0]}, ['start_poses', '2 numbers']),
+    ({'start_poses': [9.0, 1.0, 0.0]}, ['start_poses', '(9, 1)', 'outside']),
+    ({'start_poses': ['a']}, ['start_poses']),
+    ({'auto_start': True}, ['auto_start', 'simulation']),
+])
+def test_a_wrong_parameter_is_one_line_and_exit_code_2(ros_domain, tmp_path, parameters, words):
+    with start(tmp_path, **parameters) as process:
+        assert process.wait() == 2, process.report()
+    assert len(process.stderr.splitlines()) == 1
+    for word in words:
+        assert word in process.stderr
+
+
+def test_a_bags_folder_that_cannot_be_made_is_said(ros_domain, tmp_path):
+    (tmp_path / 'file').touch()
+    with start(tmp_path, bags=str(tmp_path / 'file')) as process:
+        assert process.wait() == 2, process.report()
+    assert 'cannot record into' in process.stderr
+    assert len(process.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(('header', 'words'), [
+    ({'grid': Grid(10, 12, 0.5)}, ['10 x 12 cells of 0.5 m', '20 x 20 cells of 0.25 m']),
+    ({'grid': Grid(20, 20, 0.25, frame_id='map')}, ["'map'", "'odom'"]),
+])
+def test_bags_of_another_workspace_are_refused(ros_domain, tmp_path, header, words):
+    empty_bag(tmp_path, **header)
+    with start(tmp_path) as process:
+        assert process.wait() == 2, process.report()
+    for word in [*words, '0001_trial']:
+        assert word in process.stderr.splitlines()[-1]
+
+
+def test_fresh_sets_the_bags_aside(ros_domain, tmp_path):
+    empty_bag(tmp_path, grid=Grid(10, 12, 0.5))
+    with start(tmp_path, fresh=True) as process:
+        wait_until(lambda: 'task_before_1' in process.stderr + process.stdout,
+                   processes=[process], what='a line')
+    assert (tmp_path / 'bags' / 'task_before_1' / '0001_trial').is_dir()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_cleanly(ros_domain, ros_node, tmp_path, number):
+    with start(tmp_path) as process:
+        client = ros_node.create_client(Trigger, 'learner_node/run_trials')
+        wait_until(client.service_is_ready, node=ros_node, processes=[process])
+        process.stop(number)
+    assert process.stderr == ''
+
+
+def test_what_cannot_be_done_is_refused_with_a_reason(ros_domain, ros_node, tmp_path):
+    with start(tmp_path, simulation=True) as process:
+        answers = {}
+        for name in ('run_trials', 'stop_trials', 'discard_demonstration'):
+            answers[name] = call(ros_node, Trigger, f'learner_node/{name}')
+        answers['keep'] = call(ros_node, SetBool, 'learner_node/record_demonstration',
+                               SetBool.Request(data=False))
+        assert process.running
+    assert not any(answer.success for answer in answers.values())
+    assert all(answer.message for answer in answers.values())
+
+
+def test_a_signal_during_a_demonstration_closes_the_bag(ros_domain, ros_node, tmp_path):
+    with start(tmp_path) as process:
+        robot = Robot(ros_node)
+        robot.meet(process)
+        task = TaskFolder(tmp_path / 'bags', 'task')
+        robot.cross(process, task, lambda: robot.stamp > 5.0)
+        process.stop()
+    [episode] = task.episodes()
+    assert not needs_repair(episode.path)
+    with pytest.raises(NothingToLearnError, match='not kept'):
+        read_episode(episode.path)
+
+
+def test_a_kept_demonstration_is_answered_with_what_it_taught(ros_domain, ros_node, tmp_path):
+    with start(tmp_path) as process:
+        robot = Robot(ros_node)
+        robot.meet(process)
+        robot.cross(process, None, lambda: robot.stamp > 30.0)
+        answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
+                      SetBool.Request(data=False))
+        assert process.running
+    assert answer.success, answer.message
+    assert 'cells from' in answer.message
+    assert 'prototypes' in answer.message
+
+
+def test_a_drive_that_teaches_nothing_is_said(ros_domain, ros_node, tmp_path):
+    with start(tmp_path) as process:
+        robot = Robot(ros_node)
+        robot.meet(process)
+        answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
+                      SetBool.Request(data=False))
+        assert process.running
+    assert not answer.success
+    assert 'nothing' in answer.message
+
+
+def test_a_full_disk_is_one_line_and_keeps_what_was_recorded(ros_domain, ros_node, tmp_path):
+    parameters = {'bags': str(tmp_path / 'bags')}
+    command = node_command(LEARNER, tmp_path, parameters)
+    # No file of this process may be greater than this; the error is the same as of a full disk.
+    limited = ('import resource, os, sys; '
+               'resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)); '
+               'os.execv(sys.argv[1], sys.argv[1:])')
+    with Process([sys.executable, '-c', limited, *command], tmp_path, name='learner') as process:
+        robot = Robot(ros_node)
+        robot.meet(process)
+
+        def said():
+            return [line for line in (process.stderr + process.stdout).splitlines()
+                    if 'cannot record' in line]
+
+        robot.cross(process, None, said)
+        wait_until(lambda: robot.drive(1.0) and robot.stamp > 20.0, node=ros_node)
+        assert len(said()) == 1
+        answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
+                      SetBool.Request(data=False))
+        assert not answer.success
+        assert process.running
+    [episode] = TaskFolder(tmp_path / 'bags', 'task').episodes()
+    assert episode.bag.stat().st_size > 50_000
