@@ -1,6 +1,7 @@
 """Strategies and small bags for the tests of msgs_bridge."""
 
 from collections.abc import Callable
+from importlib import import_module
 import math
 from pathlib import Path
 import subprocess
@@ -112,6 +113,12 @@ def spoil(msg: Any, name: str, value: Any) -> None:
     for part in path:
         msg = getattr(msg, part)
     setattr(msg, last, value)
+
+
+def message_class(type_name: str) -> Any:
+    """Return the class of a message type such as ``nav_msgs/msg/Odometry``."""
+    package, _, name = type_name.split('/')
+    return getattr(import_module(f'{package}.msg'), name)
 
 
 def refusal(call: Callable[[], Any], kind: type[ValueError] = ValueError) -> str:
