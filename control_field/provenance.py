@@ -128,7 +128,8 @@ def _in_window(
     inside = distances <= window
     if visible:
         for index in np.flatnonzero(inside).tolist():
-            inside[index] = sees(known, *prototypes.cells[index].tolist(), row, col)
+            r, c = prototypes.cells[index].tolist()
+            inside[index] = sees(known, r, c, row, col)
     found = np.flatnonzero(inside)
     weights = weight_from_q(prototypes.q, parameters.weight_floor)[found]
     weights = weights / distances[found] ** parameters.power

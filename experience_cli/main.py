@@ -19,7 +19,7 @@ from msgs_bridge.processes import prepare
 
 #: Modules of the subcommands, in the order of the help.
 COMMANDS: Final = (
-    'demo', 'learn', 'evaluate', 'inspection', 'list_command', 'show', 'label',
+    'demo', 'learn', 'evaluate', 'inspection', 'explain', 'diff', 'list_command', 'show', 'label',
     'trim', 'forget', 'repair')
 
 

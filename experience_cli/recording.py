@@ -1,16 +1,21 @@
 """A bag as a drive: what was recorded when, in seconds from where the drive begins."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import N_HEADINGS
+from control_field.records import ControlField, Prototypes
 from msgs_bridge.bag_columns import read_columns
-from msgs_bridge.bag_folder import EpisodeFolder
+from msgs_bridge.bag_folder import BagError, EpisodeFolder
 from msgs_bridge.bag_records import BagReader, RawMessages
+from msgs_bridge.cdr import POINT_CLOUD, struct_from_cdr
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import find_topic, read_header
+from msgs_bridge.tables import field_from_cloud, prototypes_from_cloud
 
 #: The compass of the eight headings, index 0 along +x.
 COMPASS = ('E', 'NE', 'N', 'NW', 'W', 'SW', 'S', 'SE')
@@ -88,6 +93,33 @@ class Recording:
                      for topic, n in self.counts.items() if n), default=0) * 1e-9
         return first if first > 1e9 else None
 
+    def field(self, before: int | None = None) -> ControlField | None:
+        """
+        Return the newest field, at most as new as a log time [ns]; None if there is none.
+
+        Raises
+        ------
+        BagError
+            If what was recorded is no field.
+
+        """
+        return self._table('control_field', field_from_cloud, before)
+
+    def prototypes(self, before: int | None = None) -> Prototypes | None:
+        """Return the newest prototypes, see `field`."""
+        return self._table('prototypes', prototypes_from_cloud, before)
+
+    def _table(self, role: str, read: Any, before: int | None) -> Any:
+        messages = self.messages(role)
+        times = messages.log_times
+        found = np.arange(len(times)) if before is None else np.flatnonzero(times <= before)
+        if not len(found):
+            return None
+        try:
+            return read(_cloud(messages[int(found[-1])]))
+        except ValueError as error:
+            raise BagError(f'{self.episode.path}: {error}') from None
+
     def _read_poses(self) -> Poses:
         messages = self.messages('odom')
         names = ('sec', 'nanosec', 'x', 'y', 'qx', 'qy', 'qz', 'qw')
@@ -99,3 +131,11 @@ class Recording:
         yaw = np.arctan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
         return Poses(sec + nanosec * 1e-9, messages.log_times[kept],
                      np.stack([x, y, yaw], axis=1))
+
+
+def _cloud(message: bytes) -> SimpleNamespace:
+    """Return a serialised PointCloud2 with the attributes of the message."""
+    values = struct_from_cdr(POINT_CLOUD, message)
+    values['header'] = SimpleNamespace(frame_id=values['frame_id'])
+    values['fields'] = [SimpleNamespace(**each) for each in values['fields']]
+    return SimpleNamespace(**values)

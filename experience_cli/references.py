@@ -7,8 +7,6 @@ from typing import Final
 
 from experience_cli.errors import UserError
 from msgs_bridge.bag_folder import check_task_name, EpisodeFolder, TaskFolder
-from msgs_bridge.bag_label import read_label
-from msgs_bridge.bag_repair import needs_repair
 
 #: Where the bags are if nobody says.
 BAGS: Final = Path('bags')
@@ -95,6 +93,9 @@ def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
         See `find_bag`; also if it was not closed, or is still being recorded.
 
     """
+    from msgs_bridge.bag_label import read_label
+    from msgs_bridge.bag_repair import needs_repair
+
     episode = find_bag(text, bags)
     if needs_repair(episode.path):
         raise UserError(f'{episode.path} was not closed: it is still being recorded, or was cut '

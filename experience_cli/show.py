@@ -93,14 +93,16 @@ def _event(row: Any, start: float) -> dict[str, Any]:
     from control_field.records import Kind
     from experience_cli.recording import compass
 
-    return {'at': round(float(row['stamp']) - start, 3), 'cell': [int(row['row']), int(row['col'])],
-            'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
-            'reward': int(row['reward'])}
+    return {
+        'at': round(float(row['stamp']) - start, 3), 'cell': [int(row['row']), int(row['col'])],
+        'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
+        'reward': int(row['reward'])}
 
 
 def lines_from(about: dict[str, Any]) -> list[str]:
     """Return the text for a person."""
-    from experience_cli.summary import size_text, table_lines, time_text
+    from control_field.grid import Grid
+    from experience_cli.summary import grid_text, size_text, table_lines, time_text
 
     grid, changed = about['grid'], _changed(about['parameters'])
     facts = [
@@ -108,8 +110,7 @@ def lines_from(about: dict[str, Any]) -> list[str]:
         ('folder', f'{about["path"]}, {size_text(about["size"])}'),
         ('began', time_text(about['begun'])),
         ('drive', f'{about["duration"]:.2f} s, stamps from {about["start"]:.3f} s'),
-        ('workspace', f'{grid["n_rows"]} x {grid["n_cols"]} cells of {grid["resolution"]:g} m from '
-                      f'({grid["origin_x"]:g}, {grid["origin_y"]:g}) in {grid["frame_id"]}'),
+        ('workspace', grid_text(Grid(**grid))),
         ('parameters', ', '.join(changed) or 'defaults'),
         *([('outcome', about['outcome'])] if about['outcome'] else []),
         *([('label', about['label'])] if about['label'] else []),
@@ -132,14 +133,14 @@ def _changed(parameters: dict[str, Any]) -> list[str]:
 def _content_lines(about: dict[str, Any]) -> list[str]:
     if 'demonstration' in about:
         shown = about['demonstration']
-        return ['', f'demonstration from cell {tuple(shown["start_cell"])} to '
-                    f'{tuple(shown["goal_cell"])}']
+        start, goal = tuple(shown['start_cell']), tuple(shown['goal_cell'])
+        return ['', f'demonstration from cell {start} to {goal}']
     if 'decisions' not in about:
         return []
     made = about['decisions']
     kinds = ', '.join(f'{n} {kind}' for kind, n in made['kinds'].items())
-    lines = ['', f'{made["count"]} decisions: {kinds or "none"}; {made["reinforcements"]} '
-                 f'reinforcements, in sum {made["reward"]:+d}']
-    return lines + [
+    counts = (f'{made["count"]} decisions: {kinds or "none"}; {made["reinforcements"]} '
+              f'reinforcements, in sum {made["reward"]:+d}')
+    return ['', counts] + [
         f'  {event["at"]:7.2f} s  cell {tuple(event["cell"])}  {event["kind"]} '
         f'{event["heading"]}, reward {event["reward"]:+d}' for event in made['notable']]

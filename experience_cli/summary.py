@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import Any
 
+from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from experience_cli.recording import Recording
 from msgs_bridge.bag_folder import BagError, EpisodeFolder
@@ -124,6 +125,12 @@ def time_text(begun: float | None) -> str:
     if begun is None:
         return 'simulated'
     return datetime.fromtimestamp(begun).astimezone().strftime('%Y-%m-%d %H:%M')
+
+
+def grid_text(grid: Grid) -> str:
+    """Return a workspace in words."""
+    return (f'{grid.n_rows} x {grid.n_cols} cells of {grid.resolution:g} m from '
+            f'({grid.origin_x:g}, {grid.origin_y:g}) in {grid.frame_id}')
 
 
 def size_text(size: int) -> str:

@@ -83,8 +83,9 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
     finally:
         drop_draft(draft.parent)
     start, goal = (tuple(cell) for cell in left.record.cells[[0, -1]].tolist())
-    return (f'{episode.name} is cut: {left.report}, from cell {start} to {goal} (the whole recording is kept in '
-            f'{whole_path(episode).name}, `experience trim --undo {episode.name}` puts it back)')
+    return (f'{episode.name} is cut: {left.report}, from cell {start} to {goal} (the whole '
+            f'recording is kept in {whole_path(episode).name}, `experience trim --undo '
+            f'{episode.name}` puts it back)')
 
 
 def _make(folder: Path) -> None:

@@ -1,0 +1,75 @@
+"""`experience diff`: two fields as arrows and numbers."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from experience_cli.errors import UserError
+from experience_cli.references import add_bags
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'diff', help='compare two fields, as arrows and numbers',
+        description='Compare two fields of one workspace: where their courses differ, what each '
+        'is worth, which prototypes came and went. A field is a bag (what it was driven on), the '
+        'folder of a task (what its bags teach) or a saved .npz.')
+    for name in ('first', 'second'):
+        parser.add_argument(name, metavar='BAG_TASK_OR_NPZ')
+    parser.add_argument('--out', type=Path, metavar='FILE.png', default=Path('out/diff.png'),
+                        help='where to draw it (%(default)s)')
+    parser.add_argument('--json', action='store_true', help='print a JSON object instead of text')
+    add_bags(parser)
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from experience_cli.comparison import Comparison, side_from
+    from experience_cli.comparison_figure import comparison_figure
+
+    out = arguments.out
+    if out.suffix != '.png':
+        raise UserError(f'--out {out}: must end in .png')
+    found = Comparison(*(side_from(text, arguments.bags)
+                         for text in (arguments.first, arguments.second)))
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        comparison_figure(found).savefig(out, format='png')
+    except OSError as error:
+        raise UserError(f'cannot write {out}: {error.strerror}') from None
+    about = {**found.to_json(), 'figure': str(out)}
+    print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
+    return 0
+
+
+def lines_from(about: dict[str, Any]) -> list[str]:
+    """Return the text for a person."""
+    from experience_cli.summary import table_lines
+
+    first, second = about['first'], about['second']
+    rows = [('', first['name'], second['name'])]
+    for key, title in (('revision', 'episodes learnt'), ('prototypes', 'prototypes'),
+                       ('known_cells', 'cells seen')):
+        rows.append((title, str(first[key]), str(second[key])))
+    for key in ('basin', 'proven', 'fidelity'):
+        rows.append((key, *('-' if side[key] is None else f'{side[key]:.1%}'
+                            for side in (first, second))))
+    rows.append(('sinks', str(len(first['sinks'])), str(len(second['sinks']))))
+    rows.append(('goal', str(tuple(first['goal'])), str(tuple(second['goal']))))
+    return [*table_lines(rows, (1, 2)), '', *_difference_lines(about), about['figure']]
+
+
+def _difference_lines(about: dict[str, Any]) -> list[str]:
+    changes = ', '.join(f'{len(cells)} {name}' for name, cells in about['prototypes'].items())
+    n, total = about['courses_differ'], about['cells']
+    angle, most = about['mean_angle_degrees'], about['largest_angle_degrees']
+    turned = '' if angle is None else f', {angle:.1f} degrees in the mean, {most:.0f} at most'
+    equal = ' (the vectors are equal)' if about['vectors_equal'] else turned
+    return [
+        f'courses: {n} of {total} cells differ ({n / total:.1%}){equal}',
+        f'prototypes: {changes}',
+        f'remembered map: {about["remembered_map_differs"]} cells differ',
+        f'Q-matrix: at most {about["largest_q_difference"]:.3g} apart']

@@ -1,0 +1,216 @@
+"""`experience explain`: why the robot did what it did at a moment of a bag."""
+
+import argparse
+import json
+import math
+from typing import Any
+
+from experience_cli.errors import UserError
+from experience_cli.references import add_bag
+
+#: Prototypes that the text names; JSON has all of them.
+_MOST = 12
+_NO_SHARES = {
+    True: 'this trial was to look around: its course is the shortest way that shows unseen cells, '
+          'no prototype had a say',
+    False: 'its prototypes do not make up this vector: bags that it was learnt from are missing '
+           'or have changed'}
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'explain', help='say why the robot did what it did at a moment',
+        description='Take the command at a moment of a bag apart: the decision it comes from, '
+        'which prototypes weighed how much in it (equation 7), from which bag and second each of '
+        'them is, and what the last gate did to it.')
+    add_bag(parser)
+    parser.add_argument('--at', type=float, required=True, metavar='T',
+                        help='seconds from the first odometry, or a stamp past the end of that')
+    parser.add_argument('--json', action='store_true', help='print a JSON object instead')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command; return 1 if the shares do not make up the field's vector."""
+    from experience_cli.explanation import Moment
+    from experience_cli.recording import Recording
+    from experience_cli.references import find_whole_bag
+
+    if not math.isfinite(arguments.at):
+        raise UserError(f'--at {arguments.at}: must be a number of seconds')
+    recording = Recording(find_whole_bag(arguments.bag, arguments.bags))
+    about = about_moment(Moment(recording, arguments.at))
+    print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
+    return 1 if about['course'] and not about['course']['adds_up'] else 0
+
+
+def about_moment(moment: Any) -> dict[str, Any]:
+    """
+    Return all there is to say of a moment, ready for JSON.
+
+    Raises
+    ------
+    BagError
+        If the bag cannot be read.
+
+    """
+    status = moment.status
+    return {
+        'bag': moment.recording.episode.name, 'kind': str(moment.recording.episode.kind),
+        'at': round(moment.seconds, 6), 'stamp': moment.stamp, 'pose': list(moment.pose),
+        'robot_cell': list(moment.robot_cell), 'cell': list(moment.cell),
+        'trial': None if status is None else {
+            'number': status.trial, 'state': str(status.state), 'reason': status.reason},
+        'decision': [_row(row, moment) for row in moment.decisions],
+        'command': {'requested': moment.requested, 'applied': moment.applied,
+                    'clipped_by': moment.clipped_by},
+        'course': _course(moment)}
+
+
+def _row(row: Any, moment: Any) -> dict[str, Any]:
+    from control_field.records import Kind
+    from experience_cli.recording import compass
+
+    return {
+        'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
+        'reward': int(row['reward']), 'at': round(float(row['stamp']) - moment.recording.start, 6),
+        'cell': [int(row['row']), int(row['col'])],
+        'next_cell': [int(row['next_row']), int(row['next_col'])],
+        'sight_blocked': [compass(h) for h in range(8) if int(row['blocked']) >> h & 1],
+        'sight_unknown': [compass(h) for h in range(8) if int(row['unknown']) >> h & 1],
+        'field_revision': int(row['revision'])}
+
+
+def _course(moment: Any) -> dict[str, Any] | None:
+    from control_field.headings import heading_from_vector
+    from control_field.provenance import vector_at
+    from experience_cli.recording import compass, COMPASS
+
+    course = moment.course
+    if course is None:
+        return None
+    field, cell, voices = course.field, moment.cell, course.voices
+    x, y = vector_at(field, *cell)
+    return {
+        'source': course.source, 'revision': field.revision, 'vector': [x, y],
+        'coherence': float(field.coherence[cell]),
+        'heading': compass(heading_from_vector(x, y) if (x, y) != (0.0, 0.0) else -1),
+        'known': int(field.known[cell]),
+        'q': {name: float(value) for name, value in zip(COMPASS, field.q[cell], strict=True)},
+        'adds_up': voices is not None or course.source == 'curious',
+        'sum': list(voices.vector) if voices else None,
+        'pull': None if voices is None or voices.pull < 0 else {
+            'heading': compass(voices.pull), 'weight': voices.pull_weight,
+            'share': voices.pull_share},
+        'prototypes': [] if voices is None else _voices(moment, course)}
+
+
+def _voices(moment: Any, course: Any) -> list[dict[str, Any]]:
+    from experience_cli.explanation import Sources
+    from experience_cli.recording import compass
+    from msgs_bridge.bag_folder import TaskFolder
+
+    folder = moment.recording.episode.path.parent
+    sources = Sources(TaskFolder(folder.parent, folder.name))
+    voices, table = course.voices, course.prototypes
+    found = []
+    for i, distance, weight, share in zip(
+            voices.indices.tolist(), voices.distances.tolist(), voices.weights.tolist(),
+            voices.shares.tolist(), strict=True):
+        number, stamp = int(table.episodes[i]), float(table.stamps[i])
+        shown = bool(table.demonstrated[i])
+        found.append({
+            'share': share, 'weight': weight, 'distance': distance,
+            'cell': table.cells[i].tolist(), 'heading': compass(int(table.headings[i])),
+            'q': float(table.q[i]), 'demonstrated': shown, 'episode': number,
+            'second': sources.second(number, stamp) if number > 0 else None,
+            'stamp': None if math.isnan(stamp) else stamp,
+            'from': sources.text(number, stamp, shown)})
+    return found
+
+
+def lines_from(about: dict[str, Any]) -> list[str]:
+    """Return the text for a person."""
+    x, y, yaw = about['pose']
+    where = (f'robot at ({x:.3f}, {y:.3f}) m, {math.degrees(yaw):.0f} degrees, in cell '
+             f'{tuple(about["robot_cell"])}')
+    lines = [
+        f'{about["bag"]} ({about["kind"]}) at {about["at"]:.2f} s, stamp {about["stamp"]:.3f} s',
+        where, *_trial_lines(about['trial']), *map(_decision_line, about['decision']),
+        *_command_lines(about['command'])]
+    if not about['decision']:
+        lines.append('no decision: a person drove' if about['kind'] == 'demo' else
+                     'no decision was made yet')
+    return lines + _course_lines(about)
+
+
+def _trial_lines(trial: dict[str, Any] | None) -> list[str]:
+    if trial is None:
+        return []
+    why = f': {trial["reason"]}' if trial['reason'] else ''
+    what = f'trial {trial["number"]}' if trial['number'] else 'demonstration'
+    return [f'{what} {trial["state"]}{why}']
+
+
+def _decision_line(row: dict[str, Any]) -> str:
+    said = {
+        'field': 'the course of the field, {heading}',
+        'blocked': 'the course {heading} was refused: the sight showed it blocked',
+        'avoid': '{heading} by the Q-matrix, instead of the blocked course',
+        'explore': '{heading} at random, to leave an oscillation',
+        'taught': '{heading}, driven by a person',
+        'detour': '{heading} by the Q-matrix: the course is free here and known to fail later'}
+    blocked = ' '.join(row['sight_blocked']) or 'nothing'
+    return (f'decision at {row["at"]:.2f} s in cell {tuple(row["cell"])}: '
+            f'{said[row["kind"]].format(heading=row["heading"])} (reward {row["reward"]:+d}, '
+            f'blocked in sight: {blocked})')
+
+
+def _command_lines(command: dict[str, Any]) -> list[str]:
+    if command['applied'] is None:
+        return ['no command was recorded here']
+    v, w = command['applied']
+    line = f'command: {v:.3f} m/s, {w:.3f} rad/s'
+    if command['requested'] is None:
+        return [line + ', and no other was recorded as asked for']
+    if command['clipped_by'] == 'none':
+        return [line + ', as it was asked for']
+    v, w = command['requested']
+    return [line + f'; {v:.3f} m/s, {w:.3f} rad/s was asked for, the last gate says: '
+                   f'{command["clipped_by"]}']
+
+
+def _course_lines(about: dict[str, Any]) -> list[str]:
+    course = about['course']
+    if course is None:
+        return ['there was no field yet']
+    x, y = course['vector']
+    there = (f'field revision {course["revision"]} in cell {tuple(about["cell"])}: vector '
+             f'({x:+.4f}, {y:+.4f}), course {course["heading"]}, coherence '
+             f'{course["coherence"]:.3f}')
+    lines = [there, 'Q there: ' + '  '.join(
+        f'{name} {q:+.3f}' for name, q in course['q'].items())]
+    if course['sum'] is None:
+        return [*lines, _NO_SHARES[course['source'] == 'curious']]
+    return lines + _share_lines(course)
+
+
+def _share_lines(course: dict[str, Any]) -> list[str]:
+    from experience_cli.summary import table_lines
+
+    rows = [('share', 'weight', 'cells off', 'cell', 'heading', 'Q', 'from')]
+    voices = course['prototypes']
+    rows += [(f'{voice["share"]:.1%}', f'{voice["weight"]:.4f}', f'{voice["distance"]:.2f}',
+              str(tuple(voice['cell'])), voice['heading'], f'{voice["q"]:+.3f}', voice['from'])
+             for voice in voices[:_MOST]]
+    pull = course['pull']
+    if pull:
+        rows.append((f'{pull["share"]:.1%}', f'{pull["weight"]:.4f}', '1.00', '-',
+                     pull['heading'], '-', 'the pull towards the shortest known way'))
+    lines = table_lines(rows, (0, 1, 2, 5))
+    if len(voices) > _MOST:
+        rest = sum(voice['share'] for voice in voices[_MOST:])
+        lines.append(f'{rest:>6.1%}  of {len(voices) - _MOST} more')
+    x, y = course['sum']
+    return [*lines, f"together: ({x:+.4f}, {y:+.4f}), which is the field's vector"]

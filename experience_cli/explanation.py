@@ -1,0 +1,284 @@
+"""Why the robot did what it did at a moment: decision, command, who had a say in the course."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.gate import gate, Sight, sight_from_cells
+from control_field.headings import STEP_COL, STEP_ROW
+from control_field.limits import Limits, Velocity
+from control_field.provenance import Voices, voices_at
+from control_field.records import ControlField, Kind, Prototypes
+from experience_cli.errors import UserError
+from experience_cli.recording import Recording
+from learner_node.lessons import Lessons
+from msgs_bridge.bag_columns import read_columns
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder
+from msgs_bridge.bag_tables import decision_table, sight_table, statuses
+from msgs_bridge.trial_status import TrialStatus
+
+#: A requested command belongs to a moment if it is no older, [s].
+_RECENT = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """
+    The field's course in a cell, taken apart.
+
+    Parameters
+    ----------
+    field : ControlField
+    prototypes : Prototypes
+        That it was made of.
+    voices : Voices or None
+        None if the shown prototypes do not make up the field's vector.
+    source : str
+        ``recorded``, ``relearnt`` (the recorded map has changed since the courses were made) or
+        ``curious`` (a trial that was to look around: no prototype had a say).
+
+    """
+
+    field: ControlField
+    prototypes: Prototypes
+    voices: Voices | None
+    source: str
+
+
+class Moment:
+    """
+    A moment of a bag.
+
+    Parameters
+    ----------
+    recording : Recording
+    at : float, [s]
+        From the first odometry; past the end of the drive, a stamp.
+
+    Raises
+    ------
+    UserError
+        If the drive does not reach it.
+
+    """
+
+    def __init__(self, recording: Recording, at: float) -> None:
+        self.recording = recording
+        self.header = recording.header
+        poses = recording.poses
+        if not len(poses.stamps):
+            raise UserError(f'{recording.episode.name} holds no odometry, nothing to explain')
+        stamp = _stamp_of(recording, at)
+        self._i = int(np.flatnonzero(poses.stamps <= stamp + 1e-6)[-1])
+        self.stamp = float(poses.stamps[self._i])
+        self.log_time = int(poses.log_times[self._i])
+        x, y, yaw = poses.xyyaw[self._i].tolist()
+        self.pose = (x, y, yaw)
+        self.robot_cell = self.header.grid.cell_from_world(x, y)
+
+    @property
+    def seconds(self) -> float:
+        """Return the time since the drive began, [s]."""
+        return self.stamp - self.recording.start
+
+    @cached_property
+    def decisions(self) -> npt.NDArray[np.void]:
+        """
+        Return the decision in force, its refused course before it; none before the first one.
+
+        Returns
+        -------
+        ndarray of DECISION_DTYPE, shape (0 to 2,)
+
+        """
+        rows = decision_table(self.recording.messages('experience'), self.header.grid)[0]
+        if len(rows):
+            rows = rows[rows['trial'] == rows['trial'][-1]]
+        past = rows[rows['stamp'] <= self.stamp + 1e-6]
+        if not len(past):
+            return past
+        if len(past) > 1 and past['kind'][-2] == Kind.BLOCKED and (
+                past['stamp'][-2] == past['stamp'][-1]):
+            return past[-2:]
+        return past[-1:]
+
+    @property
+    def cell(self) -> tuple[int, int]:
+        """Return the cell that the command comes from: where the step was decided."""
+        if len(self.decisions):
+            return int(self.decisions[-1]['row']), int(self.decisions[-1]['col'])
+        return self.robot_cell
+
+    @cached_property
+    def status(self) -> TrialStatus | None:
+        """Return how the trial stood."""
+        messages = self.recording.messages('trial')
+        found = None
+        for i, status in statuses(messages):
+            if messages.log_times[i] <= self.log_time:
+                found = status
+        return found
+
+    @cached_property
+    def applied(self) -> Velocity | None:
+        """Return the command that went to the wheels, [m/s] and [rad/s]."""
+        return self._command('cmd_vel', self._i)
+
+    @cached_property
+    def requested(self) -> Velocity | None:
+        """Return the command that was asked for, as far as it was recorded."""
+        return self._command('cmd_vel_requested', self._i)
+
+    @cached_property
+    def clipped_by(self) -> str:
+        """
+        Return what the last gate did to the requested command, `gate.GateReason`.
+
+        Empty if none was recorded. The body's limits are not in a bag: a TurtleBot3 Burger's are
+        taken.
+        """
+        sight = self._sight()
+        if self.requested is None or self.applied is None:
+            return ''
+        if math.dist(self.requested, self.applied) < 1e-9:
+            return 'none'
+        stamps = self.recording.poses.stamps
+        dt = float(stamps[self._i] - stamps[self._i - 1]) if self._i else 0.05
+        before = self._command('cmd_vel', self._i - 1) if self._i else None
+        return str(gate(self.requested, before or (0.0, 0.0), max(dt, 0.0), self.pose, sight,
+                        Limits())[1])
+
+    def _sight(self) -> Sight | None:
+        grid = self.header.grid
+        table = sight_table(self.recording.messages('neighbourhood'), grid)
+        seen = np.flatnonzero(table.stamps <= self.stamp + 1e-6)
+        if not len(seen):
+            return None
+        i = int(seen[-1])
+        cells = np.zeros((3, 3), dtype=np.int64)
+        for masks, state in ((table.blocked, 100), (table.unknown, -1)):
+            for heading in range(8):
+                if masks[i] >> heading & 1:
+                    cells[1 + STEP_ROW[heading], 1 + STEP_COL[heading]] = state
+        row, col = table.cells[i].tolist()
+        return sight_from_cells(
+            cells.tolist(), row, col, grid, self.header.parameters.unknown_is_blocked)
+
+    def _command(self, role: str, i: int) -> Velocity | None:
+        """Return the newest command in answer to the i-th odometry."""
+        messages, poses = self.recording.messages(role), self.recording.poses
+        if not len(messages):
+            return None
+        stamped = messages.type_name.endswith('Stamped')
+        names = ('vx', 'wz', 'sec', 'nanosec') if stamped else ('vx', 'wz')
+        values = read_columns(messages, dict.fromkeys(names, 1)).values
+        found = np.zeros(0, dtype=np.int64)
+        if stamped:
+            found = np.flatnonzero(values['sec'] + values['nanosec'] * 1e-9 == poses.stamps[i])
+        if not len(found):
+            end = (int(poses.log_times[i + 1]) - 1 if i + 1 < len(poses.log_times)
+                   else int(poses.log_times[i]) + 10**9)
+            times = messages.log_times
+            since = int(poses.log_times[i]) - round(_RECENT * 1e9)
+            found = np.flatnonzero((times <= end) & (times >= since))
+        if not len(found):
+            return None
+        return float(values['vx'][found[-1]]), float(values['wz'][found[-1]])
+
+    @cached_property
+    def course(self) -> Course | None:
+        """
+        Return the course of the cell; None where there was no field yet.
+
+        Raises
+        ------
+        BagError
+            If what was recorded cannot be read.
+
+        """
+        recording, parameters = self.recording, self.header.parameters
+        end = max(self.log_time, int(recording.poses.log_times[0]))
+        field, prototypes = recording.field(end), recording.prototypes(end)
+        if field is None:
+            return None
+        is_flat = bool(np.isin(field.coherence, (0.0, 1.0)).all())
+        if prototypes is not None and not is_flat:
+            voices = voices_at(field, prototypes, parameters, *self.cell)
+            if voices is not None:
+                return Course(field, prototypes, voices, 'recorded')
+        return self._relearnt(field, prototypes)
+
+    def _relearnt(self, field: ControlField, prototypes: Prototypes | None) -> Course | None:
+        """Learn from the bags before this one, which says on which map the courses were made."""
+        episode, parameters = self.recording.episode, self.header.parameters
+        lessons, known = Lessons(self.header.grid, parameters), None
+        for before in TaskFolder(episode.path.parent.parent, episode.path.parent.name).episodes():
+            if before.number < episode.number:
+                refresh = lessons.learn(before).refresh
+                known = refresh.field.known if refresh is not None and refresh.pushed else known
+        if lessons.refresh is None:
+            return None if prototypes is None else Course(field, prototypes, voices_at(
+                field, prototypes, parameters, *self.cell), 'recorded')
+        made_of = lessons.refresh.prototypes
+        curious = lessons.field(curious=True)
+        if curious is not lessons.refresh.field and np.array_equal(curious.vx, field.vx) and (
+                np.array_equal(curious.vy, field.vy)):
+            return Course(field, made_of, None, 'curious')
+        return Course(field, made_of, voices_at(
+            field, made_of, parameters, *self.cell, known), 'relearnt')
+
+
+def _stamp_of(recording: Recording, at: float) -> float:
+    """Return the stamp of a moment that a person names."""
+    start, duration = recording.start, recording.duration
+    if 0.0 <= at <= duration + 1e-6:
+        return start + at
+    if start <= at <= start + duration + 1e-6:
+        return at
+    raise UserError(f'--at {at:g}: {recording.episode.name} lasts from 0 to {duration:.2f} s '
+                    f'(stamps {start:.3f} to {start + duration:.3f} s)')
+
+
+class Sources:
+    """
+    Where prototypes come from, in words.
+
+    Parameters
+    ----------
+    task : TaskFolder
+        Whose bags are looked up.
+
+    """
+
+    def __init__(self, task: TaskFolder) -> None:
+        self._task = task
+        self._starts: dict[int, float | None] = {}
+
+    @cached_property
+    def _episodes(self) -> Mapping[int, EpisodeFolder]:
+        return {episode.number: episode
+                for episode in [*self._task.forgotten(), *self._task.episodes()]}
+
+    def second(self, number: int, stamp: float) -> float | None:
+        """Return when in its bag a prototype was shown or tried, [s]; None if that is gone."""
+        if number not in self._starts:
+            episode = self._episodes.get(number)
+            try:
+                self._starts[number] = None if episode is None else Recording(episode).start
+            except BagError:
+                self._starts[number] = None
+        start = self._starts[number]
+        # The first step is decided on an odometry that may just not have been recorded yet.
+        return None if start is None or math.isnan(stamp) else max(stamp - start, 0.0)
+
+    def text(self, number: int, stamp: float, demonstrated: bool) -> str:
+        """Return where a prototype comes from."""
+        if number < 0:
+            return f'the learner itself, after {-number} episodes'
+        second = self.second(number, stamp)
+        when = f'stamp {stamp:.2f} s, its bag is gone' if second is None else f'{second:.2f} s'
+        return f'{self._task.task}/{number:04d} at {when} ({"shown" if demonstrated else "tried"})'
