@@ -1,0 +1,397 @@
+import copy
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+import networkx as nx
+import numpy as np
+import pytest
+from strategies import few, knowns, rules, seeds, steady
+
+from control_field import (
+    compiled, field_kernels, flow_kernels, kernels, mending_kernels, rehearsal_kernels,
+    trial_kernels)
+from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
+from control_field.interpolation import interpolate
+
+BODY = (False, False, 8)
+
+
+class Scene:
+    """Random arguments for every kernel, of the types they are called with in earnest."""
+
+    def __init__(self, known, rule, seed):
+        rng = np.random.default_rng(seed)
+        shape, self.seed = known.shape, seed
+        self.known, self.rules = known, rule
+        free = np.argwhere(known != 100)
+        self.row, self.col = (int(k) for k in (free if len(free) else [[0, 0]])[
+            rng.integers(max(len(free), 1))])
+        self.goal = int(rng.integers(shape[0])), int(rng.integers(shape[1]))
+        self.heading = int(rng.integers(8))
+        self.headings = rng.integers(-1, 8, shape).astype(np.int8)
+        self.spared = rng.choice([0.0, 0.3, 0.9], shape)
+        self.factor = rng.choice([1.0, 1.2, 0.4], shape)
+        self.cost = compiled.cost_to_go(
+            known, *self.goal, self.headings, self.spared, self.factor, rule)
+        self.q = compiled.q_from_cost(
+            known, self.cost, self.headings, self.spared, self.factor, 0.98, rule)
+        self.state = compiled.flow_basin(known, self.headings, *self.goal, rule)
+        self.counts = rng.integers(0, 6, (*shape, 8)).astype(np.int32)
+        self.entered = rng.integers(0, 3, shape).astype(np.int32)
+        self.punished = rng.integers(0, 256, shape).astype(np.uint8)
+        self.mask = int(rng.integers(256))
+        n = int(rng.integers(1, 6))
+        self.cells = np.stack([rng.integers(0, shape[0], n), rng.integers(0, shape[1], n)], axis=1)
+        self.cells = np.unique(self.cells, axis=0)
+        self.proto = rng.integers(0, 8, len(self.cells)).astype(np.int8)
+        self.weights = rng.uniform(0.05, 1.0, len(self.cells))
+        self.centre = np.full(shape, -1, np.int8)
+        self.centre[tuple(self.cells.T)] = self.proto
+        self.totals = tuple(rng.uniform(-1.0, 1.0, shape) for _ in range(2)) + (
+            rng.uniform(0.0, 1.0, shape),)
+        self.window = float(rng.choice([1.0, 2.5, 6.0]))
+        self.options = (bool(rng.integers(2)), self.window, 2.0, int(rng.integers(1, 5)),
+                        int(rng.integers(0, 40)))
+        self.fixed = rng.random(shape) < 0.3
+        self.truth = np.where(known == 100, 100, 0).astype(np.int8)
+
+    def arguments(self, name):
+        """Return a fresh copy of a kernel's arguments."""
+        return copy.deepcopy(getattr(self, f'for_{name}')())
+
+    def rng(self):
+        return np.random.default_rng(self.seed)
+
+    def for_is_barred(self):
+        return self.known, self.row - 1, self.col + 1, self.rules[1]
+
+    def for_step_allowed(self):
+        return self.known, self.row, self.col, self.heading, self.rules
+
+    def for_allowed_steps(self):
+        return self.known, self.row, self.col, self.rules
+
+    def for_remember_sight(self):
+        return self.known, self.row, self.col, self.mask, self.mask >> 3
+
+    def for_cost_to_go(self):
+        return self.known, *self.goal, self.headings, self.spared, self.factor, self.rules
+
+    def for_q_from_cost(self):
+        return (self.known, self.cost, self.headings, self.spared, self.factor, 0.98, self.rules)
+
+    def for_best_step(self):
+        return (self.known, self.cost, self.factor, self.row, self.col, self.heading, self.rules)
+
+    def for_look_around(self):
+        return (self.known, self.factor, self.row, self.col, *self.goal, self.options[4],
+                self.rules)
+
+    def for_rehearse_locally(self):
+        return (self.known, self.cost, self.factor, self.row, self.col, *self.goal,
+                self.options[4], self.rules)
+
+    def for_rim_around(self):
+        seen = np.random.default_rng(self.seed).integers(-1, 2, self.known.shape)
+        return self.cost, seen.astype(np.int8), 0, 0
+
+    def for_least_chosen(self):
+        return self.counts, self.row, self.col, self.mask, self.rng()
+
+    def for_window_values(self):
+        return self.q, self.row, self.col, self.window, 2.0
+
+    def for_next_highest(self):
+        allowed = kernels.allowed_steps(self.known, self.row, self.col, self.rules)
+        return (np.round(self.q[self.row, self.col], 1), self.counts, self.entered, self.row,
+                self.col, self.heading, allowed)
+
+    def for_sees(self):
+        return (self.known, self.row, self.col, *self.goal)
+
+    def for_spread(self):
+        return (*self.totals, self.known, self.row, self.col, self.heading, 0.7, self.window, 2.0,
+                True)
+
+    def for_add_windows(self):
+        return (*self.totals, self.known, self.cells, self.proto, self.weights, self.window, 2.0,
+                True)
+
+    def for_heading_of(self):
+        return float(self.totals[0][0, 0]), float(self.totals[1][0, 0])
+
+    def for_course_at(self):
+        return (self.row, self.col, *self.totals, self.headings, 2.0)
+
+    def for_courses(self):
+        return (*self.totals, self.centre, self.headings, 2.0)
+
+    def for_pull_from_cost(self):
+        return self.known, self.cost, self.factor, *self.totals[:2], self.rules
+
+    def for_pull_to_nearest(self):
+        return self.known, self.cells, self.rules
+
+    def for_flow_reaches(self):
+        return self.known, self.headings, self.row, self.col, *self.goal, self.rules
+
+    def for_flow_basin(self):
+        return self.known, self.headings, *self.goal, self.rules
+
+    def for_flow_ends(self):
+        return self.known, self.headings, self.state, self.rules
+
+    def for_flow_lengths(self):
+        return self.known, self.headings, *self.goal, self.rules
+
+    def for_n_crossing(self):
+        return self.headings, self.state, *self.goal
+
+    def for_unseen_along(self):
+        return self.headings, self.state == 1, self.known, self.totals[2], *self.goal
+
+    def for_through(self):
+        return (self.known, self.cost, self.factor, self.row, self.col, self.heading, self.rules)
+
+    def for_needed(self):
+        return (self.row, self.col, self.centre, self.totals, self.known, self.cost, self.factor,
+                self.headings, 2.0, self.headings, self.window, self.rules)
+
+    def for_idle_prototypes(self):
+        _, _, courses = field_kernels.courses(*self.totals, self.centre, self.headings, 2.0)
+        return (np.arange(len(self.cells)), self.cells, self.proto, self.weights, self.totals,
+                self.centre, self.known, self.cost, self.factor, self.headings, 2.0, courses,
+                self.window, 2.0, True, self.rules)
+
+    def for_mending_cells(self):
+        return self.known, self.cost, self.headings, self.state, self.fixed, self.rules
+
+    def for_mend_loop(self):
+        loop = np.zeros((2, 2), np.int8)
+        loop[0, 1], loop[1, 1], loop[1, 0] = 2, 4, 6
+        return (loop, np.arange(4.0).reshape(2, 2), np.eye(2, dtype=bool),
+                np.zeros((2, 2), np.int64), np.zeros((2, 2), bool), 0, 0, 1)
+
+    def for_beside(self):
+        return self.fixed, self.row, self.col
+
+    def for_backup(self):
+        return (self.q, self.known, self.row, self.col, self.heading, -1.0, self.row, self.col,
+                0.5, 0.9, self.rules)
+
+    def for_choose(self):
+        allowed = kernels.allowed_steps(self.known, self.row, self.col, self.rules)
+        # Called with nothing allowed it would have nothing to choose from: `decide` gives up.
+        return (self.row, self.col, int(self.headings[self.row, self.col]), allowed or 1,
+                self.headings, self.known, self.q, self.cost, self.factor, self.counts,
+                np.pad(self.entered, 1), self.goal, self.options, self.rules, self.rng())
+
+    def for_decide(self):
+        return (self.row, self.col, self.mask, 0, self.headings, self.known, self.q, self.cost,
+                self.factor, self.counts, self.entered, self.punished, self.goal, (0.5, 0.9),
+                self.options, self.rules, self.rng())
+
+    def for_see(self):
+        return self.truth, self.row, self.col
+
+    def for_run_trial(self):
+        return (self.truth, self.row, self.col, self.headings, self.known, self.q, self.cost,
+                self.factor, self.goal, (0.5, 0.9), self.options, self.rules, 60, self.rng(),
+                np.zeros((90, 9), np.int32))
+
+    def for_write_row(self):
+        return (np.zeros((2, 9), np.int32), *range(10))
+
+
+#: Rehearsal stands in two of them; the robot's own comes first.
+MODULES = (kernels, flow_kernels, trial_kernels, field_kernels, mending_kernels, rehearsal_kernels)
+#: Not worth its time to compile: the learner's side has `look_around` in its stead.
+ROBOTS_OWN = {'look_ahead'}
+
+
+def same(first, second):
+    """Tell whether two values are the same to the bit, arrays and generators included."""
+    if isinstance(first, (tuple, list)):
+        return len(first) == len(second) and all(map(same, first, second))
+    if isinstance(first, np.ndarray):
+        return first.dtype == second.dtype and first.tobytes() == second.tobytes()
+    if isinstance(first, np.random.Generator):
+        return first.bit_generator.state == second.bit_generator.state
+    if isinstance(first, float) and math.isnan(first):
+        return math.isnan(second)
+    if hasattr(first, 'items'):
+        return dict(first) == dict(second)
+    return first == second
+
+
+@pytest.mark.parametrize('name', sorted(set(compiled._ALL) - ROBOTS_OWN))
+@given(knowns, rules, seeds)
+@steady
+def test_compiled_and_plain_python_agree_to_the_bit(name, known, rule, seed):
+    scene = Scene(known, rule, seed)
+    plain = next(vars(module)[name] for module in MODULES if name in vars(module))
+    slow, fast = scene.arguments(name), scene.arguments(name)
+    assert same(plain(*slow), getattr(compiled, name)(*fast))
+    assert same(slow, fast)
+
+
+def test_no_other_kernel_is_there():
+    with pytest.raises(AttributeError, match='no kernel is called plan'):
+        compiled.plan  # noqa: B018
+
+
+def graph_of(known, rule, factor, preferred=None, spared=None):
+    """Return the steps the map allows as a graph, each with its cost."""
+    graph = nx.DiGraph()
+    graph.add_nodes_from(np.ndindex(known.shape))
+    for row, col in np.ndindex(known.shape):
+        if kernels.is_barred(known, row, col, rule[1]):
+            continue
+        for heading in range(8):
+            if naively_allowed(known, row, col, heading, rule):
+                to = row + int(STEP_ROW[heading]), col + int(STEP_COL[heading])
+                cost = STEP_LENGTH[heading] * factor[to]
+                if preferred is not None and preferred[row, col] == heading:
+                    cost *= 1.0 - spared[row, col]
+                graph.add_edge((row, col), to, cost=cost, heading=heading)
+    return graph
+
+
+def naively_allowed(known, row, col, heading, rule):
+    """Tell whether a step is allowed, straight from the words."""
+    cutting, keep_out, moves = rule
+    if moves == 4 and heading % 2:
+        return False
+    must_be_free = [heading]
+    if heading % 2 and not cutting:
+        must_be_free += [heading - 1, (heading + 1) % 8]
+    for h in must_be_free:
+        r, c = row + int(STEP_ROW[h]), col + int(STEP_COL[h])
+        if not (0 <= r < known.shape[0] and 0 <= c < known.shape[1]):
+            return False
+        if known[r, c] == 100 or (keep_out and known[r, c] == -1):
+            return False
+    return True
+
+
+@given(knowns, rules)
+@steady
+def test_steps_are_allowed_as_the_words_say(known, rule):
+    for row, col in np.ndindex(known.shape):
+        expected = sum(naively_allowed(known, row, col, h, rule) << h for h in range(8))
+        assert compiled.allowed_steps(known, row, col, rule) == expected
+        if rule[2] == 4:
+            assert expected & 0b10101010 == 0
+
+
+@given(knowns, rules, seeds)
+@steady
+def test_the_cost_to_go_is_dijkstras(known, rule, seed):
+    scene = Scene(known, rule, seed)
+    graph = graph_of(known, rule, scene.factor, scene.headings, scene.spared)
+    expected = np.full(known.shape, np.inf)
+    for cell, cost in nx.single_source_dijkstra_path_length(
+            graph.reverse(), scene.goal, weight='cost').items():
+        expected[cell] = cost
+    assert np.allclose(scene.cost, expected, atol=1e-9)
+
+
+def swept(known, goal, factor, preferred, spared, discount, rule):
+    """
+    Run eq. 6 over every transition until nothing changes, learning rate 1.
+
+    R is 1 for the step into the goal, whose own value then stands for R_goal; a step of length l
+    discounts by ``discount ** l``.
+    """
+    q = np.zeros((*known.shape, 8))
+    graph = graph_of(known, rule, factor, preferred, spared)
+    while True:
+        before = q.copy()
+        for cell, to, edge in graph.edges(data=True):
+            ahead = 1.0 if to == goal else q[to].max()
+            target = discount ** edge['cost'] * ahead
+            q[(*cell, edge['heading'])] += 1.0 * (target - q[(*cell, edge['heading'])])
+        if np.array_equal(q, before):
+            return q
+
+
+@given(knowns, rules, seeds)
+@few
+def test_the_cost_to_go_is_the_fixed_point_of_equation_6(known, rule, seed):
+    scene = Scene(known, rule, seed)
+    known[scene.goal] = 0
+    cost = compiled.cost_to_go(
+        known, *scene.goal, scene.headings, scene.spared, scene.factor, rule)
+    q = compiled.q_from_cost(
+        known, cost, scene.headings, scene.spared, scene.factor, 0.9, rule)
+    expected = swept(
+        known, scene.goal, scene.factor, scene.headings, scene.spared, 0.9, rule)
+    assert np.allclose(np.maximum(q, 0.0), expected, atol=1e-12)
+    for row, col in np.argwhere((known == 0)).tolist():
+        barred = [not naively_allowed(known, row, col, h, rule) for h in range(8)]
+        assert (q[row, col] == -1.0).tolist() == barred
+
+
+def test_a_way_however_long_keeps_a_value_that_float32_can_hold():
+    known = np.zeros((1, 400), np.int8)
+    none, nothing, factor = np.full((1, 400), -1, np.int8), np.zeros((1, 400)), np.ones((1, 400))
+    cost = compiled.cost_to_go(known, 0, 0, none, nothing, factor, BODY)
+    q = compiled.q_from_cost(known, cost, none, nothing, factor, 0.5, BODY)
+    assert (q.astype(np.float32)[0, 1:, 4] > 0.0).all()
+
+
+@given(knowns, rules, seeds)
+@steady
+def test_rehearsal_around_the_robot_with_enough_backups_is_the_whole_recomputation(
+        known, rule, seed):
+    scene = Scene(known, rule, seed)
+    none, nothing = np.full(known.shape, -1, np.int8), np.zeros(known.shape)
+    whole = compiled.cost_to_go(known, *scene.goal, none, nothing, scene.factor, rule)
+    stale = np.where(np.random.default_rng(seed).random(known.shape) < 0.5, np.inf, 3.0)
+    stale[scene.goal] = 0.0
+    compiled.rehearse_locally(
+        known, stale, scene.factor, scene.row, scene.col, *scene.goal, 10_000, rule)
+    course = compiled.best_step(
+        known, stale, scene.factor, scene.row, scene.col, -1, rule)
+    if kernels.is_barred(known, scene.row, scene.col, rule[1]):
+        return
+    here = scene.row, scene.col
+    assert stale[here] == pytest.approx(whole[here], abs=1e-9)
+    if here == scene.goal or not np.isfinite(whole[here]):
+        assert course == -1 or here == scene.goal
+        return
+    r, c = here[0] + STEP_ROW[course], here[1] + STEP_COL[course]
+    assert whole[here] == pytest.approx(
+        whole[r, c] + STEP_LENGTH[course] * scene.factor[r, c], abs=1e-9)
+
+
+@given(knowns, rules, seeds, st.integers(0, 30))
+@steady
+def test_rehearsal_looks_at_no_more_cells_than_it_may(known, rule, seed, n_backups):
+    scene = Scene(known, rule, seed)
+    looked = kernels.look_ahead(
+        known, scene.factor, scene.row, scene.col, *scene.goal, n_backups, rule)
+    assert sum(looked.values()) <= n_backups
+    before = scene.cost.copy()
+    compiled.rehearse_locally(
+        known, scene.cost, scene.factor, scene.row, scene.col, *scene.goal, n_backups, rule)
+    for cell in np.ndindex(known.shape):
+        assert scene.cost[cell] == before[cell] or looked.get(cell, False)
+
+
+@given(knowns, rules, seeds)
+@steady
+def test_the_windows_of_equation_7_sum_up_what_interpolation_averages(known, rule, seed):
+    scene = Scene(known, rule, seed)
+    totals = tuple(np.zeros(known.shape) for _ in range(3))
+    compiled.add_windows(*totals, known, scene.cells, scene.proto, scene.weights, scene.window,
+                         2.0, False)
+    free_of_centres = scene.centre < 0
+    points = np.argwhere(free_of_centres & (totals[2] > 0.0)).astype(float)
+    if len(points):
+        expected = interpolate(points, scene.cells.astype(float), UNIT[scene.proto],
+                               scene.weights, 2.0, scene.window)
+        at = tuple(points.astype(int).T)
+        assert np.allclose(totals[0][at] / totals[2][at], expected[:, 0], atol=1e-12)
+        assert np.allclose(totals[1][at] / totals[2][at], expected[:, 1], atol=1e-12)
