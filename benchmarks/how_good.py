@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.paper_tasks import dyna_experiment, paper_experiment
+from benchmarks.paper_tasks import dyna_steps, paper_experiment
 from control_field.parameters import Parameters
 from experience_cli.evaluation.experiment import (
     Course, Experiment, has_demonstration, run_all)
@@ -147,24 +147,12 @@ def paper_rows(n_seeds: int, n_jobs: int) -> list[Target]:
     return rows
 
 
-def dyna_rows(n_seeds: int, n_jobs: int) -> list[Target]:
+def dyna_rows(n_seeds: int) -> list[Target]:
     """Measure the Dyna maze: steps driven until the greedy path has 14 steps."""
-    rows = []
-    for spread in (True, False):
-        tasks = [(dyna_experiment(seed, spread), seed) for seed in range(n_seeds)]
-        courses = run_all(tasks, n_jobs, 'Dyna maze')
-        steps = [steps_to_shortest(course) for course in courses]
-        name = f'Dyna maze, {"spread" if spread else "fixed"} starts, steps to 14, worst'
-        rows.append(Target(name, max(steps), 50, True, f'median {np.median(steps):.4g}'))
-    return rows
-
-
-def steps_to_shortest(course: Course) -> float:
-    """Return how many steps were driven when the flow from the start became the shortest path."""
-    for row in course.after:
-        if row['field_success_spl'] >= 1.0 - 1e-9:
-            return row['steps']
-    return float('inf')
+    steps = [dyna_steps(seed) for seed in range(n_seeds)]
+    return [Target(f'Dyna maze, steps until the greedy path of the {name} is 14, worst seed',
+                   max(values), 50, True, f'{min(values):.4g} to {max(values):.4g}')
+            for name, values in zip(('Q-matrix', 'field'), zip(*steps, strict=True), strict=True)]
 
 
 def rows_of(path: Path, n_seeds: int, n_jobs: int) -> list[Target]:
@@ -195,7 +183,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for path in paths if path.suffix in ('.map', '.yaml') and options.only in path.name]
     if not options.only:
         measures += [lambda: paper_rows(5 * options.seeds, options.jobs),
-                     lambda: dyna_rows(options.seeds, options.jobs)]
+                     lambda: dyna_rows(options.seeds)]
     for measure in measures:
         for row in measure():
             print(row.line(), flush=True)

@@ -1,22 +1,25 @@
 """The paper's two tasks and the Dyna maze, as experiments."""
 
-from dataclasses import replace
+import math
 from pathlib import Path
 
 import numpy as np
 
+from control_field import compiled
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.simulation import GridWorld
 from experience_cli.evaluation.experiment import Experiment
 from experience_cli.evaluation.generators import DYNA_GOAL, dyna_maze, DYNA_START
+from experience_cli.evaluation.methods import FieldMethod, Task
 from experience_cli.evaluation.teachers import demonstration_from_path, longer_path
 from sim_node.world import load_world
 
 WORLDS = Path(__file__).resolve().parent.parent / 'config' / 'worlds'
 #: Corners of the paper's demonstration, cells.
 WAY = ((3, 2), (3, 15), (16, 15))
-DYNA_STEPS = 16
+#: Steps of the demonstration in the Dyna maze, and the least there are.
+DYNA_STEPS, DYNA_LEAST = 16, 14
 
 
 def paper_experiment(name: str, parameters: Parameters, n_trials: int) -> Experiment:
@@ -44,17 +47,34 @@ def paper_experiment(name: str, parameters: Parameters, n_trials: int) -> Experi
         parameters=parameters, demonstrations=(demonstration_from_path(open_world, path, 1),))
 
 
-def dyna_experiment(seed: int, spread: bool, n_trials: int = 12) -> Experiment:
+def dyna_steps(seed: int, n_trials: int = 12) -> tuple[float, float]:
     """
-    Return the Dyna maze with a demonstration of 16 steps, drawn by a seed; 14 are the least.
+    Teach the Dyna maze with a demonstration of 16 steps, drawn by the seed, and practise.
 
-    Only its start is judged.
+    Returns
+    -------
+    q_matrix, field : float
+        Steps driven in trials until the greedy path from the start has 14 steps, by the greatest
+        Q-value and by the field; inf if it did not come to that.
+
     """
-    parameters = Parameters(moves=4)
+    parameters = Parameters(moves=4, seed=seed)
     occupancy = dyna_maze()
     world = GridWorld(occupancy, parameters)
-    path = longer_path(world, DYNA_START, DYNA_GOAL, DYNA_STEPS, np.random.default_rng(seed))
     grid = Grid(occupancy.shape[0], occupancy.shape[1], 1.0)
-    experiment = Experiment(grid, occupancy, DYNA_GOAL, [DYNA_START], n_trials, spread,
-                            parameters=parameters, start_radius=0.0)
-    return replace(experiment, demonstrations=(demonstration_from_path(world, path, 1),))
+    rng = np.random.default_rng(seed)
+    task = Task(world, grid, DYNA_GOAL, DYNA_START, True, np.isfinite(world.cost_to(DYNA_GOAL)),
+                parameters)
+    method = FieldMethod(task, rng)
+    path = longer_path(world, DYNA_START, DYNA_GOAL, DYNA_STEPS, rng)
+    method.teach(demonstration_from_path(world, path, 1))
+    n_steps, found = 0, [math.inf, math.inf]
+    for number in range(1, n_trials + 1):
+        greedy = method.refresh.field.q.argmax(axis=2).astype(np.int8)
+        for index, headings in enumerate((greedy, method.headings())):
+            if compiled.flow_reaches(world.truth, headings, *DYNA_START, *DYNA_GOAL,
+                                     world.rules) == DYNA_LEAST:
+                found[index] = min(found[index], n_steps)
+        practice = method.practise(number)
+        n_steps += practice.steps if practice else 0
+    return found[0], found[1]
