@@ -130,7 +130,7 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
     fold = Lessons(header.grid, header.parameters)
     lessons = [fold.learn(episode) for episode in episodes]
     demonstrated = next(lesson for lesson in lessons if lesson.refresh is not None)
-    trials = []
+    trials: list[TrialReport] = []
     for lesson in lessons:
         if lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is not None:
             trials.append(_trial_report(len(trials) + 1, lesson))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import Future as JobFuture
+from functools import partial
 import struct
 import time
 from typing import Any, Final
@@ -248,14 +249,18 @@ class LearnerNode(Node):
     # What the session wants done
 
     def _carry_out(self, effects: to.Effects) -> None:
-        self._guard(lambda: [self._do(effect) for effect in effects])
+        for effect in effects:
+            if not self._guard(partial(self._do, effect)):
+                return
 
-    def _guard(self, work: Callable[[], Any]) -> None:
-        """Do something that may fail because nothing can be recorded any more."""
+    def _guard(self, work: Callable[[], Any]) -> bool:
+        """Do something that may fail because nothing can be recorded any more; tell whether not."""
         try:
             work()
         except BagError as error:
             self._lose(error)
+            return False
+        return True
 
     def _do(self, effect: to.Effect) -> None:
         match effect:

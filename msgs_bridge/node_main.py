@@ -11,6 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import ok
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
@@ -54,7 +55,7 @@ def spin_until_signal(node: Node, is_over: Callable[[], Any] = bool) -> None:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
-    while not stopped and not is_over() and rclpy.ok():
+    while not stopped and not is_over() and ok():
         executor.spin_once(_PERIOD)
 
 

@@ -1,0 +1,198 @@
+"""`experience learn`, `inspect` and `repair` on bags, and what users may get wrong."""
+
+import json
+import sys
+
+import numpy as np
+from PIL import Image
+import pytest
+
+from bridge_helpers import demonstration_bag, GRID, random_decisions, raw_decisions, raw_status
+from control_field.records import Outcome
+from experience_cli.learn import digest, field_bytes
+from experience_cli.main import main
+from learner_node.lessons import Lessons
+from msgs_bridge.bag_file import start_bag
+from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
+from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.episodes import read_header
+from msgs_bridge.tables import cloud_from_field
+from msgs_bridge.trial_status import State
+from ros_helpers import run
+
+
+@pytest.fixture
+def task(tmp_path):
+    """Return a task with a demonstration."""
+    folder = demonstration_bag(tmp_path)
+    return TaskFolder(folder.parent.parent, folder.parent.name)
+
+
+def lessons_of(task):
+    header = read_header(task.episodes()[0].path)
+    lessons = Lessons(header.grid, header.parameters)
+    for episode in task.episodes():
+        lessons.learn(episode)
+    return lessons
+
+
+def add_trial(task, field=None, header=None):
+    """Add a trial of three random decisions that begins with a recorded field."""
+    header = header or read_header(task.episodes()[0].path)
+    mapping = EpisodeHeader(
+        EpisodeKind.TRIAL, header.task, header.grid, header.parameters).to_mapping()
+    with start_bag(task, EpisodeKind.TRIAL, mapping) as bag:
+        if field is not None:
+            from rclpy.serialization import serialize_message
+            bag.write('/control_field', 'sensor_msgs/msg/PointCloud2',
+                      serialize_message(cloud_from_field(field)), 0)
+        rows = random_decisions(header.grid, 3, 1)
+        bag.write('/experience', 'sensor_msgs/msg/PointCloud2',
+                  raw_decisions(rows, header.grid), 1)
+        bag.write('/trial', 'diagnostic_msgs/msg/DiagnosticStatus', raw_status(
+            State.ENDED, int(rows['trial'][-1]), Outcome.GAVE_UP, decisions=3, revision=1), 2)
+
+
+def mistake(capsys, *arguments):
+    """Run a command that the user got wrong; return the one line it says."""
+    assert main([str(argument) for argument in arguments]) == 2
+    captured = capsys.readouterr()
+    [line] = captured.err.splitlines()
+    return line
+
+
+class TestLearn:
+
+    def test_says_what_every_bag_taught_and_the_hash(self, task, capsys):
+        add_trial(task)
+        assert main(['learn', str(task.path)]) == 0
+        *lines, last = capsys.readouterr().out.splitlines()
+        assert [line.split()[1] for line in lines] == ['demo', 'trial']
+        assert last == f'control_field revision 2 sha256 {digest(lessons_of(task).field())}'
+
+    def test_gives_the_same_bytes_in_another_process(self, task, tmp_path):
+        command = [sys.executable, '-m', 'experience_cli.main', 'learn', '--quiet',
+                   str(task.path)]
+        process = run(command, tmp_path)
+        assert digest(lessons_of(task).field()) in process.stdout, process.report()
+
+    def test_takes_bags_in_the_order_of_their_numbers(self, task, capsys):
+        add_trial(task)
+        first, second = (str(episode.path) for episode in task.episodes())
+        main(['learn', '--quiet', first, second])
+        main(['learn', '--quiet', second, first])
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[0] == lines[1]
+
+    def test_saves_a_field_that_others_can_follow(self, task, tmp_path):
+        path = tmp_path / 'new' / 'field.npz'
+        assert main(['learn', str(task.path), '--save', str(path)]) == 0
+        lessons = lessons_of(task)
+        with np.load(path) as saved:
+            np.testing.assert_array_equal(saved['vx'], lessons.field().vx)
+            cells = lessons.refresh.prototypes.cells
+            np.testing.assert_allclose(saved['centres'], GRID.world_from_cells(cells))
+            assert saved['actions'].shape == (len(cells), 2)
+            assert saved['q'].shape == (len(cells),)
+            assert float(saved['resolution']) == GRID.resolution
+
+    def test_check_accepts_the_field_that_was_in_force(self, task):
+        add_trial(task, lessons_of(task).field())
+        assert main(['learn', '--check', str(task.path)]) == 0
+
+    def test_check_finds_a_field_that_was_not(self, task, capsys):
+        lessons = lessons_of(task)
+        field = lessons.field()
+        from dataclasses import replace
+        add_trial(task, replace(field, revision=7))
+        assert main(['learn', '--check', str(task.path)]) == 1
+        assert '0002' in capsys.readouterr().err
+        assert field_bytes(field) != b''
+
+    def test_wants_a_demonstration(self, task, capsys):
+        add_trial(task)
+        assert 'no demonstration' in mistake(capsys, 'learn', task.episodes()[1].path)
+
+    def test_says_what_is_no_bag(self, tmp_path, capsys):
+        assert str(tmp_path / 'nope') in mistake(capsys, 'learn', tmp_path / 'nope')
+        assert 'holds no bags' in mistake(capsys, 'learn', tmp_path)
+
+    def test_says_that_a_file_is_no_npz(self, task, capsys):
+        assert '.npz' in mistake(capsys, 'learn', task.path, '--save', 'field.txt')
+
+    def test_says_that_it_cannot_write(self, task, capsys, tmp_path):
+        (tmp_path / 'file').touch()
+        line = mistake(capsys, 'learn', task.path, '--save', tmp_path / 'file' / 'field.npz')
+        assert 'cannot write' in line
+
+    def test_names_both_workspaces_of_a_mixture(self, task, capsys):
+        from control_field.grid import Grid
+        from control_field.parameters import Parameters
+        other = Grid(3, 4, 1.5)
+        add_trial(task, header=EpisodeHeader(EpisodeKind.TRIAL, task.task, other, Parameters()))
+        line = mistake(capsys, 'learn', task.path)
+        assert '3 x 4 cells of 1.5 m' in line
+        assert f'{GRID.n_rows} x {GRID.n_cols}' in line
+
+
+def test_inspect_draws_a_picture(task, tmp_path, capsys):
+    out = tmp_path / 'new' / 'picture.png'
+    assert main(['inspect', str(task.path), '--out', str(out)]) == 0
+    with Image.open(out) as picture:
+        assert min(picture.size) > 500
+        assert len(picture.convert('RGB').getcolors(1 << 24)) > 20
+    assert 'prototypes' in capsys.readouterr().out
+
+
+def test_inspect_puts_the_picture_beside_the_bags(task):
+    assert main(['inspect', str(task.episodes()[0].path)]) == 0
+    assert (task.path / '0001_demo.png').is_file()
+
+
+def test_repair_mends_and_says_so(task, capsys):
+    episode = task.episodes()[0]
+    whole = episode.bag.read_bytes()
+    episode.bag.write_bytes(whole[:len(whole) // 2])
+    assert main(['repair', str(task.path)]) == 0
+    assert 'mended' in capsys.readouterr().out
+    assert main(['repair', str(task.path)]) == 0
+    assert 'whole' in capsys.readouterr().out
+
+
+def test_help_names_every_command(capsys):
+    with pytest.raises(SystemExit, match='0'):
+        main(['--help'])
+    text = capsys.readouterr().out
+    for name in ('demo', 'learn', 'inspect', 'repair'):
+        assert name in text
+
+
+def test_wrong_arguments_are_exit_code_2(capsys):
+    for arguments in ([], ['dance'], ['learn'], ['demo', '--trials', 'many']):
+        with pytest.raises(SystemExit, match='2'):
+            main(arguments)
+        assert 'Traceback' not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['--tasks', '9'], ['task9']),
+    (['--tasks', ','], ['--tasks']),
+    (['--trials', '0'], ['--trials', '1']),
+    (['--seed', '-1'], ['--seed']),
+])
+def test_demo_says_what_is_wrong(arguments, words, tmp_path, capsys):
+    line = mistake(capsys, 'demo', '--out', tmp_path / 'out', *arguments)
+    for word in words:
+        assert word in line
+
+
+def test_demo_does_not_touch_bags_that_no_demo_made(tmp_path, capsys):
+    (tmp_path / 'bags' / 'task1' / '0001_demo').mkdir(parents=True)
+    line = mistake(capsys, 'demo', '--out', tmp_path)
+    assert '--out' in line
+    assert (tmp_path / 'bags' / 'task1' / '0001_demo').is_dir()
+
+
+def test_demo_says_that_it_cannot_write(tmp_path, capsys):
+    (tmp_path / 'file').write_text(json.dumps({}))
+    assert 'cannot write' in mistake(capsys, 'demo', '--out', tmp_path / 'file')
