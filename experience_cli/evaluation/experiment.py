@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed, ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import cache
 import multiprocessing
 import signal
 import sys
@@ -113,6 +114,22 @@ def run_seed(experiment: Experiment, seed: int) -> Course:
         If the teacher finds no way.
 
     """
+    _warm_up(experiment.method, experiment.parameters.profile)
+    return _run_seed(experiment, seed)
+
+
+@cache
+def _warm_up(method: str, profile: str) -> None:
+    """Load what this process needs, once, so that no measured second goes into that."""
+    parameters = Parameters(profile=profile)
+    grid = Grid(6, 6, 1.0)
+    occupancy = np.zeros(grid.shape, dtype=np.int8)
+    occupancy[3, 3] = 100
+    _run_seed(Experiment(grid, occupancy, (5, 5), [(0, 0)], 1, teacher='blind', method=method,
+                         parameters=parameters), 0)
+
+
+def _run_seed(experiment: Experiment, seed: int) -> Course:
     parameters = replace(experiment.parameters, seed=seed)
     world = GridWorld(experiment.occupancy, parameters)
     task = Task(world, experiment.grid, experiment.goal, experiment.demo_starts[0],
@@ -126,14 +143,12 @@ def run_seed(experiment: Experiment, seed: int) -> Course:
     after = [_row(method, task, judged, shown, 0, _Spent(0, 0, 0, seconds))]
     steps = collisions = 0
     for number in range(1, experiment.n_trials + 1):
-        began = time.perf_counter()
         practice = method.practise(number)
-        seconds = time.perf_counter() - began
         if practice is None:
             after.append({**after[-1], 'trials': float(number), 'seconds_learning': 0.0})
             continue
         steps, collisions = steps + practice.steps, collisions + practice.collisions
-        spent = _Spent(steps, collisions, practice.reinforcements, seconds)
+        spent = _Spent(steps, collisions, practice.reinforcements, practice.seconds)
         if experiment.judged_after is None or number in experiment.judged_after:
             after.append(_row(method, task, judged, shown, number, spent))
     return Course(seed, after, field_columns(method, task))

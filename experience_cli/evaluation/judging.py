@@ -26,7 +26,8 @@ METRICS = {
                 'still does what was shown',
     'basin': 'share of the known free, reachable cells whose flow reaches the goal on the '
              'remembered map',
-    'seconds_learning': 'seconds of the last trial and its learning, on this machine',
+    'seconds_learning': 'seconds spent learning from the last trial (or demonstrations), on this '
+                        'machine',
 }
 
 

@@ -1,6 +1,7 @@
 """What every method under evaluation can do, and the methods made of control fields."""
 
 from dataclasses import dataclass, replace
+import time
 from typing import Protocol
 
 import numpy as np
@@ -60,11 +61,26 @@ class Task:
 
 @dataclass(frozen=True)
 class Practice:
-    """What a trial came to: steps, collisions with what is blocked, reinforcements."""
+    """
+    What a trial came to.
+
+    Parameters
+    ----------
+    steps : int
+        Cell-to-cell steps.
+    collisions : int
+        With what is blocked.
+    reinforcements : int
+        Rewards other than zero.
+    seconds : float, [s]
+        Spent learning, on this machine.
+
+    """
 
     steps: int
     collisions: int
     reinforcements: int
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -148,9 +164,10 @@ class FieldMethod:
         start = self._start(field) if self.task.spread else self.task.first_start
         seed = int(self._rng.integers(2**62))
         trial, _ = self.task.world.trial(field, start, seed, self._n_taught + number)
+        began = time.perf_counter()
         self.learner.add_trial(trial)
         return Practice(trial.n_steps, int(trial.outcome == Outcome.COLLISION),
-                        self.refresh.reinforcements)
+                        self.refresh.reinforcements, time.perf_counter() - began)
 
     def _start(self, field: ControlField) -> tuple[int, int]:
         """Return the first proposed start that is free in the true world."""

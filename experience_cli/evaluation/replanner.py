@@ -1,5 +1,7 @@
 """The honest opponent: an optimistic replanner that knows the goal and keeps its map."""
 
+import time
+
 import numpy as np
 import numpy.typing as npt
 
@@ -41,8 +43,9 @@ class Replanner:
     def practise(self, number: int) -> Practice:
         """Drive to the goal from a random start (or the fixed one), keeping what is seen."""
         del number
-        _, n_steps, _ = self._run(self.known, self.task.random_start(self._rng))
-        return Practice(n_steps, 0, 0)
+        start, began = self.task.random_start(self._rng), time.perf_counter()
+        _, n_steps, _ = self._run(self.known, start)
+        return Practice(n_steps, 0, 0, time.perf_counter() - began)
 
     def _cost(self, known: Known) -> npt.NDArray[np.float64]:
         return GridWorld(np.maximum(known, 0), self.task.parameters).cost_to(self.task.goal)

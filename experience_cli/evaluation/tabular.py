@@ -1,5 +1,6 @@
 """Q-learning, Sarsa, Dyna-Q and prioritised sweeping on the cells, for comparison."""
 
+import time
 from typing import Final
 
 import numpy as np
@@ -81,11 +82,12 @@ class TabularMethod:
         """Run an episode from a random start (or the fixed one)."""
         del number
         start = self.task.random_start(self._rng)
+        began = time.perf_counter()
         n_steps, n_bumps, n_rewards, self._n_seen = kernels.run_episode(
             self._kind, self._allowed, self.task.grid.n_cols, self.q, self._model, self._order,
             self._n_seen, self._place(start), self._goal, self._numbers, self._mask(),
             self.task.parameters.step_limit, self._rng)
-        return Practice(int(n_steps), int(n_bumps), int(n_rewards))
+        return Practice(int(n_steps), int(n_bumps), int(n_rewards), time.perf_counter() - began)
 
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the greedy action of every cell; equals are settled by lot, once for all."""
