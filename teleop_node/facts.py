@@ -31,7 +31,10 @@ class Gathered:
         self._heard = self._began = -math.inf
 
     def saw_trial(self, status: TrialStatus) -> None:
-        """Take in how the trial stands."""
+        """Take in how the trial stands; how the last one ended stays, until there is another."""
+        if status.state is State.IDLE and status.trial == self._facts.trial:
+            self._facts = replace(self._facts, trial_state=str(status.state))
+            return
         self._facts = replace(
             self._facts, trial=status.trial, trial_state=str(status.state), steps=status.steps,
             outcome=str(status.outcome or ''))

@@ -37,7 +37,7 @@ from teleop_node.status_line import line_from_facts, line_over, message_over
 from teleop_node.teaching import Answer, Teaching
 from teleop_node.terminal import Terminal
 
-#: How often keys are looked at, the line is written and peers are looked for, [s].
+#: How often keys are looked at, the line is written, peers are looked for, [s].
 _KEY_PERIOD: Final = 0.02
 _LINE_PERIOD: Final = 0.25
 _PEERS_PERIOD: Final = 1.0
@@ -101,7 +101,9 @@ class TeleopNode(Node):
         self._places = self.create_publisher(PoseWithCovarianceStamped, 'initialpose', qos.POSE)
         self.create_subscription(Odometry, 'odom', self._on_odometry, (
             qos.ODOMETRY_PUB if self.settings.lockstep else qos.SENSOR))
-        self.create_subscription(DiagnosticStatus, 'trial', self._on_trial, qos.LATCHED)
+        # A trial's end is soon followed by the next beginning: neither may be missed.
+        self.create_subscription(
+            DiagnosticStatus, 'trial', self._on_trial, qos.RECORDING_LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
     def _make_services(self) -> None:
@@ -110,11 +112,10 @@ class TeleopNode(Node):
         learner, controller = self.settings.learner, self.settings.controller
         self._record = self.create_client(SetBool, f'{learner}/record_demonstration')
         self._learner_parameters = self.create_client(GetParameters, f'{learner}/get_parameters')
-        self._triggers = {name: self.create_client(Trigger, name) for name in (
-            *(f'{learner}/{name}' for name in (
-                'discard_demonstration', 'drop_last', 'label_success', 'label_failure',
-                'run_trials')),
-            *(f'{controller}/{name}' for name in ('start_trial', 'stop_trial')))}
+        names = [f'{learner}/{name}' for name in (
+            'discard_demonstration', 'drop_last', 'label_success', 'label_failure', 'run_trials')]
+        names += [f'{controller}/start_trial', f'{controller}/stop_trial']
+        self._triggers = {name: self.create_client(Trigger, name) for name in names}
 
     def _service(self, action: Action) -> Any:
         async def serve(_: Any, response: Any) -> Any:
@@ -208,9 +209,8 @@ class TeleopNode(Node):
             self._pose = pose_from_odometry(msg)
         except ValueError:
             return  # others say so
-        for arrival in self._arrivals:
-            arrival.set_result(True)
-        self._arrivals.clear()
+        while self._arrivals:
+            self._arrivals.pop().set_result(True)
 
     def _on_trial(self, msg: DiagnosticStatus) -> None:
         try:
@@ -278,7 +278,8 @@ class TeleopNode(Node):
 
     async def is_simulated(self) -> bool:
         """Ask the learner whether it may set the robot back."""
-        answer = await self._answer(self._learner_parameters, GetParameters.Request(names=['simulation']))
+        request = GetParameters.Request(names=['simulation'])
+        answer = await self._answer(self._learner_parameters, request)
         return bool(answer is not None and answer.values and answer.values[0].bool_value)
 
     async def set_back(self) -> Answer:
@@ -383,7 +384,7 @@ def _make_node() -> TeleopNode:
 
 
 def _descriptor(stream: Any) -> int:
-    """Return the file descriptor of a standard stream; -1 where it is closed."""
+    """Return the descriptor of a standard stream; -1 where it is closed."""
     try:
         return int(stream.fileno())
     except (AttributeError, OSError, ValueError):

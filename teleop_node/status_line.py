@@ -89,7 +89,8 @@ def _doing(facts: Facts) -> str:
     text = _DOING.get(facts.phase, facts.phase)
     if facts.phase == 'demonstration':
         text += f' {facts.seconds:.0f} s'
-    return text + (f', {facts.trials_left} trials left' if facts.trials_left else '')
+    left = facts.trials_left
+    return text + (f', {left} trial{"s" if left > 1 else ""} left' if left else '')
 
 
 def _trial(facts: Facts) -> str:

@@ -106,6 +106,8 @@ class TestGathered:
         assert 'trial 2 running, 5 steps' in line_from_facts(gathered.at(1.0, (0, 0), ''), 99)
         gathered.saw_trial(TrialStatus(State.ENDED, 2, Outcome.GOAL, steps=9))
         assert not gathered.is_trying
+        gathered.saw_trial(TrialStatus(State.IDLE, 2))
+        assert not gathered.is_trying
         assert 'trial 2 goal, 9 steps' in line_from_facts(gathered.at(1.0, (0, 0), ''), 99)
 
 

@@ -1,0 +1,148 @@
+"""A person at the keys: drive, redo, keep, watch it try; four real processes and a terminal."""
+
+from contextlib import ExitStack
+import math
+import re
+import time
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from nav_msgs.msg import Odometry
+import pytest
+
+from msgs_bridge import qos
+from msgs_bridge.poses import pose_from_odometry
+from msgs_bridge.trial_status import State, trial_from_status
+import ros_helpers
+from terminal_helpers import TerminalProcess
+
+START = (0.625, 0.875)
+N_TRIALS = 2
+#: A tick is 50 ms of simulated time; either way a second of driving takes a fifth of a second.
+LOCKSTEP = {'lockstep': True}
+REAL_TIME = {'speed_factor': 5.0}
+
+
+class Person:
+    """Looks at the robot and at the screen, and types."""
+
+    def __init__(self, node, folder, pace):
+        self.node, self.folder = node, folder
+        self.statuses, self.pose = [], None
+        self.stack = ExitStack()
+        self.lockstep = {'lockstep': pace.get('lockstep', False)}
+        node.create_subscription(Odometry, 'odom', self._look, qos.SENSOR)
+        node.create_subscription(DiagnosticStatus, 'trial', self._hear, qos.RECORDING_LATCHED)
+        self.others = [self.start('sim_node', pace), self.start('control_field_node', {}),
+                       self.start('learner_node', {
+                           'task': 'drive', 'bags': str(folder / 'bags'), 'simulation': True,
+                           'auto_trials': N_TRIALS})]
+        command = ros_helpers.node_command('teleop_node.node', folder, {
+            **self.lockstep, 'rate': 100.0 if self.lockstep['lockstep'] else 20.0, 'turn': 0.8})
+        self.terminal = self.stack.enter_context(TerminalProcess(command, folder, width=120))
+
+    def start(self, name, parameters):
+        return self.stack.enter_context(ros_helpers.start_node(
+            f'{name}.node', self.folder, {**self.lockstep, **parameters}))
+
+    def _look(self, msg):
+        self.pose = pose_from_odometry(msg)
+
+    def _hear(self, msg):
+        self.statuses.append(trial_from_status(msg))
+
+    def wait(self, predicate, what, deadline=60.0):
+        return ros_helpers.wait_until(
+            predicate, deadline, node=self.node, processes=[*self.others, self.terminal],
+            what=what)
+
+    def types(self, key, answer):
+        """Type a key of an action, again if it is too early, until the screen says it is done."""
+        said, deadline = len(self.terminal.read()), 0.0
+
+        def is_done():
+            nonlocal deadline
+            text = self.terminal.read()[said:]
+            if time.monotonic() > deadline and text.count('not done') == self.presses:
+                deadline = time.monotonic() + 1.0  # what comes sooner is a key that is held
+                self.presses += 1
+                self.terminal.type(key)
+            return f'{answer}: ' in text.replace(f'{answer}: not done', '')
+        self.presses = 0
+        self.wait(is_done, answer)
+
+    def holds(self, key, until, what):
+        """Hold a key until the robot is where it should be."""
+        def there():
+            self.terminal.type(key)
+            return until(self.pose)
+        self.wait(there, what)
+        self.terminal.type('k')
+        self.wait(lambda: abs(self.pose.v) + abs(self.pose.w) < 1e-6, 'the standstill')
+
+    def is_at(self, x, y, tolerance=0.05):
+        return self.pose is not None and math.hypot(
+            self.pose.x - x, self.pose.y - y) < tolerance
+
+    def episodes(self):
+        folder = self.folder / 'bags' / 'drive'
+        return sorted(path.name for path in folder.iterdir() if path.name[:4].isdigit())
+
+    def ended(self):
+        """Return the trials that have ended, by number."""
+        return {status.trial: status for status in self.statuses if status.state is State.ENDED}
+
+
+@pytest.fixture(params=[LOCKSTEP, REAL_TIME], ids=['lockstep', 'real_time'])
+def person(request, ros_node, tmp_path):
+    someone = Person(ros_node, tmp_path, request.param)
+    with someone.stack:
+        someone.wait(lambda: 'ready' in someone.terminal.read(), 'the learner')
+        someone.wait(lambda: someone.pose is not None and someone.statuses, 'the others')
+        yield someone
+
+
+@pytest.mark.slow
+def test_teach_redo_keep_try(person):
+    person.types('s', 'start demonstration')
+    person.wait(lambda: 'RECORDING' in person.terminal.read(), 'the status line')
+    person.holds('i', lambda pose: pose.x > 1.2, 'the wrong way')
+    person.types('r', 'redo')
+    person.wait(lambda: person.is_at(*START), 'the robot set back')
+    assert person.episodes() == ['0001_demo']
+
+    person.holds('i', lambda pose: pose.x > 2.55, 'the turn')
+    person.holds('j', lambda pose: pose.yaw > 1.45, 'the other direction')
+    person.holds('i', lambda pose: pose.y > 2.3, 'the goal')
+    person.types('n', 'keep')
+    goal = person.pose.x, person.pose.y
+    person.wait(lambda: re.search(r'\d+ prototypes, basin \d+ %', person.terminal.read()),
+                'the certificate')
+
+    person.types('t', 'run trials')
+    person.wait(lambda: len(person.ended()) == N_TRIALS, 'the trials')
+    assert {str(status.outcome) for status in person.ended().values()} == {'goal'}
+    assert person.is_at(*goal, 0.25)
+    person.wait(lambda: f'trial {N_TRIALS} goal' in person.terminal.read(), 'the status line')
+    person.wait(lambda: len(person.episodes()) == 1 + N_TRIALS, 'the bags')
+    assert person.episodes()[1:] == ['0002_trial', '0003_trial']
+
+    person.terminal.type('\x1b')
+    assert person.terminal.wait() == 0
+    assert person.terminal.mode() == person.terminal.before
+
+
+@pytest.mark.slow
+def test_space_ends_a_trial_and_no_more_are_run(person):
+    person.types('s', 'start demonstration')
+    person.holds('i', lambda pose: pose.x > 3.6, 'the goal')
+    person.types('n', 'keep')
+    person.types('t', 'run trials')
+    person.wait(lambda: person.statuses[-1].state is State.RUNNING and person.pose.x > 0.8,
+                'a trial')
+    person.wait(lambda: re.search('trial 1 running', person.terminal.lines()[-1]), 'the line')
+    person.types(' ', 'stop')
+    person.wait(lambda: 1 in person.ended(), 'the end of the trial')
+    assert str(person.ended()[1].outcome) == 'stopped'
+    person.wait(lambda: 'ready' in person.terminal.lines()[-1], 'the learner')
+    assert len(person.ended()) == 1
+    assert not person.is_at(3.6, START[1], 0.2)
