@@ -5,7 +5,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from experience_cli.errors import UserError
-from msgs_bridge.bag_folder import EpisodeFolder, episode_from_path, TaskFolder
+from msgs_bridge.bag_folder import episode_from_path, EpisodeFolder, TaskFolder
 
 
 def episodes_from_paths(paths: Sequence[Path]) -> list[EpisodeFolder]:

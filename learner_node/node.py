@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from concurrent.futures import Future as JobFuture
 from functools import partial
-import struct
 import time
 from typing import Any, Final
 
@@ -25,10 +24,11 @@ from control_field.records import Outcome
 from learner_node import effects as to
 from learner_node.lessons import Lesson
 from learner_node.library import Library
+from learner_node.phases import Peers, Phase, SessionError
 from learner_node.publications import Publications
-from learner_node.recorder import Raw, Recorder
+from learner_node.recorder import Raw, Recorder, stamp_of
 from learner_node.reports import diagnostic_from_session, sentence_from_lesson
-from learner_node.session import Peers, Phase, Session, SessionError
+from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.topics import Recorded, recorded_topics, type_name
 from learner_node.warm_up import warm_up
@@ -47,9 +47,6 @@ _PEERS_PERIOD: Final = 0.2
 #: How often the bag is handed to the system, and the learner tells how it stands, [s].
 _FLUSH_PERIOD: Final = 0.5
 _TELL_PERIOD: Final = 1.0
-#: The stamp of a serialised message that begins with a header, and where it lies.
-_STAMP: Final = struct.Struct('<iI')
-_STAMP_AT: Final = 4
 
 
 class LearnerNode(Node):
@@ -86,8 +83,8 @@ class LearnerNode(Node):
         self._said = ''
         self._make_topics()
         self._make_services()
-        self._wake = self.create_guard_condition(self._collect)
-        self._worker = Worker(self._wake.trigger)
+        self._worker = Worker()
+        self._worker.wake = self.create_guard_condition(self._worker.collect).trigger
         self._worker.do(self._library.relearn, self._on_relearnt)
         self._worker.do(lambda: warm_up(parameters), lambda future: future.result())
         self._session.begin(time.monotonic())
@@ -114,7 +111,8 @@ class LearnerNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
         self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=steady)
-        self.create_timer(_FLUSH_PERIOD, self._flush, clock=steady)
+        self.create_timer(
+            _FLUSH_PERIOD, lambda: self._guard(self._recorder.flush), clock=steady)
         self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
 
     def _on_settings(self, settings: Settings) -> None:
@@ -128,22 +126,20 @@ class LearnerNode(Node):
         looks = {'odom': self._saw_odometry, 'experience': self._saw_experience,
                  'trial': self._saw_trial,
                  'cmd_vel': lambda _: self._session.heard_command(time.monotonic())}
-        look = looks.get(topic.name)
+        look = looks.get(topic.name, bool)
 
         def read(cdr: bytes) -> None:
             message = Raw(name, kind, cdr, self._now(topic.name, cdr))
             self._heard.add(topic.name)
             self._guard(lambda: self._recorder.saw(topic.name, message))
-            if look is not None:
-                look(cdr)
+            look(cdr)
 
         return read
 
     def _now(self, topic: str, cdr: bytes) -> int:
         """Return the time of arrival, [ns]; in lock-step the simulator's."""
         if topic == 'odom':
-            seconds, nanoseconds = _STAMP.unpack_from(cdr, _STAMP_AT)
-            self._odometry_time = seconds * 1_000_000_000 + nanoseconds
+            self._odometry_time = stamp_of(cdr)
         if self._settings.lockstep:
             return self._odometry_time
         return int(self.get_clock().now().nanoseconds)
@@ -151,36 +147,31 @@ class LearnerNode(Node):
     def _saw_odometry(self, cdr: bytes) -> None:
         self._carry_out(self._session.heard_odometry(
             self._odometry_time * 1e-9, time.monotonic()))
-        if self._session.phase is not Phase.PLACING:
-            return
-        try:
-            pose = pose_from_odometry(deserialize_message(cdr, Odometry))
-        except ValueError as error:
-            self._refuse(error)
-            return
-        self._carry_out(self._session.saw_pose(pose.x, pose.y, pose.yaw, time.monotonic()))
+        if self._session.phase is Phase.PLACING:
+            pose = self._read(pose_from_odometry, Odometry, cdr)
+            if pose is not None:
+                self._carry_out(self._session.saw_pose(
+                    pose.x, pose.y, pose.yaw, time.monotonic()))
 
     def _saw_experience(self, cdr: bytes) -> None:
-        try:
-            rows = decisions_from_cloud(
-                deserialize_message(cdr, PointCloud2), self._library.grid)
-        except ValueError as error:
-            self._refuse(error)
-            return
-        if len(rows):
+        rows = self._read(
+            partial(decisions_from_cloud, grid=self._library.grid), PointCloud2, cdr)
+        if rows is not None and len(rows):
             self._carry_out(self._session.saw_decisions(
                 int(rows['trial'][0]), len(rows), time.monotonic()))
 
     def _saw_trial(self, cdr: bytes) -> None:
-        try:
-            status = trial_from_status(deserialize_message(cdr, DiagnosticStatus))
-        except ValueError as error:
-            self._refuse(error)
-            return
-        self._carry_out(self._session.saw_status(status, time.monotonic()))
+        status = self._read(trial_from_status, DiagnosticStatus, cdr)
+        if status is not None:
+            self._carry_out(self._session.saw_status(status, time.monotonic()))
 
-    def _refuse(self, error: ValueError) -> None:
-        self.get_logger().warning(f'refused: {error}', throttle_duration_sec=5.0)
+    def _read(self, reader: Callable[[Any], Any], kind: Any, cdr: bytes) -> Any:
+        """Return what a message says; None, and a warning, if it is not to be trusted."""
+        try:
+            return reader(deserialize_message(cdr, kind))
+        except (ValueError, RuntimeError) as error:
+            self.get_logger().warning(f'refused: {error}', throttle_duration_sec=5.0)
+            return None
 
     # Services
 
@@ -238,9 +229,6 @@ class LearnerNode(Node):
             self.count_publishers('odom') > 0)
         self._carry_out(self._session.saw_peers(peers, time.monotonic()))
 
-    def _flush(self) -> None:
-        self._guard(self._recorder.flush)
-
     def _tell(self) -> None:
         self._publications.tell(diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh,
@@ -254,7 +242,7 @@ class LearnerNode(Node):
                 return
 
     def _guard(self, work: Callable[[], Any]) -> bool:
-        """Do something that may fail because nothing can be recorded any more; tell whether not."""
+        """Do what fails when nothing can be recorded any more; tell whether it succeeded."""
         try:
             work()
         except BagError as error:
@@ -324,9 +312,9 @@ class LearnerNode(Node):
         self._carry_out(self._session.failed(time.monotonic()))
 
     def _answer_keeper(self, success: bool, text: str) -> None:
-        kept, self._kept = self._kept, None
-        if kept is not None:
-            kept.set_result((success, text))
+        if self._kept is not None:
+            self._kept.set_result((success, text))
+            self._kept = None
 
     def _write_status(
         self, state: State, trial: int, outcome: Outcome | None = None, reason: str = '',
@@ -341,9 +329,6 @@ class LearnerNode(Node):
                    bytes(serialize_message(message)), self._now(topic='', cdr=b''))
 
     # What was learnt
-
-    def _collect(self) -> None:
-        self._worker.collect()
 
     def _on_relearnt(self, future: 'JobFuture[list[str]]') -> None:
         try:

@@ -3,14 +3,17 @@
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+import struct
 from typing import Final
 
 from msgs_bridge.bag_file import BagWriter, start_bag
-from msgs_bridge.bag_folder import EpisodeFolder, EpisodeKind, episode_from_path, TaskFolder
+from msgs_bridge.bag_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
 
 
 #: Decisions that may arrive before their trial is known to run.
 _N_EARLY: Final = 64
+#: Where the stamp of a serialised message lies that begins with a header.
+_STAMP_AT: Final = 4
 
 
 @dataclass(frozen=True)
@@ -149,3 +152,11 @@ class Recorder:
         if writer is not None:
             writer.close()
             self.task.remove(episode_from_path(writer.folder).number)
+
+
+def stamp_of(cdr: bytes) -> int:
+    """Return the stamp of a serialised message that begins with a header, [ns]; 0 without one."""
+    if len(cdr) < _STAMP_AT + 8:
+        return 0
+    seconds, nanoseconds = struct.unpack_from('<iI' if cdr[1] else '>iI', cdr, _STAMP_AT)
+    return max(int(seconds) * 1_000_000_000 + int(nanoseconds), 0)

@@ -7,7 +7,8 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.learner import Refresh
 from learner_node.lessons import Lesson
-from learner_node.session import Phase, Session
+from learner_node.phases import Phase
+from learner_node.session import Session
 
 
 def diagnostic_from_session(
@@ -33,7 +34,8 @@ def diagnostic_from_session(
     values: dict[str, Any] = {
         'task': session.settings.task, 'phase': session.phase, 'trials_left': session.n_left,
         'revision': session.revision, 'episode': lesson.episode.number if lesson else 0,
-        'doing': session.describe(), 'heard': ' '.join(sorted(heard)), **(certificate_values(refresh) if refresh else {})}
+        'doing': session.describe(), 'heard': ' '.join(sorted(heard)),
+        **(certificate_values(refresh) if refresh else {})}
     return DiagnosticStatus(
         level=DiagnosticStatus.OK if refresh or session.phase is not Phase.IDLE
         else DiagnosticStatus.STALE,

@@ -7,10 +7,7 @@ steady clock, and carries out the effects it returns, in order.
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
-from enum import StrEnum
 import math
-from typing import Final
 
 from control_field.records import Outcome
 from control_field.watch import StopReason
@@ -26,53 +23,23 @@ from learner_node.effects import (
     StartTrial,
     StopTrial,
 )
+from learner_node.phases import (
+    IN_TRIAL,
+    MAX_REQUESTS,
+    MAX_SETTLING,
+    obstacle,
+    Peers,
+    Phase,
+    PLACE_REQUESTS,
+    QUIET,
+    RECORDING,
+    RETRY,
+    SessionError,
+    WORDS,
+)
 from learner_node.settings import Settings, StartPose
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.trial_status import State, TrialStatus
-
-#: A recording ends when nothing has come for so long, [s]: what is under way still belongs to it.
-QUIET: Final = 0.1
-#: Longest wait for that quiet, [s]: a real robot is never quiet.
-MAX_SETTLING: Final = 0.3
-#: Time after which a request that was not answered is made again, [s].
-RETRY: Final = 0.3
-#: How often the same request is made before the run is given up.
-MAX_REQUESTS: Final = 30
-#: After how many the robot is sent to another start: that one may lie in an obstacle.
-PLACE_REQUESTS: Final = 4
-#: How far from its start a placed robot may stand, [m] and [rad].
-PLACE_TOLERANCE: Final = 0.02
-
-
-class SessionError(ValueError):
-    """What was asked for cannot be done now; the message says why and what to do."""
-
-
-class Phase(StrEnum):
-    """What the session is doing."""
-
-    IDLE = 'idle'
-    DEMONSTRATION = 'demonstration'  #: a person drives, and it is recorded
-    SETTLING = 'settling'            #: the person is done, the last messages come in
-    WAITING = 'waiting'              #: for peers, or for the controller to have the field
-    PLACING = 'placing'              #: for odometry to show the robot at the start
-    STARTING = 'starting'            #: for the controller to say that the trial runs
-    TRIAL = 'trial'
-    FINISHING = 'finishing'          #: the trial has ended, its last decisions come in
-    LEARNING = 'learning'
-
-
-_IN_TRIAL: Final = (Phase.STARTING, Phase.TRIAL, Phase.FINISHING)
-_RECORDING: Final = (Phase.DEMONSTRATION, Phase.SETTLING, *_IN_TRIAL)
-
-
-@dataclass(frozen=True)
-class Peers:
-    """Who is there: the controller, and a robot that publishes odometry."""
-
-    controller: bool = False
-    robot: bool = False
-
 
 class Session:
     """
@@ -106,7 +73,7 @@ class Session:
     @property
     def is_recording(self) -> bool:
         """Tell whether what arrives belongs into the open bag."""
-        return self.phase in _RECORDING
+        return self.phase in RECORDING
 
     def begin(self, now: float) -> None:
         """Take in that the bags that were found are being learnt from."""
@@ -114,7 +81,7 @@ class Session:
 
     def shut_down(self, now: float) -> Effects:
         """End what is under way, because the learner ends."""
-        stops = self.phase in _IN_TRIAL
+        stops = self.phase in IN_TRIAL
         effects: Effects = [StopTrial()] if stops else []
         if self.is_recording:
             effects.append(Abandon('the learner was stopped'))
@@ -201,22 +168,18 @@ class Session:
             If no trials are being run.
 
         """
-        if self.phase not in (*_IN_TRIAL, Phase.WAITING, Phase.PLACING) and self.n_left == 0:
+        if self.phase not in (*IN_TRIAL, Phase.WAITING, Phase.PLACING) and self.n_left == 0:
             raise SessionError('no trials are being run')
         self.n_left = 0
         if self.phase in (Phase.WAITING, Phase.PLACING):
             self._go(Phase.IDLE, now)
-        return [StopTrial()] if self.phase in _IN_TRIAL else []
+        return [StopTrial()] if self.phase in IN_TRIAL else []
 
     def describe(self) -> str:
         """Say in a few words what is under way."""
         if self.phase is Phase.WAITING:
             return f'waiting: {self._obstacle() or "all is there"}'
-        words = {
-            Phase.IDLE: 'nothing is under way', Phase.DEMONSTRATION: 'a demonstration is recorded',
-            Phase.SETTLING: 'a demonstration is being kept', Phase.LEARNING: 'learning',
-            Phase.PLACING: 'the robot is being set back'}
-        return words.get(self.phase, f'trial {self.trial} is under way')
+        return WORDS.get(self.phase, f'trial {self.trial} is under way')
 
     # What arrives
 
@@ -228,7 +191,7 @@ class Session:
         self._peers = peers
         if not peers.controller:
             self._status = None
-        if lost and self.phase in (*_IN_TRIAL, Phase.PLACING):
+        if lost and self.phase in (*IN_TRIAL, Phase.PLACING):
             return self._break_off(f'the {" and the ".join(lost)} went away', now)
         return self._proceed(now)
 
@@ -245,7 +208,7 @@ class Session:
 
     def saw_pose(self, x: float, y: float, yaw: float, now: float) -> Effects:
         """Take in where the robot is; of interest only while it is being placed."""
-        if self.phase is not Phase.PLACING or not self._is_placed(x, y, yaw):
+        if self.phase is not Phase.PLACING or not self._start.is_near(x, y, yaw):
             return []
         self._counts.clear()
         self._n_asked = 0
@@ -285,11 +248,9 @@ class Session:
         return []
 
     def _saw_ended(self, status: TrialStatus, now: float) -> Effects:
-        started = self.phase is Phase.STARTING and self._n_asked and (
-            self.trial == 0 and self._counts[status.trial] > 0)
-        if started:
-            self.trial = status.trial
-        if self.phase not in _IN_TRIAL or status.trial != self.trial:
+        if self.phase is Phase.STARTING and self._counts[status.trial] > 0:
+            self.trial = status.trial  # it ended before it was seen to run
+        if self.phase not in IN_TRIAL or status.trial != self.trial:
             return self._proceed(now)
         self._go(Phase.FINISHING, now)
         return self._finish(now)
@@ -331,7 +292,7 @@ class Session:
 
     def failed(self, now: float) -> Effects:
         """Take in that nothing more can be recorded: stop the robot."""
-        stops = self.phase in _IN_TRIAL
+        stops = self.phase in IN_TRIAL
         self.n_left = 0
         self._go(Phase.IDLE, now)
         return [Abandon(''), *([StopTrial()] if stops else [])]
@@ -400,54 +361,40 @@ class Session:
         """Set the robot back for the next trial when everything is there for it."""
         if self.phase is not Phase.WAITING:
             return []
-        obstacle = self._obstacle()
-        if obstacle:
-            return self._wait(obstacle, now)
+        missing = self._obstacle()
+        if missing:
+            return self._wait(missing, now)
         self._start = self._next_start()
         self._n_asked, self._told = 0, ''
         self._go(Phase.PLACING, now)
         return self._ask(Place(self._start), now)
 
-    def _wait(self, obstacle: str, now: float) -> Effects:
+    def _wait(self, missing: str, now: float) -> Effects:
         effects: Effects = []
         status = self._status
         if status is not None and status.state in (State.RUNNING, State.PAUSED) and (
                 now - self._asked > RETRY):
             effects += self._ask(StopTrial(), now)
-        if obstacle != self._told and now - self._began > self.settings.peer_timeout:
-            self._told = obstacle
-            effects.append(Say(f'the next trial waits: {obstacle}', warns=True))
+        if missing != self._told and now - self._began > self.settings.peer_timeout:
+            self._told = missing
+            effects.append(Say(f'the next trial waits: {missing}', warns=True))
         return effects
 
     def _obstacle(self) -> str:
-        """Return what keeps the next trial from being started; empty if nothing does."""
-        if not self._peers.controller or self._status is None:
-            return f'{self.settings.controller} is not there'
-        if not self._peers.robot:
-            return 'no robot publishes odometry'
-        if self._status.state in (State.RUNNING, State.PAUSED):
-            return f'trial {self._status.trial} is still running'
-        if self._status.revision != self.revision:
-            return (f'the controller has field revision {self._status.revision}, '
-                    f'not {self.revision}')
-        return ''
+        return obstacle(self._peers, self._status, self.revision, self.settings.controller)
 
     def _break_off(self, reason: str, now: float, told: bool = False) -> Effects:
         """End the trial as aborted; nothing is learnt from it, and it is tried again."""
-        effects: Effects = [Say(f'trial {self.trial or ""} is broken off: {reason}', warns=True)]
+        trial = f'trial {self.trial}' if self.trial else 'the trial to come'
+        effects: Effects = [Say(f'{trial} is broken off: {reason}', warns=True)]
         if self.phase is Phase.STARTING:
             effects.append(Discard())
-        elif self.phase in _IN_TRIAL:
+        elif self.phase in IN_TRIAL:
             effects.append(Abandon('' if told else reason))
-        if self.phase in _IN_TRIAL and self._peers.controller and not told:
+        if self.phase in IN_TRIAL and self._peers.controller and not told:
             effects.append(StopTrial())
         self.trial = 0
         self._counts.clear()
         self._asked = now
         self._go(Phase.WAITING if self.n_left else Phase.IDLE, now)
         return effects
-
-    def _is_placed(self, x: float, y: float, yaw: float) -> bool:
-        start = self._start
-        return (math.hypot(x - start.x, y - start.y) <= PLACE_TOLERANCE
-                and abs(math.remainder(yaw - start.yaw, math.tau)) <= PLACE_TOLERANCE)

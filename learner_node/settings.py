@@ -12,6 +12,8 @@ from msgs_bridge.bag_folder import check_task_name
 FIXED: Final = (
     'task', 'bags', 'fresh', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y',
     'simulation', 'lockstep', 'enable_stamped_cmd_vel', 'controller')
+#: How far from its start a placed robot may stand, [m] and [rad].
+PLACE_TOLERANCE: Final = 0.02
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,11 @@ class StartPose:
     x: float
     y: float
     yaw: float = 0.0
+
+    def is_near(self, x: float, y: float, yaw: float) -> bool:
+        """Tell whether a robot stands here."""
+        return (math.hypot(x - self.x, y - self.y) <= PLACE_TOLERANCE
+                and abs(math.remainder(yaw - self.yaw, math.tau)) <= PLACE_TOLERANCE)
 
 
 def start_poses_from_list(values: Any, grid: Grid) -> tuple[StartPose, ...]:

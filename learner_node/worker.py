@@ -10,18 +10,11 @@ Done = Callable[['Future[Any]'], None]
 
 
 class Worker:
-    """
-    Does jobs one after the other, and hands their results back to the thread that collects them.
+    """Does jobs one by one, and hands their results to the thread that collects them."""
 
-    Parameters
-    ----------
-    wake : callable
-        Called from the worker's thread when a result waits to be collected.
-
-    """
-
-    def __init__(self, wake: Callable[[], None]) -> None:
-        self._wake = wake
+    def __init__(self) -> None:
+        #: Called from the worker's thread when a result waits to be collected.
+        self.wake: Callable[[], None] = lambda: None
         self._results: deque[tuple[Done, Future[Any]]] = deque()
         self._pool = ThreadPoolExecutor(1, thread_name_prefix='learner')
 
@@ -29,7 +22,7 @@ class Worker:
         """Do a job in the worker's thread; `collect` calls ``done`` with its future."""
         def finished(future: 'Future[Any]') -> None:
             self._results.append((done, future))
-            self._wake()
+            self.wake()
 
         self._pool.submit(job).add_done_callback(finished)
 

@@ -1,5 +1,6 @@
 """The scripted driver: it gets there, and keeps to the line."""
 
+from itertools import pairwise
 import math
 
 from hypothesis import given
@@ -29,7 +30,7 @@ def drive(points, yaw=0.0, speed=0.2):
 def off_line(point, points):
     """Return how far a point is from a line of points."""
     best = math.inf
-    for (ax, ay), (bx, by) in zip(points, points[1:], strict=False):
+    for (ax, ay), (bx, by) in pairwise(points):
         length = math.hypot(bx - ax, by - ay)
         share = ((point[0] - ax) * (bx - ax) + (point[1] - ay) * (by - ay)) / length ** 2
         share = min(max(share, 0.0), 1.0)

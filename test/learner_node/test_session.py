@@ -14,7 +14,8 @@ from learner_node.effects import (
     StartTrial,
     StopTrial,
 )
-from learner_node.session import MAX_REQUESTS, Peers, Phase, Session, SessionError
+from learner_node.phases import MAX_REQUESTS, Peers, Phase, SessionError
+from learner_node.session import Session
 from learner_node.settings import Settings, StartPose
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.trial_status import State, TrialStatus

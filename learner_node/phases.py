@@ -1,0 +1,84 @@
+"""The phases of a session, and how long it waits in them."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from msgs_bridge.trial_status import State, TrialStatus
+
+#: A recording ends when nothing has come for so long, [s]: what is under way still belongs to it.
+QUIET: Final = 0.1
+#: Longest wait for that quiet, [s]: a real robot is never quiet.
+MAX_SETTLING: Final = 0.3
+#: Time after which a request that was not answered is made again, [s].
+RETRY: Final = 0.3
+#: How often the same request is made before the run is given up.
+MAX_REQUESTS: Final = 30
+#: After how many the robot is sent to another start: that one may lie in an obstacle.
+PLACE_REQUESTS: Final = 4
+
+
+class SessionError(ValueError):
+    """What was asked for cannot be done now; the message says why and what to do."""
+
+
+class Phase(StrEnum):
+    """What the session is doing."""
+
+    IDLE = 'idle'
+    DEMONSTRATION = 'demonstration'  #: a person drives, and it is recorded
+    SETTLING = 'settling'            #: the person is done, the last messages come in
+    WAITING = 'waiting'              #: for peers, or for the controller to have the field
+    PLACING = 'placing'              #: for odometry to show the robot at the start
+    STARTING = 'starting'            #: for the controller to say that the trial runs
+    TRIAL = 'trial'
+    FINISHING = 'finishing'          #: the trial has ended, its last decisions come in
+    LEARNING = 'learning'
+
+
+#: Phases with a trial's bag open.
+IN_TRIAL: Final = (Phase.STARTING, Phase.TRIAL, Phase.FINISHING)
+#: Phases with a bag open.
+RECORDING: Final = (Phase.DEMONSTRATION, Phase.SETTLING, *IN_TRIAL)
+
+#: What is under way, in a few words.
+WORDS: Final = {
+    Phase.IDLE: 'nothing is under way', Phase.DEMONSTRATION: 'a demonstration is recorded',
+    Phase.SETTLING: 'a demonstration is being kept', Phase.LEARNING: 'learning',
+    Phase.PLACING: 'the robot is being set back'}
+
+
+@dataclass(frozen=True)
+class Peers:
+    """Who is there: the controller, and a robot that publishes odometry."""
+
+    controller: bool = False
+    robot: bool = False
+
+
+def obstacle(
+    peers: Peers, status: TrialStatus | None, revision: int, controller: str,
+) -> str:
+    """
+    Return what keeps the next trial from being started; empty if nothing does.
+
+    Parameters
+    ----------
+    peers : Peers
+    status : TrialStatus or None
+        Newest word of the controller.
+    revision : int
+        Of the field that was pushed.
+    controller : str
+        Its name.
+
+    """
+    if not peers.controller or status is None:
+        return f'{controller} is not there'
+    if not peers.robot:
+        return 'no robot publishes odometry'
+    if status.state in (State.RUNNING, State.PAUSED):
+        return f'trial {status.trial} is still running'
+    if status.revision != revision:
+        return f'the controller has field revision {status.revision}, not {revision}'
+    return ''
