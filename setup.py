@@ -17,7 +17,7 @@ ROOMS = [
     'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
     'teleop_node', 'experience_cli', 'experience_cli.evaluation',
 ]
-DATA = ['launch', 'config', 'config/worlds']
+DATA = ['launch', 'config', 'config/robots', 'config/worlds']
 
 
 def data_files():

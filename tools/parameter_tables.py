@@ -16,9 +16,12 @@ from control_field_node.settings import FIXED as CONTROLLER_FIXED
 from control_field_node.settings import Settings as ControllerSettings
 from learner_node.settings import FIXED as LEARNER_FIXED
 from learner_node.settings import Settings as LearnerSettings
+from msgs_bridge.sight_settings import FIXED as SIGHT_FIXED
 from msgs_bridge.sight_settings import SightSettings
 from sim_node.parameters import FIXED as SIM_FIXED
 from sim_node.parameters import SimParameters
+from teleop_node.settings import FIXED as TELEOP_FIXED
+from teleop_node.settings import Settings as TeleopSettings
 
 PAGE = Path(__file__).resolve().parents[1] / 'doc' / 'parameters.md'
 
@@ -67,7 +70,8 @@ def page() -> str:
         table('learner_node', 'And `start_poses`: a flat list x, y, yaw, x, y, yaw, ... in metres '
               'and radians.', LearnerSettings, LEARNER_FIXED),
         table('sim_node', '', SimParameters, SIM_FIXED),
-        table('neighbourhood_node', '', SightSettings),
+        table('neighbourhood_node', '', SightSettings, SIGHT_FIXED),
+        table('teleop_node', '', TeleopSettings, TELEOP_FIXED),
     ])
 
 
