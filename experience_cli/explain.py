@@ -63,9 +63,14 @@ def about_moment(moment: Any) -> dict[str, Any]:
         'trial': None if status is None else {
             'number': status.trial, 'state': str(status.state), 'reason': status.reason},
         'decision': [_row(row, moment) for row in moment.decisions],
-        'command': {'requested': moment.requested, 'applied': moment.applied,
+        'command': {'requested': _finite(moment.requested), 'applied': _finite(moment.applied),
                     'clipped_by': moment.clipped_by},
         'course': _course(moment)}
+
+
+def _finite(velocity: tuple[float, float] | None) -> list[float | None] | None:
+    """Return a velocity as JSON can hold it: null for what is no number."""
+    return velocity and [value if math.isfinite(value) else None for value in velocity]
 
 
 def _row(row: Any, moment: Any) -> dict[str, Any]:
@@ -170,15 +175,18 @@ def _decision_line(row: dict[str, Any]) -> str:
 def _command_lines(command: dict[str, Any]) -> list[str]:
     if command['applied'] is None:
         return ['no command was recorded here']
-    v, w = command['applied']
-    line = f'command: {v:.3f} m/s, {w:.3f} rad/s'
+    line = f'command: {_velocity_text(command["applied"])}'
     if command['requested'] is None:
         return [line + ', and no other was recorded as asked for']
     if command['clipped_by'] == 'none':
         return [line + ', as it was asked for']
-    v, w = command['requested']
-    return [line + f'; {v:.3f} m/s, {w:.3f} rad/s was asked for, the last gate says: '
+    return [line + f'; {_velocity_text(command["requested"])} was asked for, the last gate says: '
                    f'{command["clipped_by"]}']
+
+
+def _velocity_text(velocity: list[float | None]) -> str:
+    v, w = ('no number' if value is None else f'{value:.3f}' for value in velocity)
+    return f'{v} m/s, {w} rad/s'
 
 
 def _course_lines(about: dict[str, Any]) -> list[str]:

@@ -91,12 +91,16 @@ def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
     ------
     UserError
         See `find_bag`; also if it was not closed, or is still being recorded.
+    BagError
+        If it cannot be read.
 
     """
     from msgs_bridge.bag_label import read_label
+    from msgs_bridge.bag_records import BagReader
     from msgs_bridge.bag_repair import needs_repair
 
     episode = find_bag(text, bags)
+    BagReader(episode.bag)
     if needs_repair(episode.path):
         raise UserError(f'{episode.path} was not closed: it is still being recorded, or was cut '
                         f'off; mend it with `experience repair {episode.path}`')

@@ -2,7 +2,7 @@
 
 from control_field.learner import Refresh
 from learner_node.lessons import Lesson, Lessons
-from msgs_bridge.bag_folder import EpisodeFolder, TaskFolder
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder
 from msgs_bridge.episodes import NothingToLearnError, read_header
 
 
@@ -40,8 +40,11 @@ def relearnt(task: TaskFolder) -> Refresh | None:
 
 
 def relearnt_sentence(task: TaskFolder) -> str:
-    """Say what the bags of a task teach now."""
-    refresh = relearnt(task)
+    """Say what the bags of a task teach now, or which of them keeps it from being learnt."""
+    try:
+        refresh = relearnt(task)
+    except BagError as error:
+        return f'{task.path}: not relearnt, {error}'
     if refresh is None:
         return f'{task.path}: no demonstration is left, there is no field now'
     return (f'{task.path}: relearnt, {refresh.certificate.sentence()}; a learner that runs takes '

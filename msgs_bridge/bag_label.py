@@ -88,5 +88,5 @@ def write_label(folder: Path | str, label: Label) -> None:
                        f'`experience repair {folder}`') from None
     except (OSError, UnicodeDecodeError) as error:
         raise BagError(f'cannot read {path}: {error}') from None
-    values = {**custom_data(text), KEY: label or _NONE}
+    values = {**custom_data(text), KEY: str(label) or _NONE}
     write_atomically(path, with_custom_data(text, values, path).encode())

@@ -1,6 +1,5 @@
 """rosbag2's ``metadata.yaml``, version 9, as Jazzy writes it."""
 
-import json
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -177,12 +176,13 @@ def with_custom_data(text: str, values: Mapping[str, str], path: Path) -> str:
         If it has no place for any; ``path`` is named.
 
     """
+    import yaml  # type: ignore[import-untyped, unused-ignore]
+
     block = _CUSTOM.search(text)
     if block is None:
         raise BagError(f'{path} has no custom_data: mend the bag with `experience repair`')
-    # Texts as JSON has them are YAML, too.
-    lines = ''.join(f'{block[1]}  {json.dumps(key)}: {json.dumps(value)}\n'
-                    for key, value in sorted(values.items()))
+    lines = _indented(yaml.safe_dump(dict(values), default_style='"', width=2**31), len(
+        block[1]) + 2) + '\n' if values else ''
     head = f'{block[1]}custom_data:' + ('\n' if lines else ' ~\n')
     return text[:block.start()] + head + lines + text[block.end():]
 

@@ -1,0 +1,73 @@
+"""Every course of every field is made up of the voices that are shown."""
+
+import math
+
+from hypothesis import given, strategies as st
+import numpy as np
+import pytest
+
+from control_field.headings import UNIT
+from control_field.provenance import TOLERANCE, vector_at, voices_at
+from strategies import few, leg, lessons, practise, seeds, taught
+
+
+def check_everywhere(refresh, parameters, known=None):
+    """Take the course of every cell apart, and see that it adds up."""
+    field, prototypes = refresh.field, refresh.prototypes
+    for row, col in np.ndindex(*field.grid.shape):
+        voices = voices_at(field, prototypes, parameters, row, col, known)
+        assert voices is not None, (row, col)
+        assert math.dist(voices.vector, vector_at(field, row, col)) <= TOLERANCE
+        total = voices.shares @ UNIT[prototypes.headings[voices.indices]]
+        if voices.pull >= 0:
+            total = total + voices.pull_share * UNIT[voices.pull]
+        np.testing.assert_allclose(total, voices.vector, atol=1e-12)
+        assert (voices.weights > 0).all()
+        assert list(voices.weights) == sorted(voices.weights, reverse=True)
+        if len(voices.weights) or voices.pull >= 0:
+            assert voices.shares.sum() + voices.pull_share == pytest.approx(1.0)
+
+
+@few
+@given(lessons(), st.sampled_from(['paper', 'full']), seeds)
+def test_the_shares_make_up_the_vector_everywhere(lesson, profile, seed):
+    occupancy, cells = lesson
+    learner = taught(cells, occupancy.shape, occupancy, profile=profile)
+    check_everywhere(learner.refresh, learner.parameters)
+    free = np.argwhere(occupancy == 0)
+    for start in np.random.default_rng(seed).permutation(free)[:3]:
+        known = learner.refresh.field.known
+        practise(learner, occupancy, [start])
+        # A refresh that was not pushed keeps the courses, which were made on the map of before.
+        check_everywhere(learner.refresh, learner.parameters,
+                         None if learner.refresh.pushed else known)
+        if not learner.refresh.pushed:
+            return
+
+
+@pytest.mark.parametrize('values', [
+    {'pull': False}, {'visible_windows': False}, {'rehearsal': False}, {'pruning': False},
+    {'effective_window': 2.0}, {'power': 4.0}, {'moves': 4},
+    {'profile': 'paper', 'effective_window': 2.0}])
+def test_they_do_with_every_part_switched_off(values):
+    occupancy = np.zeros((9, 9), np.int8)
+    occupancy[3:6, 4] = 100
+    learner = taught(leg((1, 1), (1, 7), (7, 7)), occupancy.shape, occupancy, **values)
+    check_everywhere(learner.refresh, learner.parameters)
+    practise(learner, occupancy, [(4, 1)])
+    if learner.refresh.pushed:
+        check_everywhere(learner.refresh, learner.parameters)
+
+
+def test_on_a_centre_its_prototype_is_the_only_voice():
+    learner = taught(leg((1, 1), (1, 5)), (6, 7))
+    voices = voices_at(learner.refresh.field, learner.refresh.prototypes, learner.parameters, 1, 2)
+    assert learner.refresh.prototypes.cells[voices.indices].tolist() == [[1, 2]]
+    assert (voices.shares.tolist(), voices.distances.tolist()) == ([1.0], [0.0])
+    assert voices.pull == -1
+
+
+def test_prototypes_of_another_field_are_found_out():
+    ours, others = taught(leg((1, 1), (1, 5)), (6, 7)), taught(leg((4, 5), (4, 1)), (6, 7))
+    assert voices_at(ours.refresh.field, others.refresh.prototypes, ours.parameters, 2, 2) is None
+    assert voices_at(ours.refresh.field, others.refresh.prototypes, ours.parameters, 4, 4) is None

@@ -1,0 +1,122 @@
+"""`experience diff`: the numbers of two fields, and the picture."""
+
+import json
+
+import numpy as np
+from PIL import Image
+import pytest
+
+from bridge_helpers import demonstration_bag
+from control_field.headings import headings_from_vectors
+from experience_cli.main import main
+from experience_cli.relearning import fold
+from sample_helpers import DEMO, FIRST, sample_copy, SECOND
+
+
+@pytest.fixture
+def task(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return sample_copy(tmp_path)
+
+
+@pytest.fixture
+def diff(capsys):
+    """Compare two fields; return the JSON object, or the text."""
+    def call(first, second, *more):
+        assert main(['diff', first, second, *(more or ('--json',))]) == 0
+        out = capsys.readouterr().out
+        return out if more else json.loads(out)
+
+    return call
+
+
+def refreshes(task):
+    return [lesson.refresh for lesson in fold(task.episodes())[1]]
+
+
+def test_a_field_does_not_differ_from_itself(task, diff):
+    found = diff('bags/sample', 'bags/sample')
+    assert (found['courses_differ'], found['vectors_equal']) == (0, True)
+    assert found['prototypes'] == {'removed': [], 'added': [], 'turned': []}
+    assert found['largest_q_difference'] == found['remembered_map_differs'] == 0
+    assert 'the vectors are equal' in diff('bags/sample', 'bags/sample', '--bags', 'bags')
+
+
+def test_the_numbers_are_those_of_the_fields(task, diff):
+    demonstrated, _, final = refreshes(task)
+    found = diff(FIRST, 'bags/sample')
+    a, b = demonstrated.field, final.field
+    headings = [headings_from_vectors(field.vx, field.vy) for field in (a, b)]
+    assert found['courses_differ'] == int((headings[0] != headings[1]).sum()) > 0
+    assert found['courses_differ_cells'] == np.argwhere(headings[0] != headings[1]).tolist()
+    cells = [set(map(tuple, refresh.prototypes.cells.tolist()))
+             for refresh in (demonstrated, final)]
+    assert {tuple(cell) for cell in found['prototypes']['added']} == cells[1] - cells[0]
+    assert {tuple(cell) for cell in found['prototypes']['removed']} == cells[0] - cells[1]
+    assert found['remembered_map_differs'] == int((a.known != b.known).sum())
+    assert found['first']['basin'] == pytest.approx(demonstrated.certificate.basin)
+    assert found['second']['basin'] == pytest.approx(final.certificate.basin)
+    assert found['second']['proven'] == pytest.approx(final.certificate.proven)
+    assert found['second']['fidelity'] == pytest.approx(final.certificate.fidelity)
+    assert [found[side]['revision'] for side in ('first', 'second')] == [1, 3]
+
+
+def test_it_is_the_same_the_other_way_round(task, diff):
+    one, other = diff(FIRST, SECOND), diff(SECOND, FIRST)
+    assert one['courses_differ'] == other['courses_differ']
+    assert one['mean_angle_degrees'] == pytest.approx(other['mean_angle_degrees'])
+    assert one['prototypes']['added'] == other['prototypes']['removed']
+    assert one['first'] == other['second']
+
+
+def test_a_saved_field_is_compared_with_what_it_was_saved_from(task, diff, capsys):
+    assert main(['learn', 'bags/sample', '--save', 'field.npz', '--quiet']) == 0
+    capsys.readouterr()
+    found = diff('field.npz', 'bags/sample')
+    assert found['vectors_equal']
+    assert found['prototypes'] == {'removed': [], 'added': [], 'turned': []}
+    assert found['first']['goal'] == found['second']['goal']
+
+
+def test_the_picture_is_drawn_and_its_place_printed(task, diff):
+    text = diff(FIRST, SECOND, '--out', 'made/here.png')
+    assert text.splitlines()[-1] == 'made/here.png'
+    with Image.open('made/here.png') as picture:
+        pixels = np.asarray(picture.convert('RGB')).reshape(-1, 3)
+    assert len(pixels) > 1_000_000
+    for colour in ((0xb0, 0x65, 0x1d), (0x1f, 0x5f, 0xa8)):
+        assert (np.abs(pixels.astype(int) - colour).max(axis=1) < 12).sum() > 200
+
+
+@pytest.mark.parametrize(('first', 'second', 'says'), [
+    (DEMO, FIRST, 'holds no field'),
+    ('missing.npz', FIRST, 'cannot read missing.npz'),
+    ('text.npz', FIRST, 'text.npz is no saved field'),
+    ('sample/0042', FIRST, 'there is no bag 0042'),
+    (FIRST, '../sample', 'leads out of the bags folder'),
+])
+def test_a_mistake_is_one_line(task, tmp_path, capsys, first, second, says):
+    (tmp_path / 'text.npz').write_text('nothing of the kind')
+    assert main(['diff', first, second]) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert says in line
+
+
+def test_fields_of_two_workspaces_are_refused_naming_both(task, capsys, tmp_path):
+    np.savez(tmp_path / 'other.npz', vx=np.ones((3, 4)), vy=np.zeros((3, 4)),
+             centres=np.array([[0.5, 0.5]]), actions=np.array([[1.0, 0.0]]), q=np.ones(1),
+             origin=np.zeros(2), resolution=np.array(1.0))
+    assert main(['diff', 'other.npz', 'bags/sample']) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert '3 x 4 cells of 1 m' in line
+    assert '20 x 20 cells of 0.25 m' in line
+
+
+def test_a_task_of_one_demonstration_can_be_compared(task, diff):
+    demonstration_bag(task.root, n=100)
+    assert diff('bags/task1', 'bags/sample')['goal_moved']
+
+
+def test_the_picture_must_be_a_png(task, capsys):
+    assert main(['diff', FIRST, SECOND, '--out', 'x.jpg']) == 2
+    assert 'must end in .png' in capsys.readouterr().err

@@ -1,0 +1,209 @@
+"""`experience explain`: what it shows adds up, and comes from where it says."""
+
+import json
+import math
+
+from geometry_msgs.msg import TwistStamped
+import numpy as np
+import pytest
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Header
+
+from control_field.headings import UNIT
+from control_field.provenance import TOLERANCE
+from control_field.records import Kind
+from experience_cli.main import main
+from experience_cli.recording import COMPASS, Recording
+from experience_cli.relearning import fold
+from msgs_bridge.bag_file import start_bag
+from msgs_bridge.bag_folder import episode_from_path
+from msgs_bridge.bag_records import BagReader
+from msgs_bridge.episodes import read_episode
+from msgs_bridge.tables import cloud_from_field, cloud_from_prototypes
+from sample_helpers import DEMO, FIRST, sample_copy, SECOND
+
+
+@pytest.fixture
+def task(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return sample_copy(tmp_path)
+
+
+@pytest.fixture
+def explain(capsys):
+    """Explain a moment; return the JSON object, or the text."""
+    def call(bag, at, *more, code=0):
+        assert main(['explain', bag, '--at', str(at), *(more or ('--json',))]) == code
+        out = capsys.readouterr().out
+        return out if more else json.loads(out)
+
+    return call
+
+
+def unit(name):
+    return UNIT[COMPASS.index(name)]
+
+
+def rewritten(task, number, change):
+    """Record a bag anew, message by message: ``change(topic, message)`` returns what goes in."""
+    old = task.find(number)
+    reader = BagReader(old.bag)
+    [header] = [values for name, values in reader.metadata if name == 'experience_controller']
+    with start_bag(task, old.kind, header) as bag:
+        for channel, log_time, publish_time, message in reader.records():
+            for topic, type_name, cdr in change(channel.topic, channel.schema.name, message):
+                bag.write(topic, type_name, cdr, log_time, publish_time)
+    return episode_from_path(bag.folder)
+
+
+@pytest.mark.parametrize('number', [2, 3])
+def test_the_shares_reproduce_the_fields_vector_at_every_decision(task, explain, number):
+    episode = task.find(number)
+    start = Recording(episode).start
+    field = fold([each for each in task.episodes() if each.number < number])[0].refresh.field
+    rows = read_episode(episode.path).record.decisions
+    for row in rows[rows['kind'] != Kind.BLOCKED]:
+        shown = explain(f'sample/{number}', max(float(row['stamp']) - start, 0.0))
+        course, cell = shown['course'], (int(row['row']), int(row['col']))
+        assert tuple(shown['cell']) == cell
+        total = sum((voice['share'] * unit(voice['heading'])
+                     for voice in course['prototypes']), np.zeros(2))
+        if course['pull']:
+            total = total + course['pull']['share'] * unit(course['pull']['heading'])
+        expected = field.coherence[cell] * np.array([field.vx[cell], field.vy[cell]])
+        np.testing.assert_allclose(total, expected, atol=TOLERANCE)
+        np.testing.assert_allclose(course['vector'], expected, atol=TOLERANCE)
+        assert course['adds_up']
+        assert course['source'] == 'recorded'
+        assert [course['q'][name] for name in COMPASS] == field.q[cell].tolist()
+        decided = shown['decision'][-1]
+        assert decided['heading'] == COMPASS[int(row['action'])]
+        assert decided['kind'] == Kind(int(row['kind'])).name.lower()
+
+
+def test_a_prototype_is_traced_to_the_second_it_was_shown(task, explain):
+    shown = explain(FIRST, 1.0)
+    [voice] = shown['course']['prototypes']
+    demo = Recording(task.find(1))
+    at = int(np.searchsorted(demo.poses.stamps - demo.start, voice['second'] - 1e-6))
+    cell = demo.header.grid.cell_from_world(*demo.poses.xyyaw[at, :2].tolist())
+    assert (voice['share'], voice['episode'], voice['demonstrated']) == (1.0, 1, True)
+    assert list(cell) == voice['cell'] == shown['cell']
+    assert 'sample/0001 at ' in explain(FIRST, 1.0, '--bags', 'bags')
+
+
+def test_a_refused_course_is_told_with_what_was_done_instead(task, explain):
+    rows = read_episode(task.find(2).path).record.decisions
+    refused = rows[rows['kind'] == Kind.BLOCKED][0]
+    shown = explain(FIRST, float(refused['stamp']) - Recording(task.find(2)).start)
+    assert [row['kind'] for row in shown['decision']] == ['blocked', 'avoid']
+    assert [row['reward'] for row in shown['decision']] == [-1, 1]
+    assert shown['decision'][0]['heading'] in shown['decision'][0]['sight_blocked']
+    text = explain(FIRST, shown['at'], '--bags', 'bags')
+    assert 'was refused: the sight showed it blocked' in text
+    assert 'by the Q-matrix' in text
+    assert "which is the field's vector" in text
+
+
+def test_the_command_is_the_one_that_answered_the_odometry(task, explain):
+    recording = Recording(task.find(3))
+    for i in (5, 60, 150):
+        at = float(recording.poses.stamps[i]) - recording.start
+        shown = explain(SECOND, at + 0.01)
+        assert shown['stamp'] == recording.poses.stamps[i]
+        assert shown['pose'] == recording.poses.xyyaw[i].tolist()
+        v, w = shown['command']['applied']
+        assert abs(v) <= 0.22
+        assert math.isfinite(w)
+        assert shown['command']['requested'] is None
+
+
+def test_a_moment_may_be_named_by_its_stamp(task, explain):
+    recording = Recording(task.find(2))
+    stamp = recording.start + recording.duration - 0.05
+    assert explain(FIRST, stamp) == explain(FIRST, recording.duration - 0.05)
+
+
+def test_in_the_first_demonstration_a_person_drove_and_there_was_no_field(task, explain):
+    shown = explain(DEMO, 3.0)
+    assert (shown['course'], shown['decision']) == (None, [])
+    text = explain(DEMO, 3.0, '--bags', 'bags')
+    assert 'a person drove' in text
+    assert 'there was no field yet' in text
+
+
+def test_without_recorded_prototypes_they_are_relearnt(task, explain):
+    def change(topic, type_name, message):
+        return [] if topic == '/prototypes' else [(topic, type_name, message)]
+
+    episode = rewritten(task, 3, change)
+    task.forget(3)
+    shown = explain(episode.name, 6.0)
+    assert shown['course']['source'] == 'relearnt'
+    assert shown['course']['adds_up']
+    task.recall(3)
+    assert shown['course']['prototypes'] == explain(SECOND, 6.0)['course']['prototypes']
+
+
+def test_prototypes_that_do_not_add_up_are_not_passed_off_as_the_reason(task, explain):
+    refresh = fold(task.episodes())[0].refresh
+    start = read_episode(task.find(1).path).record.cells[:4]
+
+    def change(topic, type_name, message):
+        if topic == '/prototypes':
+            kept = ~(refresh.prototypes.cells[:, None] == start).all(axis=2).any(axis=1)
+            table = cloud_from_prototypes(type(refresh.prototypes)(**{
+                name: getattr(refresh.prototypes, name)[kept] for name in (
+                    'cells', 'headings', 'q', 'episodes', 'stamps', 'demonstrated')}),
+                refresh.field.grid)
+            message = serialize_message(table)
+        return [(topic, type_name, message)]
+
+    episode = rewritten(task, 3, change)
+    for number in (1, 2, 3):
+        task.forget(number)
+    shown = explain(episode.name, 1.0, code=1)
+    assert (shown['course']['adds_up'], shown['course']['prototypes']) == (False, [])
+    assert 'do not make up this vector' in explain(episode.name, 1.0, '--bags', 'bags', code=1)
+
+
+def test_a_curious_trial_is_told_from_one_that_follows_the_prototypes(task, explain):
+    lessons, _ = fold(task.episodes()[:2])
+    field = serialize_message(cloud_from_field(lessons.field(curious=True)))
+
+    def change(topic, type_name, message):
+        return [(topic, type_name, field if topic == '/control_field' else message)]
+
+    episode = rewritten(task, 3, change)
+    task.forget(3)
+    shown = explain(episode.name, 6.0)
+    assert (shown['course']['source'], shown['course']['prototypes']) == ('curious', [])
+    assert 'to look around' in explain(episode.name, 6.0, '--bags', 'bags')
+
+
+@pytest.mark.parametrize(('v', 'w', 'rule'), [
+    (5.0, 0.0, 'speed'), (math.nan, 0.0, 'not_finite')])
+def test_what_the_gate_did_to_a_requested_command_is_named(task, explain, v, w, rule):
+    def change(topic, type_name, message):
+        if topic != '/odom':
+            return [(topic, type_name, message)]
+        sec, nanosec = np.frombuffer(message, '<i4', 2, 4).tolist()
+        header = Header()
+        header.stamp.sec, header.stamp.nanosec = sec, nanosec
+        asked = TwistStamped(header=header)
+        asked.twist.linear.x, asked.twist.angular.z = v, w
+        return [(topic, type_name, message), (
+            '/cmd_vel_requested', 'geometry_msgs/msg/TwistStamped', serialize_message(asked))]
+
+    episode = rewritten(task, 3, change)
+    command = explain(episode.name, 3.0)['command']
+    assert command['clipped_by'] == rule
+    assert command['requested'] == [v if math.isfinite(v) else None, w]
+    assert 'was asked for, the last gate says' in explain(episode.name, 3.0, '--bags', 'bags')
+
+
+@pytest.mark.parametrize('at', ['-1', '500', 'nan', 'inf'])
+def test_a_time_outside_the_bag_is_one_line(task, capsys, at):
+    assert main(['explain', FIRST, '--at', at]) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert line.startswith('experience explain: --at ')

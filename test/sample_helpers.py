@@ -1,0 +1,38 @@
+"""The sample bags as a task that tests may change."""
+
+from pathlib import Path
+import shutil
+
+from control_field.learner import Refresh
+from experience_cli.relearning import relearnt
+from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.tables import cloud_from_field, cloud_from_prototypes
+
+BAGS = Path(__file__).resolve().parent.parent / 'bags'
+#: A demonstration and two trials that it led to.
+DEMO, FIRST, SECOND = 'sample/0001', 'sample/0002', 'sample/0003'
+
+
+def sample_copy(folder: Path, name: str = 'bags') -> TaskFolder:
+    """Copy the sample task into a bags folder; return it."""
+    shutil.copytree(BAGS / 'sample', folder / name / 'sample',
+                    ignore=shutil.ignore_patterns('.*'))
+    return TaskFolder(folder / name, 'sample')
+
+
+def bytes_of(refresh: Refresh | None) -> tuple[bytes, bytes]:
+    """Return the bytes of a field and of its prototypes."""
+    assert refresh is not None
+    return (bytes(cloud_from_field(refresh.field).data),
+            bytes(cloud_from_prototypes(refresh.prototypes, refresh.field.grid).data))
+
+
+def field_of(task: TaskFolder) -> tuple[bytes, bytes]:
+    """Return the bytes of what a task's bags teach."""
+    return bytes_of(relearnt(task))
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    """Return every file under a folder, by its name there."""
+    return {str(path.relative_to(folder)): path.read_bytes()
+            for path in sorted(folder.rglob('*')) if path.is_file() and path.name != '.lock'}
