@@ -20,8 +20,8 @@ ROOMS = (
 RUN_CODE = (*ROOMS, 'launch')
 TEST_CODE = ('test', 'benchmarks')
 OURS = frozenset((
-    *ROOMS, 'bridge_helpers', 'controller_helpers', 'ros_helpers', 'terminal_helpers', 'benchmarks',
-    'tools'))
+    *ROOMS, 'bridge_helpers', 'controller_helpers', 'ros_helpers', 'terminal_helpers',
+    'benchmarks', 'tools'))
 
 # Import name -> rosdep key, looked up in rosdistro (rosdep/python.yaml, jazzy/distribution.yaml).
 KEYS = {
