@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field import compiled
-from control_field.headings import UNIT
+from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.interpolation import interpolate, weight_from_q
 from control_field.memory import Memory
 from control_field.policy import caution_factor, rules_of
@@ -132,11 +132,24 @@ class _Composer:
         self.shown = self._still_shown()
         self.preferred, self.spared = self._preferences()
         self.cost = self._cost()
-        self.q = compiled.q_from_cost(
-            self.known, self.cost, self.preferred, self.spared, self.factor,
-            self.parameters.discount, self.rules) if self.parameters.rehearsal else memory.q
+        self.q = self._plain_q() if self.parameters.rehearsal else memory.q
         self.centre = np.full(memory.grid.shape, -1, dtype=np.int8)
         self.mended = np.zeros(memory.grid.shape, dtype=np.bool_)
+
+    def _plain_q(self) -> npt.NDArray[np.float64]:
+        """
+        Return the Q-matrix that rehearsal comes to without any preference.
+
+        What was shown is preferred where the field is made, not in what is known to be good: the
+        greedy path of the Q-matrix is the best one known, whatever way the teacher went.
+        """
+        none = np.full(self.known.shape, -1, dtype=np.int8)
+        nothing = np.zeros(self.known.shape)
+        cost = compiled.cost_to_go(
+            self.known, *_goal(self.memory), none, nothing, self.factor, self.rules)
+        q: npt.NDArray[np.float64] = compiled.q_from_cost(
+            self.known, cost, none, nothing, self.factor, self.parameters.discount, self.rules)
+        return q
 
     def _still_shown(self) -> npt.NDArray[np.int8]:
         """Return the demonstrated steps that are not proven blocked."""
@@ -195,12 +208,13 @@ class _Composer:
                 self.centre[row, col] = heading
 
     def _worth_keeping(self, row: int, col: int, heading: int) -> bool:
-        if not compiled.step_allowed(self.known, row, col, heading, self.rules):
-            return False
-        kept = self.q[row, col, heading]
-        best = self.q[row, col].max()
-        return bool(kept > 0.0 and kept >= best * self.parameters.discount ** _WORTH_KEEPING)
-
+        through = float(compiled.through(
+            self.known, self.cost, self.factor, row, col, heading, self.rules))
+        if self.preferred[row, col] == heading:
+            after = row + STEP_ROW[heading], col + STEP_COL[heading]
+            through -= float(self.spared[row, col] * STEP_LENGTH[heading] * self.factor[after])
+        best = self.cost[row, col]
+        return bool(np.isfinite(best) and through <= best + _WORTH_KEEPING)
     def _table(self) -> tuple[Prototypes, npt.NDArray[np.float64]]:
         """Return the prototypes as they stand, and their weights."""
         memory = self.memory
