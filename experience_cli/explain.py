@@ -64,7 +64,7 @@ def about_moment(moment: Any) -> dict[str, Any]:
             'number': status.trial, 'state': str(status.state), 'reason': status.reason},
         'decision': [_row(row, moment) for row in moment.decisions],
         'command': {'requested': _finite(moment.requested), 'applied': _finite(moment.applied),
-                    'clipped_by': moment.clipped_by},
+                    'clipped_by': moment.clipped_by, 'at_limits': moment.at_limits},
         'course': _course(moment)}
 
 
@@ -176,8 +176,10 @@ def _command_lines(command: dict[str, Any]) -> list[str]:
     if command['applied'] is None:
         return ['no command was recorded here']
     line = f'command: {_velocity_text(command["applied"])}'
+    if command['at_limits']:
+        line += f' (as much as the robot can: {", ".join(command["at_limits"])})'
     if command['requested'] is None:
-        return [line + ', and no other was recorded as asked for']
+        return [line]
     if command['clipped_by'] == 'none':
         return [line + ', as it was asked for']
     return [line + f'; {_velocity_text(command["requested"])} was asked for, the last gate says: '

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from control_field.gate import gate, Sight, sight_from_cells
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.limits import Limits, Velocity
+from control_field.limits import Limits, STANDSTILL, Velocity
 from control_field.provenance import Voices, voices_at
 from control_field.records import ControlField, Kind, Prototypes
 from experience_cli.errors import UserError
@@ -23,6 +23,8 @@ from msgs_bridge.trial_status import TrialStatus
 
 #: A requested command belongs to a moment if it is no older, [s].
 _RECENT = 0.5
+#: Time since the command before, where there is none, [s].
+_USUAL_STEP = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,16 +143,33 @@ class Moment:
         Empty if none was recorded. The body's limits are not in a bag: a TurtleBot3 Burger's are
         taken.
         """
-        sight = self._sight()
         if self.requested is None or self.applied is None:
             return ''
+        sight = self._sight()
         if math.dist(self.requested, self.applied) < 1e-9:
             return 'none'
+        return str(gate(self.requested, *self._before(), self.pose, sight, Limits())[1])
+
+    @cached_property
+    def at_limits(self) -> list[str]:
+        """Return which limits of the body (as above) the command reaches: it may ask for more."""
+        if self.applied is None:
+            return []
+        (v, w), ((before_v, before_w), dt), limits = self.applied, self._before(), Limits()
+        reached = {'speed': abs(v) - limits.v_max, 'turning rate': abs(w) - limits.w_max}
+        if self._i:
+            reached |= {
+                'acceleration': abs(v - before_v) - limits.a_max * dt,
+                'turning acceleration': abs(w - before_w) - limits.alpha_max * dt}
+        return [name for name, over in reached.items() if over > -1e-6]
+
+    def _before(self) -> tuple[Velocity, float]:
+        """Return the command before this one, and the time since, [s]."""
+        if not self._i:
+            return STANDSTILL, _USUAL_STEP
         stamps = self.recording.poses.stamps
-        dt = float(stamps[self._i] - stamps[self._i - 1]) if self._i else 0.05
-        before = self._command('cmd_vel', self._i - 1) if self._i else None
-        return str(gate(self.requested, before or (0.0, 0.0), max(dt, 0.0), self.pose, sight,
-                        Limits())[1])
+        dt = float(stamps[self._i] - stamps[self._i - 1])
+        return self._command('cmd_vel', self._i - 1) or STANDSTILL, max(dt, 0.0)
 
     def _sight(self) -> Sight | None:
         grid = self.header.grid

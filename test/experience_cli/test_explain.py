@@ -1,5 +1,6 @@
 """`experience explain`: what it shows adds up, and comes from where it says."""
 
+from itertools import pairwise
 import json
 import math
 
@@ -116,6 +117,19 @@ def test_the_command_is_the_one_that_answered_the_odometry(task, explain):
         assert abs(v) <= 0.22
         assert math.isfinite(w)
         assert shown['command']['requested'] is None
+
+
+def test_the_limits_that_a_command_reaches_are_named(task, explain):
+    assert explain(SECOND, 0.0)['command']['at_limits'] == ['speed']
+    cruising = explain(SECOND, 3.0)['command']
+    assert (cruising['applied'][0], cruising['at_limits']) == (0.22, ['speed'])
+    assert 'as much as the robot can: speed' in explain(SECOND, 3.0, '--bags', 'bags')
+    stamps = Recording(task.find(3)).poses.stamps
+    commands = [explain(SECOND, stamp - stamps[0])['command'] for stamp in stamps[30:45].tolist()]
+    for before, now in pairwise(commands):
+        ramped = abs(abs(now['applied'][1] - before['applied'][1]) - 3.2 * 0.1) < 1e-6
+        assert ramped == ('turning acceleration' in now['at_limits'])
+    assert any('turning acceleration' in command['at_limits'] for command in commands)
 
 
 def test_a_moment_may_be_named_by_its_stamp(task, explain):
