@@ -10,8 +10,10 @@ from control_field.records import ControlField
 from learner_node.lessons import Lesson, Lessons
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
+from msgs_bridge.bag_label import write_label
 from msgs_bridge.bag_repair import repair_task
 from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.trial_status import Label
 
 
 class Library:
@@ -86,6 +88,7 @@ class Library:
             If a bag cannot be read, or is of another grid, frame or version.
 
         """
+        self.lessons = Lessons(self.grid, self.lessons.parameters)
         lines = [f'the bags of before are in {self.aside}'] if self.aside else []
         lines += [f'found {report}' for report in repair_task(self.task)]
         lessons = [self.learn(episode) for episode in self.task.episodes()]
@@ -101,6 +104,48 @@ class Library:
         """Learn from one bag, see `Lessons.learn`."""
         self._n_asked = 0
         return self.lessons.learn(episode)
+
+    def drop_last(self) -> str:
+        """
+        Remove the newest bag and relearn from the others; return what to tell people.
+
+        Raises
+        ------
+        BagError
+            If there is none, or it cannot be removed.
+
+        """
+        last = self._last()
+        self.task.remove(last.number)
+        self.relearn()
+        return f'{last.name} is dropped: {self._standing()}'
+
+    def label_last(self, label: Label) -> str:
+        """
+        Note what a person says of the newest bag, and relearn; return what to tell people.
+
+        Raises
+        ------
+        BagError
+            If there is none, or it cannot be noted.
+
+        """
+        last = self._last()
+        write_label(last.path, label)
+        self.relearn()
+        return f'{last.name} is labelled {label}: {self._standing()}'
+
+    def _last(self) -> EpisodeFolder:
+        episodes = self.task.episodes()
+        if not episodes:
+            raise BagError(f'there is no bag in {self.task.path}')
+        return episodes[-1]
+
+    def _standing(self) -> str:
+        if self.refresh is None:
+            return ('nothing is left that was demonstrated, the controller keeps its field until '
+                    'it is restarted')
+        return self.refresh.certificate.sentence()
 
     def next_start(self, spread: bool) -> StartPose:
         """

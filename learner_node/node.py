@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import Future as JobFuture
 from functools import partial
+import os
 import time
 from typing import Any, Final
 
@@ -17,14 +18,15 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import Trigger
 
 from control_field.parameters import Parameters
 from control_field.records import Outcome
 from learner_node import effects as to
+from learner_node.desk import Desk
 from learner_node.lessons import Lesson
 from learner_node.library import Library
-from learner_node.phases import Peers, Phase, SessionError
+from learner_node.phases import Peers, Phase
 from learner_node.publications import Publications
 from learner_node.recorder import Raw, Recorder, stamp_of
 from learner_node.reports import diagnostic_from_session, sentence_from_lesson
@@ -47,6 +49,8 @@ _PEERS_PERIOD: Final = 0.2
 #: How often the bag is handed to the system, and the learner tells how it stands, [s].
 _FLUSH_PERIOD: Final = 0.5
 _TELL_PERIOD: Final = 1.0
+#: How long the end waits for what is being learnt, [s].
+_WORKER_PATIENCE: Final = 1.0
 
 
 class LearnerNode(Node):
@@ -78,9 +82,9 @@ class LearnerNode(Node):
         self._lesson: Lesson | None = None
         self._heard: set[str] = set()
         self._odometry_time = 0
-        self._kept: Future | None = None
         self._told: tuple[object, ...] = ()
-        self._said = ''
+        #: What people were told last.
+        self.said = ''
         self._make_topics()
         self._make_services()
         self._worker = Worker()
@@ -99,12 +103,8 @@ class LearnerNode(Node):
                 topic.kind, topic.name, self._reader(topic), topic.profile, raw=True)
 
     def _make_services(self) -> None:
-        # Its answer waits for the lesson, and must not keep the rest of the node from working.
-        self.create_service(SetBool, '~/record_demonstration', self._on_record,
-                            callback_group=MutuallyExclusiveCallbackGroup())
-        self.create_service(Trigger, '~/discard_demonstration', self._on_discard)
-        self.create_service(Trigger, '~/run_trials', self._on_run)
-        self.create_service(Trigger, '~/stop_trials', self._on_stop)
+        self._desk = Desk(self, self._session, lambda: Future(executor=self.executor),
+                          MutuallyExclusiveCallbackGroup())
         controller = self._settings.controller
         self._start = self.create_client(Trigger, f'{controller}/start_trial')
         self._stop = self.create_client(Trigger, f'{controller}/stop_trial')
@@ -145,25 +145,25 @@ class LearnerNode(Node):
         return int(self.get_clock().now().nanoseconds)
 
     def _saw_odometry(self, cdr: bytes) -> None:
-        self._carry_out(self._session.heard_odometry(
+        self.carry_out(self._session.heard_odometry(
             self._odometry_time * 1e-9, time.monotonic()))
         if self._session.phase is Phase.PLACING:
             pose = self._read(pose_from_odometry, Odometry, cdr)
             if pose is not None:
-                self._carry_out(self._session.saw_pose(
+                self.carry_out(self._session.saw_pose(
                     pose.x, pose.y, pose.yaw, time.monotonic()))
 
     def _saw_experience(self, cdr: bytes) -> None:
         rows = self._read(
             partial(decisions_from_cloud, grid=self._library.grid), PointCloud2, cdr)
         if rows is not None and len(rows):
-            self._carry_out(self._session.saw_decisions(
+            self.carry_out(self._session.saw_decisions(
                 int(rows['trial'][0]), len(rows), time.monotonic()))
 
     def _saw_trial(self, cdr: bytes) -> None:
         status = self._read(trial_from_status, DiagnosticStatus, cdr)
         if status is not None:
-            self._carry_out(self._session.saw_status(status, time.monotonic()))
+            self.carry_out(self._session.saw_status(status, time.monotonic()))
 
     def _read(self, reader: Callable[[Any], Any], kind: Any, cdr: bytes) -> Any:
         """Return what a message says; None, and a warning, if it is not to be trusted."""
@@ -173,50 +173,10 @@ class LearnerNode(Node):
             self.get_logger().warning(f'refused: {error}', throttle_duration_sec=5.0)
             return None
 
-    # Services
-
-    async def _on_record(self, request: Any, response: Any) -> Any:
-        """Begin a demonstration, or keep it; the answer to that says what was learnt."""
-        try:
-            if request.data:
-                self._carry_out(self._session.record(time.monotonic()))
-                response.success = self._recorder.kind is not None
-                response.message = self._said
-                return response
-            self._kept = Future(executor=self.executor)
-            self._carry_out(self._session.keep(time.monotonic()))
-        except SessionError as error:
-            response.message = str(error)
-            return response
-        response.success, response.message = await self._kept
-        return response
-
-    def _on_discard(self, _: Any, response: Any) -> Any:
-        return self._answer(response, self._session.discard, 'the demonstration is thrown away')
-
-    def _on_run(self, _: Any, response: Any) -> Any:
-        n = self._settings.auto_trials
-        return self._answer(
-            response, lambda now: self._session.run_trials(n, now), f'{n} trials are run')
-
-    def _on_stop(self, _: Any, response: Any) -> Any:
-        answer = self._answer(response, self._session.stop_trials, 'no more trials are run')
-        self._publish_field()
-        return answer
-
-    def _answer(self, response: Any, request: Any, success: str) -> Any:
-        try:
-            self._carry_out(request(time.monotonic()))
-        except SessionError as error:
-            response.message = str(error)
-            return response
-        response.success, response.message = True, success
-        return response
-
     # Time alone
 
     def _tick(self) -> None:
-        self._carry_out(self._session.tick(time.monotonic()))
+        self.carry_out(self._session.tick(time.monotonic()))
         told = (self._session.phase, self._session.n_left, self._session.revision,
                 len(self._heard))
         if told != self._told:
@@ -227,7 +187,7 @@ class LearnerNode(Node):
         peers = Peers(
             self._start.service_is_ready() and self.count_publishers('experience') > 0,
             self.count_publishers('odom') > 0)
-        self._carry_out(self._session.saw_peers(peers, time.monotonic()))
+        self.carry_out(self._session.saw_peers(peers, time.monotonic()))
 
     def _tell(self) -> None:
         self._publications.tell(diagnostic_from_session(
@@ -236,7 +196,8 @@ class LearnerNode(Node):
 
     # What the session wants done
 
-    def _carry_out(self, effects: to.Effects) -> None:
+    def carry_out(self, effects: to.Effects) -> None:
+        """Do what the session wants done, in order."""
         for effect in effects:
             if not self._guard(partial(self._do, effect)):
                 return
@@ -291,14 +252,14 @@ class LearnerNode(Node):
         def answered(future: Any) -> None:
             answer = future.result()
             if answer is not None:
-                self._carry_out(self._session.start_answered(
+                self.carry_out(self._session.start_answered(
                     answer.success, answer.message, time.monotonic()))
 
         if self._start.service_is_ready():
             self._start.call_async(Trigger.Request()).add_done_callback(answered)
 
     def _say(self, text: str, warns: bool = False) -> None:
-        self._said = text
+        self.said = text
         if warns:
             self.get_logger().warning(text)
         else:
@@ -307,14 +268,9 @@ class LearnerNode(Node):
     def _lose(self, error: BagError) -> None:
         """Nothing can be recorded any more: say so once, stop the robot, keep what there is."""
         self.get_logger().error(f'{error}; the trials are stopped, what was recorded is kept')
-        self._said = str(error)
-        self._answer_keeper(False, str(error))
-        self._carry_out(self._session.failed(time.monotonic()))
-
-    def _answer_keeper(self, success: bool, text: str) -> None:
-        if self._kept is not None:
-            self._kept.set_result((success, text))
-            self._kept = None
+        self.said = str(error)
+        self._desk.answer(False, str(error))
+        self.carry_out(self._session.failed(time.monotonic()))
 
     def _write_status(
         self, state: State, trial: int, outcome: Outcome | None = None, reason: str = '',
@@ -329,6 +285,22 @@ class LearnerNode(Node):
                    bytes(serialize_message(message)), self._now(topic='', cdr=b''))
 
     # What was learnt
+
+    def relearn_after(self, change: str, *arguments: Any) -> None:
+        """Let the library change a bag, and learn from all of them anew."""
+        self._worker.do(
+            partial(getattr(self._library, change), *arguments), self._on_changed)
+
+    def _on_changed(self, future: 'JobFuture[str]') -> None:
+        try:
+            text = future.result()
+        except BagError as error:
+            self._learnt()
+            self._desk.answer(False, str(error))
+            return
+        self._learnt()
+        self._say(text)
+        self._desk.answer(True, text)
 
     def _on_relearnt(self, future: 'JobFuture[list[str]]') -> None:
         try:
@@ -348,18 +320,18 @@ class LearnerNode(Node):
         self._learnt()
         sentence = sentence_from_lesson(self._lesson)
         self._say(sentence)
-        self._answer_keeper(self._lesson.refresh is not None, sentence)
+        self._desk.answer(self._lesson.refresh is not None, sentence)
 
     def _learnt(self) -> None:
         """Push the field, then let the session go on with it."""
         refresh = self._library.refresh
         self._publish_field(self._session.n_left > 1)
-        self._carry_out(self._session.learnt(
+        self.carry_out(self._session.learnt(
             -1 if refresh is None else refresh.field.revision, time.monotonic()))
         missing = self._settings.auto_trials - self._library.n_trials
         if (self._settings.auto_start and missing > 0 and refresh is not None
                 and self._session.phase is Phase.IDLE):
-            self._carry_out(self._session.run_trials(missing, time.monotonic()))
+            self.carry_out(self._session.run_trials(missing, time.monotonic()))
 
     def _publish_field(self, more_trials: bool = False) -> None:
         refresh = self._library.refresh
@@ -368,12 +340,18 @@ class LearnerNode(Node):
             messages = self._publications.publish_field(field, refresh)
             self._recorder.in_force = [self._raw(*message) for message in messages.items()]
 
-    def close(self) -> None:
-        """End what is under way: the trial is stopped, the bag closed and marked as aborted."""
-        try:
-            self._carry_out(self._session.shut_down(time.monotonic()))
-        finally:
-            self._worker.close()
+    def close(self) -> bool:
+        """
+        End what is under way: the trial is stopped, the bag closed and marked as aborted.
+
+        Returns
+        -------
+        bool
+            Whether the worker has ended, too; nothing is lost if it has not.
+
+        """
+        self.carry_out(self._session.shut_down(time.monotonic()))
+        return self._worker.close(_WORKER_PATIENCE)
 
 
 def main(args: list[str] | None = None) -> None:
@@ -395,11 +373,13 @@ def main(args: list[str] | None = None) -> None:
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
-        if node is not None:
-            node.close()
+        is_done = node is None or node.close()
         rclpy.try_shutdown()
     if node is not None and node.fatal:
         exit_with('learner_node', node.fatal)
+    if not is_done:
+        # Compiling may take seconds yet, and a thread in it does not survive the interpreter.
+        os._exit(0)
 
 
 if __name__ == '__main__':

@@ -79,6 +79,12 @@ class Session:
         """Take in that the bags that were found are being learnt from."""
         self._go(Phase.LEARNING, now)
 
+    def relearn(self, now: float) -> Effects:
+        """Take in that a bag is changed and all are learnt from anew; only when idle."""
+        self._check_idle('change a bag')
+        self.begin(now)
+        return []
+
     def shut_down(self, now: float) -> Effects:
         """End what is under way, because the learner ends."""
         stops = self.phase in IN_TRIAL
@@ -100,8 +106,7 @@ class Session:
             If something else is under way, or there is nothing to record yet.
 
         """
-        if self.phase is not Phase.IDLE:
-            raise SessionError(f'cannot record a demonstration now: {self.describe()}')
+        self._check_idle('record a demonstration')
         if not math.isfinite(self._heard):
             raise SessionError('cannot record a demonstration: no odometry has arrived yet')
         self._go(Phase.DEMONSTRATION, now)
@@ -117,23 +122,13 @@ class Session:
             If none is recorded.
 
         """
-        if self.phase is not Phase.DEMONSTRATION:
-            raise SessionError('no demonstration is being recorded')
+        self._check_recording()
         self._go(Phase.SETTLING, now)
         return []
 
     def discard(self, now: float) -> Effects:
-        """
-        Throw the demonstration that is being recorded away.
-
-        Raises
-        ------
-        SessionError
-            If none is recorded.
-
-        """
-        if self.phase is not Phase.DEMONSTRATION:
-            raise SessionError('no demonstration is being recorded')
+        """Throw the demonstration that is being recorded away; like `keep` otherwise."""
+        self._check_recording()
         self._go(Phase.IDLE, now)
         return [Discard()]
 
@@ -150,8 +145,7 @@ class Session:
         if not self.settings.simulation:
             raise SessionError('cannot set a real robot back (simulation is false): carry it to '
                                f'its start and call {self.settings.controller}/start_trial')
-        if self.phase is not Phase.IDLE:
-            raise SessionError(f'cannot run trials now: {self.describe()}')
+        self._check_idle('run trials')
         if self.revision < 0:
             raise SessionError('nothing was learnt yet, record a demonstration first')
         self.n_left = n_trials
@@ -159,15 +153,7 @@ class Session:
         return self._proceed(now)
 
     def stop_trials(self, now: float) -> Effects:
-        """
-        Stop the trial and run no more.
-
-        Raises
-        ------
-        SessionError
-            If no trials are being run.
-
-        """
+        """Stop the trial and run no more; SessionError if none are being run."""
         if self.phase not in (*IN_TRIAL, Phase.WAITING, Phase.PLACING) and self.n_left == 0:
             raise SessionError('no trials are being run')
         self.n_left = 0
@@ -348,6 +334,14 @@ class Session:
         return self._ask(Place(self._start) if placing else StartTrial(), now)
 
     # From one phase to the next
+
+    def _check_recording(self) -> None:
+        if self.phase is not Phase.DEMONSTRATION:
+            raise SessionError('no demonstration is being recorded')
+
+    def _check_idle(self, what: str) -> None:
+        if self.phase is not Phase.IDLE:
+            raise SessionError(f'cannot {what} now: {self.describe()}')
 
     def _go(self, phase: Phase, now: float) -> None:
         self.phase, self._began = phase, now

@@ -2,7 +2,9 @@
 
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any
 
 Job = Callable[[], Any]
@@ -15,16 +17,14 @@ class Worker:
     def __init__(self) -> None:
         #: Called from the worker's thread when a result waits to be collected.
         self.wake: Callable[[], None] = lambda: None
+        self._jobs: SimpleQueue[tuple[Job, Done] | None] = SimpleQueue()
         self._results: deque[tuple[Done, Future[Any]]] = deque()
-        self._pool = ThreadPoolExecutor(1, thread_name_prefix='learner')
+        self._thread = Thread(target=self._work, name='learner', daemon=True)
+        self._thread.start()
 
     def do(self, job: Job, done: Done) -> None:
         """Do a job in the worker's thread; `collect` calls ``done`` with its future."""
-        def finished(future: 'Future[Any]') -> None:
-            self._results.append((done, future))
-            self.wake()
-
-        self._pool.submit(job).add_done_callback(finished)
+        self._jobs.put((job, done))
 
     def collect(self) -> None:
         """Call ``done`` for every job that has finished."""
@@ -32,6 +32,19 @@ class Worker:
             done, future = self._results.popleft()
             done(future)
 
-    def close(self) -> None:
-        """Let the job under way end, and do no more."""
-        self._pool.shutdown(wait=True, cancel_futures=True)
+    def close(self, patience: float) -> bool:
+        """Wait for the jobs there are, [s]; tell whether all of them are done."""
+        self._jobs.put(None)
+        self._thread.join(patience)
+        return not self._thread.is_alive()
+
+    def _work(self) -> None:
+        while (task := self._jobs.get()) is not None:
+            job, done = task
+            future: Future[Any] = Future()
+            try:
+                future.set_result(job())
+            except Exception as error:
+                future.set_exception(error)
+            self._results.append((done, future))
+            self.wake()

@@ -17,6 +17,9 @@ AnyNode = TypeVar('AnyNode', bound=Node)
 
 #: How often the reason to end is looked at when nothing else happens, [s].
 _PERIOD = 1.0
+#: The signals that came, and whom to wake then: a process has one node.
+_signals: list[int] = []
+_woken: list[SingleThreadedExecutor] = []
 
 
 def start_node(name: str, kind: Callable[[], AnyNode], args: list[str] | None) -> AnyNode:
@@ -29,6 +32,8 @@ def start_node(name: str, kind: Callable[[], AnyNode], args: list[str] | None) -
         With code 2, after one line on stderr, if an argument or a parameter is wrong.
 
     """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _stop)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
@@ -47,16 +52,16 @@ def spin_until_signal(node: Node, is_over: Callable[[], Any] = bool) -> None:
     """
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    stopped: list[int] = []
-
-    def stop(number: int, _: Any) -> None:
-        stopped.append(number)
-        executor.wake()
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, stop)
-    while not stopped and not is_over() and ok():
+    _woken.append(executor)
+    while not _signals and not is_over() and ok():
         executor.spin_once(_PERIOD)
+
+
+def _stop(number: int, _: Any) -> None:
+    """Note a signal; a node that is being made, or works, is not torn apart by it."""
+    _signals.append(number)
+    for executor in _woken:
+        executor.wake()
 
 
 def exit_with(name: str, problem: str) -> NoReturn:

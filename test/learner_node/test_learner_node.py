@@ -156,6 +156,29 @@ def test_a_kept_demonstration_is_answered_with_what_it_taught(ros_domain, ros_no
     assert 'prototypes' in answer.message
 
 
+def test_a_demonstration_can_be_labelled_and_dropped(ros_domain, ros_node, tmp_path):
+    def ask(name):
+        return call(ros_node, Trigger, f'learner_node/{name}')
+
+    with start(tmp_path) as process:
+        robot = Robot(ros_node)
+        robot.meet(process)
+        assert not ask('drop_last').success  # a demonstration is recorded
+        robot.cross(process, None, lambda: robot.stamp > 30.0)
+        kept = call(ros_node, SetBool, 'learner_node/record_demonstration',
+                    SetBool.Request(data=False))
+        assert kept.success, kept.message
+        failure, success, dropped = map(ask, ('label_failure', 'label_success', 'drop_last'))
+        again = ask('drop_last')
+        assert process.running
+    assert 'nothing is left' in failure.message
+    assert 'prototypes' in success.message
+    assert dropped.success
+    assert not again.success
+    assert 'no bag' in again.message
+    assert not TaskFolder(tmp_path / 'bags', 'task').episodes()
+
+
 def test_a_drive_that_teaches_nothing_is_said(ros_domain, ros_node, tmp_path):
     with start(tmp_path) as process:
         robot = Robot(ros_node)
