@@ -68,9 +68,9 @@ class Suite:
         self.node.wait_for_peers()
         self.node.ask('learner_node/record_demonstration', True)
         self.node.drive(Driver(points_from_cells(Grid(20, 20, 0.25), WAY)), lambda share: None)
-        said = self.node.ask('learner_node/record_demonstration', False)
+        # Before it is kept: with `auto_start` the first trial begins right after that.
         self.node.set_parameter('sim_node', 'world', 'task1')
-        return said
+        return self.node.ask('learner_node/record_demonstration', False)
 
     def wait_for_revision(self, revision: int):
         """Wait until so many episodes were learnt from, and the last trial is done."""

@@ -1,0 +1,99 @@
+"""Twenty kill -9 in the middle of trials: the suite finishes by itself and keeps every bag."""
+
+import random
+
+import pytest
+from rosbags.highlevel import AnyReader
+
+from control_field.records import Outcome
+from experience_cli.learn import field_bytes
+from learner_node.lessons import Lessons
+from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.bag_repair import repair_task
+from msgs_bridge.episodes import read_episode, read_header
+from msgs_bridge.tables import field_from_cloud
+from suite_helpers import PARAMETERS, running_suite
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+N_TRIALS = 8
+#: Ticks a second: more of them make a trial, and so its middle, longer.
+RATE = 20.0
+#: Each node five times, and all of them five times, in an order that the seed makes.
+VICTIMS = 5 * [*((name,) for name in PARAMETERS), tuple(PARAMETERS)]
+
+
+def break_off(suite, rng, victims):
+    """Kill nodes at a random step of a running trial, start them again; return the bags then."""
+    suite.node.status = None
+    suite.wait_for_step(rng.randint(1, 12))
+    for name in victims:
+        suite.kill(name)
+    bags = {episode.name for episode in suite.task.episodes()}
+    for name in victims:
+        suite.start(name, **({'world': 'task1', 'rate': RATE} if name == 'sim_node' else {}))
+    return bags
+
+
+def relearnt(task):
+    header = read_header(task.episodes()[0].path)
+    lessons = Lessons(header.grid, header.parameters)
+    for episode in task.episodes():
+        lessons.learn(episode)
+    return lessons
+
+
+def n_messages(path):
+    with AnyReader([path]) as bag:
+        return sum(1 for _ in bag.messages())
+
+
+@pytest.fixture(scope='module')
+def killed(ros_domain, tmp_path_factory):
+    """Kill twenty times; yield the task, the live field, and the bags that there were."""
+    rng = random.Random(5)
+    victims = rng.sample(VICTIMS, len(VICTIMS))
+    bags: set[str] = set()
+    with running_suite(tmp_path_factory.mktemp('killed') / 'suite', ros_domain, auto_start=True,
+                       auto_trials=N_TRIALS, peer_timeout=1.0) as suite:
+        suite.demonstrate()
+        for names in victims:
+            bags |= break_off(suite, rng, names)
+        suite.wait_for_revision(N_TRIALS + 1)
+        suite.wait(lambda: suite.fields and field_from_cloud(suite.fields[-1]).revision
+                   == N_TRIALS + 1, 'the last field')
+        live = suite.live_bytes()
+    return suite.task, live, bags
+
+
+def trials(task):
+    return [read_episode(episode.path).record for episode in task.episodes()
+            if episode.kind is EpisodeKind.TRIAL]
+
+
+def test_the_suite_finishes_its_trials_by_itself(killed):
+    outcomes = [trial.outcome for trial in trials(killed[0])]
+    assert outcomes.count(Outcome.GOAL) == N_TRIALS
+    assert outcomes.count(Outcome.ABORTED) == len(outcomes) - N_TRIALS
+    assert len(outcomes) > len(VICTIMS) / 2
+
+
+def test_no_bag_is_lost_and_all_are_readable_by_others(killed):
+    task, _, bags = killed
+    assert repair_task(task) == []  # the learner has mended them
+    names = {episode.name for episode in task.episodes()}
+    assert bags <= names
+    assert [episode.number for episode in task.episodes()] == list(range(1, len(names) + 1))
+    assert all(n_messages(episode.path) > 0 for episode in task.episodes())
+
+
+def test_the_field_is_as_if_the_broken_trials_had_been_marked_aborted(killed):
+    task, live, _ = killed
+    lessons = relearnt(task)
+    assert field_bytes(lessons.field()) == live
+    assert lessons.n_trials == N_TRIALS
+    unbroken = Lessons(lessons.grid, lessons.parameters)
+    for episode in task.episodes():
+        read = read_episode(episode.path)
+        if getattr(read.record, 'outcome', None) is not Outcome.ABORTED:
+            unbroken.learn(episode)
+    assert field_bytes(unbroken.field()) == live
