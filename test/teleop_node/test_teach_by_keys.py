@@ -10,8 +10,9 @@ from nav_msgs.msg import Odometry
 import pytest
 
 from msgs_bridge import qos
+from msgs_bridge.bag_label import read_label
 from msgs_bridge.poses import pose_from_odometry
-from msgs_bridge.trial_status import State, trial_from_status
+from msgs_bridge.trial_status import Label, State, trial_from_status
 import ros_helpers
 from terminal_helpers import TerminalProcess
 
@@ -101,8 +102,12 @@ def person(request, ros_node, tmp_path):
         yield someone
 
 
+#: In lock-step a trial is over before a person can do anything about it.
+only_real_time = pytest.mark.parametrize('person', [REAL_TIME], ids=['real_time'], indirect=True)
+
+
 @pytest.mark.slow
-def test_teach_redo_keep_try(person):
+def test_teach_redo_keep_try_label_drop(person):
     person.types('s', 'start demonstration')
     person.wait(lambda: 'RECORDING' in person.terminal.read(), 'the status line')
     person.holds('i', lambda pose: pose.x > 1.2, 'the wrong way')
@@ -126,11 +131,19 @@ def test_teach_redo_keep_try(person):
     person.wait(lambda: len(person.episodes()) == 1 + N_TRIALS, 'the bags')
     assert person.episodes()[1:] == ['0002_trial', '0003_trial']
 
+    person.types('f', 'label failure')
+    assert read_label(person.folder / 'bags/drive/0003_trial') is Label.FAILURE
+    person.types('y', 'label success')
+    assert read_label(person.folder / 'bags/drive/0003_trial') is Label.SUCCESS
+    person.types('d', 'drop last')
+    assert person.episodes() == ['0001_demo', '0002_trial']
+
     person.terminal.type('\x1b')
     assert person.terminal.wait() == 0
     assert person.terminal.mode() == person.terminal.before
 
 
+@only_real_time
 @pytest.mark.slow
 def test_space_ends_a_trial_and_no_more_are_run(person):
     person.types('s', 'start demonstration')
@@ -146,3 +159,20 @@ def test_space_ends_a_trial_and_no_more_are_run(person):
     person.wait(lambda: 'ready' in person.terminal.lines()[-1], 'the learner')
     assert len(person.ended()) == 1
     assert not person.is_at(3.6, START[1], 0.2)
+
+
+@only_real_time
+@pytest.mark.slow
+def test_a_person_takes_over_and_lets_go(person):
+    person.types('s', 'start demonstration')
+    person.holds('i', lambda pose: pose.x > 3.6, 'the goal')
+    person.types('n', 'keep')
+    person.types('t', 'run trials')
+    person.wait(lambda: person.statuses[-1].state is State.RUNNING and person.pose.x > 0.9,
+                'a trial')
+    person.holds('j', lambda pose: pose.yaw > 0.5, 'the turn that the person wants')
+    assert any(status.state is State.PAUSED and 'person' in status.reason
+               for status in person.statuses)
+    person.wait(lambda: 1 in person.ended(), 'the end of the trial')
+    assert str(person.ended()[1].outcome) == 'goal'
+    person.types(' ', 'stop')
