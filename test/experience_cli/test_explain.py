@@ -60,8 +60,7 @@ def rewritten(task, number, change):
 @pytest.mark.parametrize('number', [2, 3])
 def test_the_shares_reproduce_the_fields_vector_at_every_decision(task, explain, number):
     episode = task.find(number)
-    start = Recording(episode).start
-    field = fold([each for each in task.episodes() if each.number < number])[0].refresh.field
+    start, field = Recording(episode).start, Recording(episode).field()
     rows = read_episode(episode.path).record.decisions
     for row in rows[rows['kind'] != Kind.BLOCKED]:
         shown = explain(f'sample/{number}', max(float(row['stamp']) - start, 0.0))
@@ -147,16 +146,22 @@ def test_in_the_first_demonstration_a_person_drove_and_there_was_no_field(task, 
 
 
 def test_without_recorded_prototypes_they_are_relearnt(task, explain):
-    def change(topic, type_name, message):
-        return [] if topic == '/prototypes' else [(topic, type_name, message)]
+    refresh = fold(task.episodes()[:2])[0].refresh
+    field = serialize_message(cloud_from_field(refresh.field))
+    prototypes = serialize_message(cloud_from_prototypes(refresh.prototypes, refresh.field.grid))
+    asked = []
+    for kept in (prototypes, None):
+        def change(topic, type_name, message, kept=kept):
+            new = {'/control_field': field, '/prototypes': kept}.get(topic, message)
+            return [] if new is None else [(topic, type_name, new)]
 
-    episode = rewritten(task, 3, change)
-    task.forget(3)
-    shown = explain(episode.name, 6.0)
-    assert shown['course']['source'] == 'relearnt'
-    assert shown['course']['adds_up']
-    task.recall(3)
-    assert shown['course']['prototypes'] == explain(SECOND, 6.0)['course']['prototypes']
+        episode = rewritten(task, 3, change)
+        asked.append(explain(episode.name, 6.0)['course'])
+        task.forget(episode.number)
+    assert [course.pop('source') for course in asked] == ['recorded', 'relearnt']
+    assert asked[0] == asked[1]
+    assert asked[0]['adds_up']
+    assert asked[0]['prototypes']
 
 
 def test_prototypes_that_do_not_add_up_are_not_passed_off_as_the_reason(task, explain):
