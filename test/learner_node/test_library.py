@@ -1,0 +1,174 @@
+"""The library of a task, its recorder and the worker: files in, lessons out; no ROS running."""
+
+import threading
+
+from bridge_helpers import demonstration_bag, GRID
+import pytest
+
+from control_field.parameters import Parameters
+from learner_node.library import Library, set_aside
+from learner_node.recorder import Raw, Recorder, stamp_of
+from learner_node.settings import Settings, start_poses_from_list, StartPose
+from learner_node.worker import Worker
+from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
+from msgs_bridge.bag_records import BagReader
+from msgs_bridge.trial_status import Label
+
+
+@pytest.fixture
+def task(tmp_path):
+    """Return a task with one demonstration."""
+    demonstration_bag(tmp_path)
+    return TaskFolder(tmp_path, 'task1')
+
+
+def library_of(task, **more):
+    library = Library(task, GRID, Parameters(), **more)
+    library.lines = library.relearn()
+    return library
+
+
+class TestLibrary:
+
+    def test_begins_with_the_bags_that_it_finds(self, task):
+        library = library_of(task)
+        assert library.refresh.field.revision == 1
+        assert '1 demonstrations' in library.lines[-1]
+
+    def test_relearning_changes_nothing(self, task):
+        library = library_of(task)
+        before = library.field().q.tobytes()
+        library.relearn()
+        assert library.field().q.tobytes() == before
+
+    def test_mends_what_was_cut_and_says_so(self, task):
+        bag = task.find(1).bag
+        bag.write_bytes(bag.read_bytes()[:-3000])
+        assert 'mended' in library_of(task).lines[0]
+
+    def test_starts_where_it_was_shown(self, task):
+        library = library_of(task)
+        start = library.next_start(spread=False)
+        assert GRID.cell_from_world(start.x, start.y) == (2, 2)
+
+    def test_starts_where_it_is_told_in_turn(self, task):
+        poses = (StartPose(1.0, 1.0), StartPose(2.0, 2.0))
+        library = library_of(task, starts=poses)
+        assert [library.next_start(False) for _ in range(3)] == [*poses, poses[0]]
+
+    def test_spread_starts_lie_in_the_workspace(self, task):
+        library = library_of(task)
+        starts = [library.next_start(spread=True) for _ in range(5)]
+        assert all(GRID.contains(*GRID.cell_from_world(s.x, s.y)) for s in starts)
+        assert len({(s.x, s.y) for s in starts}) > 1
+
+    def test_has_no_start_before_it_was_shown_anything(self, tmp_path):
+        with pytest.raises(ValueError, match='nothing was demonstrated'):
+            library_of(TaskFolder(tmp_path, 'new')).next_start(False)
+
+    def test_fresh_keeps_the_old_bags_elsewhere(self, task):
+        demonstration_bag(task.root)
+        library = library_of(task, fresh=True)
+        assert library.refresh is None
+        assert not task.episodes()
+        assert len(TaskFolder(task.root, 'task1_before_1').episodes()) == 2
+        assert 'task1_before_1' in library.lines[0]
+        assert set_aside(task) is None
+
+    def test_drops_the_newest_bag(self, task):
+        field = library_of(task).field().q.tobytes()
+        demonstration_bag(task.root, n=300)
+        library = library_of(task)
+        assert library.field().q.tobytes() != field
+        assert 'task1/0002' in library.drop_last()
+        assert library.field().q.tobytes() == field
+
+    def test_heeds_labels(self, task):
+        library = library_of(task)
+        assert 'nothing is left' in library.label_last(Label.FAILURE)
+        assert library.refresh is None
+        library.label_last(Label.SUCCESS)
+        assert library.refresh is not None
+
+
+class TestRecorder:
+
+    def test_begins_with_what_is_in_force_and_was_seen_last(self, tmp_path):
+        library = library_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(library.task, library.header)
+        recorder.in_force = [Raw('/contact', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 5)]
+        for stamp in (1, 2):
+            recorder.saw('neighbourhood', Raw('/map', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
+        recorder.saw('odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', 3))
+        episode = recorder.start(EpisodeKind.DEMO)
+        recorder.saw('odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 6))
+        assert recorder.close() == episode
+        bag = BagReader(episode.bag)
+        assert list(bag.messages('/contact').log_times) == [5]
+        assert list(bag.messages('/map').log_times) == [2]
+        assert list(bag.messages('/odom').log_times) == [6]
+
+    def test_leaves_nothing_of_what_is_discarded(self, tmp_path):
+        library = library_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(library.task, library.header)
+        recorder.start(EpisodeKind.DEMO)
+        recorder.discard()
+        assert recorder.close() is None
+        assert recorder.kind is None
+        assert not library.task.episodes()
+
+
+@pytest.mark.parametrize(('cdr', 'stamp'), [
+    (b'\0\1\0\0' + b'\2\0\0\0' + b'\3\0\0\0', 2_000_000_003),
+    (b'\0\0\0\0' + b'\0\0\0\2' + b'\0\0\0\3', 2_000_000_003),
+    (b'\0\1\0\0' + b'\xff' * 8, 3_294_967_295), (b'\0\1', 0), (b'', 0)])
+def test_stamps_are_read_from_whatever_arrives(cdr, stamp):
+    assert stamp_of(cdr) == stamp
+
+
+class TestSettings:
+
+    def test_start_poses_come_in_threes(self):
+        assert start_poses_from_list([1, 2, 0.5], GRID) == (StartPose(1.0, 2.0, 0.5),)
+        assert start_poses_from_list(None, GRID) == ()
+
+    @pytest.mark.parametrize('values', [[1.0], [1.0, float('nan'), 0.0], [-1.0, 1.0, 0.0]])
+    def test_start_poses_that_are_none_are_refused(self, values):
+        with pytest.raises(ValueError, match='start_poses'):
+            start_poses_from_list(values, GRID)
+
+    def test_lock_step_means_stamped_commands(self):
+        assert Settings(lockstep=True).is_stamped
+        assert not Settings().is_stamped
+
+    def test_a_task_cannot_lead_out_of_the_bags(self):
+        with pytest.raises(BagError, match='task'):
+            Settings(task='../x')
+
+
+class TestWorker:
+
+    def test_hands_results_to_whom_collects_them(self):
+        worker, woken, got = Worker(), threading.Event(), []
+        worker.wake = woken.set
+        worker.do(threading.get_ident, got.append)
+        assert woken.wait(5.0)
+        assert got == []
+        worker.collect()
+        assert got[0].result() != threading.get_ident()
+        assert worker.close(5.0)
+
+    def test_hands_over_errors_and_goes_on(self):
+        worker, got = Worker(), []
+        worker.do(lambda: 1 / 0, got.append)
+        worker.do(lambda: 2, got.append)
+        assert worker.close(5.0)
+        worker.collect()
+        assert isinstance(got[0].exception(), ZeroDivisionError)
+        assert got[1].result() == 2
+
+    def test_does_not_wait_for_ever(self):
+        worker, gate = Worker(), threading.Event()
+        worker.do(gate.wait, lambda future: None)
+        assert not worker.close(0.01)
+        gate.set()
