@@ -14,7 +14,7 @@ from control_field.simulation import GridWorld
 
 #: The same examples every time, so that a failure belongs to a change and to nothing else.
 steady = settings(derandomize=True, database=None, deadline=None, max_examples=40)
-few = settings(steady, max_examples=15)
+few = settings(steady, max_examples=25)
 
 rules = st.tuples(st.booleans(), st.booleans(), st.sampled_from([4, 8]))
 masks = st.integers(0, 255)
@@ -67,8 +67,8 @@ def leg(*corners):
     cells = [corners[0]]
     for corner in corners[1:]:
         while cells[-1] != corner:
-            row, col = cells[-1]
-            cells.append((row + int(np.sign(corner[0] - row)), col + int(np.sign(corner[1] - col))))
+            step = np.sign(np.subtract(corner, cells[-1])).tolist()
+            cells.append((cells[-1][0] + step[0], cells[-1][1] + step[1]))
     return cells
 
 
@@ -91,11 +91,12 @@ def taught(cells, shape, occupancy=None, **values):
     return learner
 
 
-def practise(learner, occupancy, starts, first=2, seed=0):
+def practise(learner, occupancy, starts, first=2, seed=0, curious=False):
     """Run trials from cells, one after the other, and learn from each; return the trials."""
     world, trials = GridWorld(occupancy, learner.parameters), []
     for number, start in enumerate(starts, first):
-        trial, _ = world.trial(learner.trial_field(False), tuple(start), seed + number, number)
+        trial, _ = world.trial(
+            learner.trial_field(curious), tuple(start), seed + number, number)
         learner.add_trial(trial)
         trials.append(trial)
     return trials

@@ -328,7 +328,7 @@ def test_the_cost_to_go_is_the_fixed_point_of_equation_6(known, rule, seed):
     expected = swept(
         known, scene.goal, scene.factor, scene.headings, scene.spared, 0.9, rule)
     assert np.allclose(np.maximum(q, 0.0), expected, atol=1e-12)
-    for row, col in np.argwhere((known == 0)).tolist():
+    for row, col in np.argwhere(known == 0).tolist():
         barred = [not naively_allowed(known, row, col, h, rule) for h in range(8)]
         assert (q[row, col] == -1.0).tolist() == barred
 

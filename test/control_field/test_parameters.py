@@ -46,7 +46,7 @@ def test_the_ends_of_a_range_belong_to_it(spec):
 def test_from_mapping_keeps_defaults_and_names_strangers():
     assert Parameters.from_mapping({}) == Parameters()
     assert Parameters.from_mapping({'power': 3}).power == 3
-    with pytest.raises(ValueError, match='powr is no parameter; there are: .*power'):
+    with pytest.raises(ValueError, match=r'powr is no parameter; there are: .*power'):
         Parameters.from_mapping({'powr': 3.0})
 
 
@@ -63,7 +63,7 @@ def test_profiles_are_named():
 
 @pytest.mark.parametrize('discount', [0.0, 0.49, 0.99999, 1.0])
 def test_rehearsal_needs_a_discount_it_can_take_a_logarithm_to(discount):
-    with pytest.raises(ValueError, match='^discount is .*between 0.5 and 0.9999'):
+    with pytest.raises(ValueError, match=r'^discount is .*between 0.5 and 0.9999'):
         Parameters(discount=discount)
     Parameters(discount=discount, rehearsal=False)
     Parameters(discount=discount, profile='paper')

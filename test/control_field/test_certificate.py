@@ -1,0 +1,114 @@
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from strategies import knowns, rules, seeds, steady
+
+from control_field import compiled
+from control_field.certificate import certify, fidelity_of
+from control_field.grid import Grid
+from control_field.headings import STEP_COL, STEP_ROW, UNIT
+from control_field.kernels import is_barred, step_allowed
+from control_field.records import ControlField
+
+
+def field_of(known, headings, goal, coherence=None):
+    vx, vy = (np.where(headings >= 0, UNIT[headings, axis], 0.0).astype(np.float32)
+              for axis in (0, 1))
+    return ControlField(
+        Grid(*known.shape, 1.0), 1, goal, vx, vy,
+        np.ones(known.shape, np.float32) if coherence is None else coherence,
+        np.zeros((*known.shape, 8), np.float32), known.copy(), np.zeros(known.shape, np.uint8))
+
+
+def comes_home(known, headings, cell, goal, rule):
+    for _ in range(known.size + 1):
+        if cell == goal:
+            return True
+        heading = headings[cell]
+        if heading < 0 or not step_allowed(known, *cell, heading, rule):
+            return False
+        cell = cell[0] + int(STEP_ROW[heading]), cell[1] + int(STEP_COL[heading])
+    return False
+
+
+@given(knowns, rules, seeds, st.data())
+@steady
+def test_the_certificate_says_what_following_the_field_from_every_cell_shows(
+        known, rule, seed, data):
+    rng = np.random.default_rng(seed)
+    goal = data.draw(st.tuples(*(st.integers(0, n - 1) for n in known.shape)))
+    known[goal] = 0
+    none, nothing = np.full(known.shape, -1, np.int8), np.zeros(known.shape)
+    cost = compiled.cost_to_go(known, *goal, none, nothing, nothing + 1.0, rule)
+    sensible = compiled.pull_from_cost(known, cost, nothing + 1.0, nothing, nothing, rule)
+    wild = rng.integers(-1, 8, known.shape).astype(np.int8)
+    headings = np.where(rng.random(known.shape) < 0.8, sensible, wild).astype(np.int8)
+    coherence = rng.random(known.shape).astype(np.float32)
+    certificate = certify(field_of(known, headings, goal, coherence), none, 7, rule)
+
+    counted = [cell for cell in np.ndindex(known.shape)
+               if known[cell] == 0 and np.isfinite(cost[cell])]
+    home = [comes_home(known, headings, cell, goal, rule) for cell in counted]
+    proven = [comes_home(known, headings, cell, goal, (rule[0], True, rule[2]))
+              for cell in counted]
+    assert certificate.n_reachable == len(counted)
+    assert certificate.basin == pytest.approx(np.mean(home))
+    assert certificate.proven == pytest.approx(np.mean(proven))
+    assert certificate.proven <= certificate.basin + 1e-12
+    assert certificate.n_free == (known == 0).sum()
+    assert certificate.n_prototypes == 7
+    assert np.isnan(certificate.fidelity)
+    away = [float(coherence[cell]) for cell in counted if cell != goal]
+    assert certificate.coherence_min == pytest.approx(min(away, default=0.0))
+    for cell in map(tuple, certificate.sinks.tolist()):
+        assert cell in counted
+        assert not comes_home(known, headings, cell, goal, rule)
+    barred = {cell for cell in counted if cell != goal and (
+        headings[cell] < 0 or not step_allowed(known, *cell, headings[cell], rule))}
+    assert barred <= set(map(tuple, certificate.sinks.tolist()))
+
+
+@given(knowns, rules, seeds)
+@steady
+def test_fidelity_counts_what_is_still_done_of_what_is_still_possible(known, rule, seed):
+    rng = np.random.default_rng(seed)
+    shown = rng.integers(-1, 8, known.shape).astype(np.int8)
+    headings = np.where(rng.random(known.shape) < 0.5, shown, (shown + 1) % 8).astype(np.int8)
+    kept = [headings[cell] == shown[cell] for cell in np.ndindex(known.shape)
+            if shown[cell] >= 0 and known[cell] != 100
+            and step_allowed(known, *cell, shown[cell], rule)]
+    fidelity = fidelity_of(headings, shown, known, rule)
+    assert np.isnan(fidelity) if not kept else fidelity == pytest.approx(np.mean(kept))
+
+
+def test_a_perfect_a_useless_and_a_looping_field():
+    known = np.zeros((1, 4), np.int8)
+    body = (False, False, 8)
+    east = np.zeros((1, 4), np.int8)
+    perfect = certify(field_of(known, east, (0, 3)), east, 3, body)
+    assert (perfect.basin, perfect.proven, len(perfect.sinks)) == (1.0, 1.0, 0)
+    useless = certify(field_of(known, east + 4, (0, 3)), east, 3, body)
+    assert useless.basin == 0.25
+    assert useless.sinks.tolist() == [[0, 0]]
+    assert useless.fidelity == 0.0
+    looping = certify(field_of(known, np.array([[0, 4, 0, 0]], np.int8), (0, 3)), east, 3, body)
+    assert looping.basin == 0.5
+    assert len(looping.sinks) == 1
+
+
+def test_unseen_ground_counts_for_the_basin_but_not_as_proven():
+    known = np.array([[0, -1, 0, 0]], np.int8)
+    certificate = certify(field_of(known, 0 * known, (0, 3)), -1 - 0 * known, 3,
+                          (False, False, 8))
+    assert (certificate.basin, certificate.n_reachable) == (1.0, 3)
+    assert certificate.proven == pytest.approx(2 / 3)
+    assert not is_barred(known, 0, 1, False)
+
+
+def test_the_sentence_holds_the_numbers():
+    known = np.zeros((1, 4), np.int8)
+    sentence = certify(field_of(known, 0 * known, (0, 3)), 0 * known, 3,
+                       (False, False, 8)).sentence()
+    for part in ('100.0% of 4 known free cells', '0 sinks', 'fidelity 100.0%', '3 prototypes'):
+        assert part in sentence

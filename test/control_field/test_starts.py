@@ -1,0 +1,85 @@
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+from strategies import few, knowns, leg, lessons, practise, steady, taught
+
+from control_field.starts import best_cells, n_unseen_around
+
+WALLED = np.zeros((9, 9), np.int8)
+WALLED[4, 1:8] = 100
+SHOWN = leg((1, 1), (1, 7), (2, 8))
+
+
+@given(knowns)
+@steady
+def test_unseen_cells_are_counted_in_the_sight(known):
+    count = n_unseen_around(known)
+    for row, col in np.ndindex(known.shape):
+        window = known[max(row - 1, 0):row + 2, max(col - 1, 0):col + 2]
+        assert count[row, col] == (window == -1).sum()
+
+
+@given(st.lists(st.integers(0, 3), min_size=6, max_size=6), st.integers(0, 8))
+@steady
+def test_the_best_cells_come_first_and_worthless_ones_never(values, n):
+    value = np.array(values, float).reshape(2, 3)
+    cells = best_cells(value, n)
+    found = [value[cell] for cell in cells]
+    assert len(cells) == min(n, np.count_nonzero(value))
+    assert found == sorted(value[value > 0.0].tolist(), reverse=True)[:n]
+
+
+@given(lessons(low=4), st.integers(0, 20), st.sampled_from(['paper', 'full']), st.booleans())
+@few
+def test_starts_are_cells_of_the_workspace_and_not_known_to_be_walls(lesson, n, profile, curious):
+    occupancy, cells = lesson
+    learner = taught(cells, occupancy.shape, occupancy, profile=profile)
+    driven = learner.trial_field(curious)
+    starts = learner.next_starts(n, np.random.default_rng(0), driven)
+    assert len(starts) <= n
+    field = learner.refresh.field
+    for start in starts:
+        assert field.grid.contains(*start)
+        assert field.known[start] != 100
+        assert start != field.goal
+        assert learner.refresh.composition.reachable[start]
+    assert starts == learner.next_starts(n, np.random.default_rng(0), driven)
+
+
+def test_the_first_start_shows_more_than_a_start_on_known_ground():
+    learner = taught(SHOWN, WALLED.shape, WALLED)
+    start = learner.next_starts(1, np.random.default_rng(0))[0]
+    before = (learner.memory.known >= 0).sum()
+    practise(learner, np.zeros_like(WALLED), [start])
+    assert (learner.memory.known >= 0).sum() > before
+    again = taught(SHOWN, WALLED.shape, WALLED)
+    practise(again, WALLED, [(1, 1)])
+    assert (again.memory.known >= 0).sum() == before
+
+
+def test_chosen_starts_see_the_workspace_in_few_trials():
+    learner, rng = taught(SHOWN, WALLED.shape, WALLED), np.random.default_rng(0)
+    for number in range(2, 12):
+        field = learner.trial_field(True)
+        free = [s for s in learner.next_starts(50, rng, field) if WALLED[s] == 0]
+        practise(learner, WALLED, free[:1], number, curious=True)
+    reachable = learner.refresh.composition.reachable
+    assert (learner.memory.known[reachable] >= 0).mean() > 0.9
+
+
+def test_a_curious_way_still_leads_home_and_past_unseen_ground():
+    learner = taught(SHOWN, WALLED.shape, WALLED)
+    curious = learner.trial_field(True)
+    for field in (curious, learner.refresh.field):
+        assert field.goal == (2, 8)
+        assert np.array_equal(field.known, learner.memory.known)
+    assert not np.array_equal(curious.vx, learner.refresh.field.vx)
+
+
+def test_teach_here_names_sinks_first():
+    learner = taught(SHOWN, WALLED.shape, WALLED, profile='paper')
+    practise(learner, WALLED, [(8, 4)])
+    sinks = set(map(tuple, learner.refresh.certificate.sinks.tolist()))
+    places = learner.teach_here(len(sinks) + 3)
+    assert sinks
+    assert set(places[:len(sinks)]) == sinks
