@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.evaluation_tables import write_section
 from benchmarks.paper_tasks import dyna_steps, paper_experiment
 from control_field.parameters import Parameters
 from experience_cli.evaluation.experiment import (
@@ -21,6 +22,7 @@ from sim_node.world import load_world
 
 #: Start and goal of the BARN worlds, [m], and how near to the start is judged.
 BARN_START, BARN_GOAL, BARN_RADIUS = (-2.0, 3.0), (-2.0, 13.0), 0.5
+DOC = Path(__file__).resolve().parent.parent / 'doc' / 'evaluation.md'
 FAMILIES = ('random', 'room', 'maze')
 
 
@@ -175,8 +177,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument('--only', default='', help='only files whose name holds this')
     parser.add_argument('--seeds', type=int, default=20)
     parser.add_argument('--jobs', type=int, default=2)
+    parser.add_argument('--write', action='store_true', help='write it into doc/evaluation.md')
     options = parser.parse_args(arguments)
-    print('| what | median | over the seeds | must | met |\n|---|---|---|---|---|')
+    lines = ['| what | median | over the seeds | must | met |', '|---|---|---|---|---|']
+    print('\n'.join(lines))
     paths = sorted(options.worlds.iterdir()) if options.worlds else []
     measures: list[Callable[[], list[Target]]] = [
         lambda path=path: rows_of(path, options.seeds, options.jobs)  # type: ignore[misc]
@@ -186,7 +190,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
                      lambda: dyna_rows(options.seeds)]
     for measure in measures:
         for row in measure():
+            lines.append(row.line())
             print(row.line(), flush=True)
+    if options.write:
+        write_section(DOC, 'how good', '\n'.join(lines))
     return 0
 
 
