@@ -4,7 +4,9 @@ from pathlib import Path
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 import numpy as np
+from PIL import Image
 
 from experience_cli.evaluation.experiment import Course
 from experience_cli.evaluation.summary import interval_of_median
@@ -48,12 +50,16 @@ def draw_curves(results: dict[str, dict[str, list[Course]]], metric: str, path: 
         axes.spines[['top', 'right']].set_visible(False)
         axes.tick_params(labelbottom=True, labelsize=8)
         axes.set_xlabel('trials', fontsize=8)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=5))
     _draw_legend(panels[len(families)], panels[0])
     for axes in panels[len(families) + 1:]:
         axes.set_axis_off()
     figure.suptitle(TITLES[metric], fontsize=11, x=0.01, ha='left')
     figure.savefig(path, dpi=110)
     plt.close(figure)
+    with Image.open(path) as image:  # few colours: a third of the size
+        small = image.convert('RGB').quantize(64)
+    small.save(path, optimize=True)
     return path
 
 
