@@ -183,7 +183,10 @@ class PoseWatch:
         self.n_dropped += repeated
         return repeated
 
-    def observe(self, stamp: float, x: float, y: float, grid: Grid) -> StopReason | None:
+    def observe(
+        self, stamp: float, x: float, y: float, grid: Grid,
+        place: tuple[float, float] | None = None,
+    ) -> StopReason | None:
         """
         Take in a pose.
 
@@ -192,9 +195,11 @@ class PoseWatch:
         stamp : float, [s]
             Of the odometry.
         x, y : float, [m]
-            Finite.
+            Of the odometry, finite.
         grid : Grid
             The workspace.
+        place : tuple of float, optional, [m]
+            Where the robot is, if odometry is not taken at its word.
 
         Returns
         -------
@@ -208,7 +213,7 @@ class PoseWatch:
         if last is not None and math.hypot(x - last[1], y - last[2]) > (
                 self.rules.pose_jump + self.rules.v_max * (stamp - last[0])):
             return StopReason.POSE_JUMPED
-        if not grid.contains(*grid.cell_from_world(x, y)):
+        if not grid.contains(*grid.cell_from_world(*(place or (x, y)))):
             return StopReason.OUTSIDE_WORKSPACE
         return None
 

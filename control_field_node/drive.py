@@ -18,6 +18,10 @@ from msgs_bridge.poses import Pose
 #: How near a centre the robot turns in tight places, in cells; also where it rests at the goal.
 EXACT: Final = 0.05
 
+#: How far from its centre a cell is driven through at most, in cells: it must not be mistaken
+#: for the next one.
+MOST_ASIDE: Final = 0.35
+
 Cell = tuple[int, int]
 _STEPS: Final = tuple(zip(STEP_ROW.tolist(), STEP_COL.tolist(), strict=True))
 
@@ -36,17 +40,21 @@ class Drive:
         How far before a centre the next step is decided, in cells.
     corner_cutting : bool
         Whether a diagonal step may pass a barred cell beside it.
+    clearance : float, [m]
+        How far from a centre, away from what is barred, the robot drives; less than half a cell.
 
     """
 
     def __init__(
         self, grid: Grid, limits: Limits, tolerance: float, corner_cutting: bool = False,
+        clearance: float = 0.0,
     ) -> None:
         """Start somewhere, on the way to nowhere."""
         self.grid = grid
         self.limits = limits
         self.tolerance = tolerance
         self.corner_cutting = corner_cutting
+        self.clearance = min(clearance, MOST_ASIDE * grid.resolution)
         self.reset()
 
     def reset(self) -> None:
@@ -55,10 +63,12 @@ class Drive:
         self._target: Cell = (-1, -1)
         self._source: Cell = (-1, -1)
         self._reach = 0.0
+        self._barred: frozenset[Cell] = frozenset()
 
     def is_due(self, pose: Pose, seen: Seen) -> bool:
         """Tell whether the robot has come to where the next step is decided."""
         cell = self.grid.cell_from_world(pose.x, pose.y)
+        self._look(seen)
         if not self._legs:
             self._begin(pose, cell, seen)
         elif self._is_barred(cell, seen) or _apart(cell, self._target) > 1:
@@ -75,8 +85,8 @@ class Drive:
         """Set out for the neighbour in a heading of the cell where the step was decided."""
         row, col = seen.row, seen.col
         step = _STEPS[heading]
-        x, y = self.grid.world_from_cell(row, col)
-        end = self.grid.world_from_cell(row + step[0], col + step[1])
+        x, y = self._middle((row, col))
+        end = self._middle((row + step[0], col + step[1]))
         line = Leg(x, y, *end, seen.is_tight)
         if not seen.is_tight:
             self._legs = [Leg(pose.x, pose.y, *end, False)]
@@ -90,13 +100,31 @@ class Drive:
     def to_centre(self, pose: Pose) -> None:
         """Drive to the centre of the robot's own cell, exactly."""
         cell = self.grid.cell_from_world(pose.x, pose.y)
-        self._legs = [self._to(*self.grid.world_from_cell(*cell), pose)]
+        self._legs = [self._to(*self._middle(cell), pose)]
         self._source = self._target = cell
         self._reach = EXACT * self.grid.resolution
 
     def velocity(self, pose: Pose) -> Velocity:
         """Return the velocity along the present leg."""
         return steer(pose.x, pose.y, pose.yaw, self._legs[0], self.limits)
+
+    def _look(self, seen: Seen) -> None:
+        """Keep aside of what has come into sight."""
+        news = seen.barred != self._barred
+        self._barred = seen.barred
+        if news and self.clearance and self._legs:
+            end = self._legs[-1]
+            self._legs[-1] = Leg(end.ax, end.ay, *self._middle(self._target), end.exact)
+
+    def _middle(self, cell: Cell) -> tuple[float, float]:
+        """Return where to drive in a cell: its centre, or aside of it, away from the barred."""
+        x, y = self.grid.world_from_cell(*cell)
+        if not self.clearance:
+            return x, y
+        near = [(row - cell[0], col - cell[1]) for row, col in self._barred
+                if _apart((row, col), cell) == 1]
+        return (x + self.clearance * _away([col for _, col in near]),
+                y + self.clearance * _away([row for row, _ in near]))
 
     def _begin(self, pose: Pose, cell: Cell, seen: Seen) -> None:
         """Go on from anywhere; in the open there is no need to find the centre first."""
@@ -136,6 +164,11 @@ class Drive:
         if self.corner_cutting or source[0] == target[0] or source[1] == target[1]:
             return False
         return (source[0], target[1]) in seen.barred or (target[0], source[1]) in seen.barred
+
+
+def _away(sides: list[int]) -> int:
+    """Return which side is free when something is barred on the other one only, else 0."""
+    return (min(sides, default=0) < 0) - (max(sides, default=0) > 0)
 
 
 def _apart(first: Cell, second: Cell) -> int:

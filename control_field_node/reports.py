@@ -87,6 +87,7 @@ def diagnostic_from_supervisor(
         'stop_reason': _reason(supervisor) or '',
         'field_refused': supervisor.refusal, 'other_publishers': ', '.join(sorted(peers.others)),
         'speed': f'{supervisor.velocity[0]:.3f}', 'turn_rate': f'{supervisor.velocity[1]:.3f}',
+        **_localisation(supervisor),
         **{key.replace(' ', '_'): count for key, count in sorted(supervisor.counts.items())}}
     message = peers.mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
     if supervisor.field is None and not message:
@@ -97,6 +98,15 @@ def diagnostic_from_supervisor(
         name=f'{name.lstrip("/")}: controller', hardware_id=supervisor.settings.robot_id,
         message=message or (problem.sentence if problem is not None else status.sentence),
         values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+
+
+def _localisation(supervisor: Supervisor) -> dict[str, str]:
+    """Return how sure the place is; nothing where odometry is taken at its word."""
+    estimate, calibration = supervisor.localisation.estimate, supervisor.localisation.calibration
+    if estimate is None or calibration is None:
+        return {}
+    return {'position_std': f'{estimate.std:.3f}', 'wheel_slip': f'{calibration[0]:.3f}',
+            'heading_drift': f'{calibration[1]:.4f}'}
 
 
 def _reason(supervisor: Supervisor) -> StopReason | None:

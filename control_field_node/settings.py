@@ -14,7 +14,9 @@ DECISION_PARAMETERS: Final = (
     'rehearsal', 'caution')
 
 #: Settings that topics and clocks are made from: they hold from start to end.
-FIXED: Final = ('lockstep', 'enable_stamped_cmd_vel', 'base_frame_id', 'robot_id')
+FIXED: Final = (
+    'lockstep', 'enable_stamped_cmd_vel', 'base_frame_id', 'robot_id', 'anchoring', 'pose_topic',
+    'slip_std', 'drift_std', 'heading_noise', 'particles')
 
 
 @dataclass(frozen=True)
@@ -73,10 +75,46 @@ class Settings:
         False, 'pause while anybody else has a publisher on cmd_vel, even a silent one')
     teleop_outside_trials: bool = parameter(
         True, 'pass cmd_vel_teleop on to cmd_vel while no trial runs')
+    anchoring: bool = parameter(
+        False, 'mend odometry by what the sight shows against the remembered map')
+    pose_topic: str = parameter(
+        '', 'PoseWithCovarianceStamped of a localisation, such as amcl_pose, to mend odometry '
+        'with; empty: none')
+    pose_frame_id: str = parameter(
+        'map', 'frame of these poses: its coordinates are those of the workspace')
+    slip_std: float = parameter(
+        0.04, 'share of their travel that wheels may lose or gain unnoticed, standard deviation',
+        low=0.0, high=0.5)
+    drift_std: float = parameter(
+        0.0175, 'turn that odometry may not notice, standard deviation', unit='rad/m', low=0.0,
+        high=1.0)
+    heading_noise: float = parameter(
+        0.03, 'random error of the heading after a metre, growing with the square root of the way',
+        unit='rad', low=0.0, high=1.0)
+    particles: int = parameter(
+        1000, 'particles that stand for where the robot may be', low=50, high=20_000)
+    clearance: float = parameter(
+        0.06, 'with anchoring or pose_topic: how far off a centre, away from what is blocked, the '
+        'robot drives where there is room', unit='m', low=0.0, high=1.0)
 
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
         check_fields(self)
+
+    @property
+    def has_pose_topic(self) -> bool:
+        """Tell whether there is a localisation."""
+        return bool(self.pose_topic)
+
+    @property
+    def mends_odometry(self) -> bool:
+        """Tell whether odometry is not taken at its word."""
+        return self.anchoring or self.has_pose_topic
+
+    @property
+    def aside(self) -> float:
+        """Return how far off a centre the robot drives beside what is blocked, [m]."""
+        return self.clearance if self.mends_odometry else 0.0
 
     @property
     def limits(self) -> Limits:

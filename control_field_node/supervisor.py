@@ -17,6 +17,7 @@ from control_field.limits import STANDSTILL, Velocity, within_acceleration, with
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.watch import Freshness, PoseWatch, StopReason, TakeoverWatch
+from control_field_node.localisation import Localisation
 from control_field_node.seen import cached_seen, Seen
 from control_field_node.settings import Settings
 from control_field_node.trial_run import ended_by, Move, Rows, TrialRun
@@ -85,6 +86,7 @@ class Supervisor:
         self._ended: TrialStatus | None = None
         self._log = log
         self._seen = cached_seen()
+        self.localisation = Localisation(settings, parameters.seed)
         self._takeover = TakeoverWatch(settings.takeover_timeout)
         self._odometry, self._sight = Freshness(0.0), Freshness(0.0)
         self._poses = PoseWatch(settings.rules)
@@ -99,6 +101,7 @@ class Supervisor:
         self.limits = settings.limits
         self._takeover.timeout = settings.takeover_timeout
         self._poses.rules = settings.rules
+        self.localisation.settings = settings
         waits = settings.lockstep
         self._odometry.timeout = math.inf if waits else settings.odom_timeout
         self._sight.timeout = math.inf if waits else settings.neighbourhood_timeout
@@ -139,6 +142,7 @@ class Supervisor:
             return False
         self.refusal = ''
         self.field = field
+        self.localisation.take_field(field)
         if self.run is not None:
             self.run.refresh(field)
         else:
@@ -177,6 +181,8 @@ class Supervisor:
             return f'no odometry has arrived for {self._odometry.timeout:g} s'
         if self.neighbourhood is None or self._sight.is_stale(now):
             return f'no neighbourhood has arrived for {self._sight.timeout:g} s'
+        if self.localisation.is_lost:
+            return f'no pose has arrived on {self.settings.pose_topic}'
         if not self.field.grid.contains(*self.field.grid.cell_from_world(
                 self.pose.x, self.pose.y)):
             return f'the robot is outside the workspace, at ({self.pose.x:g}, {self.pose.y:g}) m'
@@ -278,8 +284,16 @@ class Supervisor:
         self.counts['late odometry'] += late
         return old or late
 
+    def saw_localisation(self, pose: Pose, variances: tuple[float, float, float]) -> None:
+        """Take in a pose of `pose_topic`, with its variances [m^2, m^2, rad^2]."""
+        if pose.frame_id.lstrip('/') != self.settings.pose_frame_id.lstrip('/'):
+            self.refuse_message(f'{self.settings.pose_topic}: frame is {pose.frame_id!r}, must be '
+                                f'{self.settings.pose_frame_id!r} (pose_frame_id)')
+        elif not self.localisation.localise(pose, variances):
+            self.counts['poses not used'] += 1
+
     def saw_pose(self, pose: Pose, now: float) -> Answer:
-        """Take in a pose and answer it."""
+        """Take in a pose of the odometry and answer it."""
         last, self.pose = self.pose, pose
         self._odometry.saw(now)
         if self.field is None:
@@ -289,12 +303,14 @@ class Supervisor:
                 f'odom: frame is {pose.frame_id!r}, must be {self.field.grid.frame_id!r}', now)
         if last is not None and pose.stamp > last.stamp:
             self._dt = pose.stamp - last.stamp
-        problem = self._poses.observe(pose.stamp, pose.x, pose.y, self.field.grid)
+        self.pose = self.localisation.place(pose, self.neighbourhood)
+        problem = self._poses.observe(
+            pose.stamp, pose.x, pose.y, self.field.grid, (self.pose.x, self.pose.y))
         if self.run is None:
             return NOTHING
         if problem is not None:
             return self._pause(problem)
-        return self._answer(self.run, pose, now)
+        return self._answer(self.run, self.pose, now)
 
     def _answer(self, run: TrialRun, pose: Pose, now: float) -> Answer:
         seen = self._seen_now(now)
@@ -321,7 +337,8 @@ class Supervisor:
         if self.neighbourhood is None or self.grid is None or self._sight.is_stale(now) or (
                 abs(self._stamp - self.neighbourhood.stamp) > self._sight.timeout):
             return None
-        return self._seen(self.neighbourhood, self.grid, self.parameters.unknown_is_blocked)
+        return self._seen(self.localisation.see(self.neighbourhood), self.grid,
+                          self.parameters.unknown_is_blocked)
 
     def _gated(self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float) -> Velocity:
         self.velocity, reason = gate(

@@ -82,7 +82,7 @@ class TrialRun:
         self.policy = TrialPolicy(
             control_field, parameters, np.random.default_rng(parameters.seed + trial), trial)
         self.drive = Drive(control_field.grid, settings.limits, settings.arrival_tolerance,
-                           parameters.corner_cutting)
+                           parameters.corner_cutting, settings.aside)
         self._progress = ProgressWatch(settings.rules)
         self._fresh: ControlField | None = None
         self._is_home = False

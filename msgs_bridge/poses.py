@@ -181,6 +181,25 @@ def covariance_from_variances(variances: Sequence[float]) -> list[float]:
     return covariance
 
 
+def variances_from_covariance(
+    covariance: Sequence[float], name: str,
+) -> tuple[float, float, float]:
+    """
+    Return the variances of x, y [m^2] and yaw [rad^2] of a 6x6 covariance, row by row.
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite; the message begins with ``name``.
+
+    """
+    x, y, yaw = (float(covariance[i]) for i in (0, 7, 35))
+    if not (0.0 <= x < math.inf and 0.0 <= y < math.inf and 0.0 <= yaw < math.inf):
+        raise ValueError(f'{name}: covariance is ({x}, {y}, {yaw}) for x, y and yaw, must be '
+                         f'finite and not negative')
+    return x, y, yaw
+
+
 def odometry_from_pose(
     pose: Pose, child_frame_id: str = 'base_footprint',
     pose_variances: Sequence[float] = DEFAULT_VARIANCES,

@@ -1,0 +1,146 @@
+"""Where the robot is in the workspace: odometry, mended as far as the settings say. ROS-free."""
+
+from collections import deque
+from dataclasses import replace
+import math
+from typing import Final
+
+import numpy as np
+
+from control_field.anchoring import Belief, Estimate, Wear
+from control_field.records import ControlField
+from control_field_node.settings import Settings
+from msgs_bridge.neighbourhoods import Neighbourhood
+from msgs_bridge.poses import Pose
+
+#: A step of the odometry that no wheel makes: the robot was set somewhere, or odometry was reset.
+_SET_BACK: Final = (0.02, 0.1)
+#: Poses kept to bring a late pose of the localisation up to date, and the least variances that it
+#: is believed to have, [m^2] and [rad^2].
+_N_KEPT: Final = 200
+_LEAST: Final = (1e-4, 1e-4, 1e-4)
+
+
+class Localisation:
+    """
+    Turns odometry into the pose that is driven by.
+
+    Without `anchoring` and `pose_topic` it hands on what it gets. A step of the odometry that no
+    wheel can make is taken for a new beginning: the robot is where its odometry says.
+
+    Parameters
+    ----------
+    settings : Settings
+    seed : int
+        Of the particles.
+
+    """
+
+    def __init__(self, settings: Settings, seed: int) -> None:
+        """Start without a workspace."""
+        self.settings = settings
+        self.estimate: Estimate | None = None
+        self.is_lost = settings.has_pose_topic
+        self._seed = seed
+        self._belief: Belief | None = None
+        self._kept: deque[Pose] = deque(maxlen=_N_KEPT)
+        self._told = math.nan
+
+    @property
+    def calibration(self) -> tuple[float, float] | None:
+        """Return the slip and the drift [rad/m] that are most likely; None if not asked for."""
+        return None if self._belief is None else self._belief.calibration
+
+    def take_field(self, field: ControlField) -> None:
+        """Take over the remembered map of a field."""
+        if not self.settings.mends_odometry:
+            return
+        if self._belief is None:
+            wear = Wear(self.settings.slip_std, self.settings.drift_std,
+                        self.settings.heading_noise)
+            self._belief = Belief(field.grid, wear, np.random.default_rng([self._seed, 7]),
+                                  self.settings.particles)
+            self._kept.clear()
+        self._belief.remember(field.known)
+
+    def place(self, pose: Pose, neighbourhood: Neighbourhood | None) -> Pose:
+        """
+        Return where the robot is when its odometry says ``pose`` and it sees ``neighbourhood``.
+
+        The result has the stamp and frame of the odometry.
+        """
+        belief = self._belief
+        if belief is None:
+            return pose
+        last = self._kept[-1] if self._kept else None
+        self._kept.append(pose)
+        step = None if last is None else _step(last, pose)
+        if last is None or step is None or self._is_set_back(pose.stamp - last.stamp, step):
+            self._restart(pose)
+        else:
+            belief.move(*step)
+        if self.settings.anchoring and neighbourhood is not None:
+            belief.see(neighbourhood.cells)
+        self.estimate = belief.estimate()
+        return replace(pose, x=self.estimate.x, y=self.estimate.y, yaw=self.estimate.yaw)
+
+    def see(self, neighbourhood: Neighbourhood) -> Neighbourhood:
+        """
+        Return a neighbourhood where it belongs.
+
+        What it shows lies around the robot, wherever odometry believes that to be. Free cells that
+        may as well be others are unknown.
+        """
+        if self._belief is None or self.estimate is None:
+            return neighbourhood
+        row, col = self.estimate.row, self.estimate.col
+        return replace(neighbourhood, row=row, col=col,
+                       cells=self._belief.doubted(neighbourhood.cells, row, col))
+
+    def localise(self, pose: Pose, variances: tuple[float, float, float]) -> bool:
+        """Take in a pose of `pose_topic`; tell whether it was of use."""
+        belief = self._belief
+        now = _brought_up_to_date(pose, self._kept)
+        if belief is None or now is None or pose.stamp == self._told:
+            return False
+        self._told = pose.stamp
+        x_var, y_var, yaw_var = (
+            max(given, least) for given, least in zip(variances, _LEAST, strict=True))
+        if self.is_lost:
+            belief.place(*now, math.sqrt(max(x_var, y_var)), math.sqrt(yaw_var))
+            self.is_lost = False
+            return True
+        return belief.localise(*now, (x_var, y_var, yaw_var))
+
+    def _is_set_back(self, dt: float, step: tuple[float, float, float]) -> bool:
+        settings = self.settings
+        return (dt < 0.0
+                or math.hypot(*step[:2]) > 1.5 * settings.v_max * dt + _SET_BACK[0]
+                or abs(step[2]) > 1.5 * settings.w_max * dt + _SET_BACK[1])
+
+    def _restart(self, pose: Pose) -> None:
+        self._kept.clear()
+        self._kept.append(pose)
+        self.is_lost = self.settings.has_pose_topic
+        if self._belief is not None:
+            self._belief.place(pose.x, pose.y, pose.yaw)
+
+
+def _step(last: Pose, pose: Pose) -> tuple[float, float, float]:
+    """Return how far the odometry has come, as seen from where it was."""
+    dx, dy, cos, sin = pose.x - last.x, pose.y - last.y, math.cos(last.yaw), math.sin(last.yaw)
+    return (dx * cos + dy * sin, dy * cos - dx * sin,
+            math.remainder(pose.yaw - last.yaw, math.tau))
+
+
+def _brought_up_to_date(
+    pose: Pose, kept: 'deque[Pose]',
+) -> tuple[float, float, float] | None:
+    """Add to a pose what the odometry has come since; None if that is not known any more."""
+    then = next((old for old in reversed(kept) if old.stamp <= pose.stamp + 1e-6), None)
+    if then is None:
+        return None
+    ahead, left, turn = _step(then, kept[-1])
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    return (pose.x + ahead * cos - left * sin, pose.y + ahead * sin + left * cos,
+            pose.yaw + turn)
