@@ -7,7 +7,7 @@ from typing import Any, Final, NoReturn
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 import rclpy
 from rclpy.clock import Clock, ClockType
@@ -32,7 +32,13 @@ from control_field_node.supervisor import Answer, Supervisor
 from msgs_bridge import qos
 from msgs_bridge.neighbourhoods import neighbourhood_from_grid
 from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.poses import Pose, pose_from_odometry, pose_from_pose_stamped
+from msgs_bridge.poses import (
+    Pose,
+    pose_from_initialpose,
+    pose_from_odometry,
+    pose_from_pose_stamped,
+    variances_from_covariance,
+)
 from msgs_bridge.processes import prepare
 from msgs_bridge.tables import cloud_from_decisions, field_from_cloud
 from msgs_bridge.trial_status import status_from_trial
@@ -96,6 +102,12 @@ class ControlFieldNode(Node):
         self.create_subscription(self._writer.kind, 'cmd_vel', self._on_command, qos.SENSOR)
         self.create_subscription(
             self._writer.kind, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)
+
+        if self._settings.has_pose_topic:
+            # AMCL's is latched, others are not; what comes twice is passed over.
+            for profile in (qos.SENSOR, qos.LATCHED):
+                self.create_subscription(PoseWithCovarianceStamped, self._settings.pose_topic,
+                                         self._on_localisation, profile)
 
     def _time(self) -> Time:
         return self.get_clock().now().to_msg()
@@ -227,6 +239,16 @@ class ControlFieldNode(Node):
             self.supervisor.saw_goal(goal.x, goal.y)
         except ValueError as error:
             self.supervisor.refuse_message(str(error))
+
+    def _on_localisation(self, msg: PoseWithCovarianceStamped) -> None:
+        name = self._settings.pose_topic
+        try:
+            pose = pose_from_initialpose(msg, name)
+            variances = variances_from_covariance(msg.pose.covariance, name)
+        except ValueError as error:
+            self.supervisor.refuse_message(str(error))
+            return
+        self.supervisor.saw_localisation(pose, variances)
 
     # Services
 

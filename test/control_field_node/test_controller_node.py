@@ -4,7 +4,7 @@ import signal
 
 from controller_helpers import GRID, straight_field
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 import numpy as np
 import pytest
@@ -17,7 +17,12 @@ from std_srvs.srv import Trigger
 from control_field.records import Kind, Outcome
 from msgs_bridge import qos
 from msgs_bridge.neighbourhoods import grid_from_neighbourhood, Neighbourhood
-from msgs_bridge.poses import odometry_from_pose, Pose, seconds_from_stamp
+from msgs_bridge.poses import (
+    initialpose_from_pose,
+    odometry_from_pose,
+    Pose,
+    seconds_from_stamp,
+)
 from msgs_bridge.tables import cloud_from_field, decisions_from_cloud
 from msgs_bridge.trial_status import State, trial_from_status
 
@@ -259,6 +264,32 @@ def test_teleop_outside_a_trial_goes_through_the_limits(peer):
     assert velocity_of(requests[-1]) == (1.0, 0.0)
     assert max(velocity_of(msg)[0] for msg in peer.commands) <= 0.22
     peer.wait(peer.has_stopped, 'a standstill when the keys are let go')
+
+
+@pytest.mark.parametrize('profile', [qos.LATCHED, qos.POSE], ids=['latched', 'not latched'])
+def test_decisions_are_made_where_a_localisation_says_that_the_robot_is(
+        ros_node, tmp_path, profile):
+    with controller(tmp_path, {'pose_topic': 'amcl_pose'}):
+        peer = Peer(ros_node).meet()
+        poses = ros_node.create_publisher(PoseWithCovarianceStamped, 'amcl_pose', profile)
+        peer.wait(poses.get_subscription_count, 'the controller')
+        peer.push()
+        peer.wait(lambda: (peer.tick(), 'no pose' in peer.call('start_trial').message)[1],
+                  'a refusal')
+        wrong = initialpose_from_pose(Pose(peer.pose.stamp, 0.0, 0.0, 0.0, frame_id='mars'))
+        poses.publish(wrong)
+        poses.publish(PoseWithCovarianceStamped())  # no rotation
+        there = GRID.world_from_cell(6, 5)
+
+        def started():
+            peer.tick()
+            poses.publish(initialpose_from_pose(Pose(
+                peer.pose.stamp, *there, 0.0, frame_id='map'), (1e-4, 1e-4, 1e-4)))
+            return peer.accepts_start()
+
+        peer.wait(started, 'a start')
+        peer.wait(lambda: (peer.tick(), peer.rows)[1], 'a decision')
+        assert (peer.rows[0]['row'], peer.rows[0]['col']) == (6, 5)
 
 
 def test_a_peer_with_the_other_type_is_told_which_parameter_to_set(ros_node, tmp_path):
