@@ -5,8 +5,10 @@ from concurrent.futures import as_completed, ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cache
 import multiprocessing
+import os
 import signal
 import sys
+import threading
 import time
 
 import numpy as np
@@ -23,6 +25,8 @@ from experience_cli.evaluation.methods import Method, Task
 from experience_cli.evaluation.registry import make_method
 from experience_cli.evaluation.teachers import demonstrate, heading_table, NoWayError
 
+#: How often a process looks whether its parent still lives, [s].
+_LOOK_EVERY = 0.5
 Cell = tuple[int, int]
 Row = dict[str, float]
 
@@ -229,7 +233,7 @@ def run(tasks: Sequence[tuple[Experiment, int]], n_jobs: int) -> Iterator[tuple[
         return
     # Fresh processes: a fork would take over whatever threads and locks this one has.
     pool = ProcessPoolExecutor(min(n_jobs, len(tasks)), multiprocessing.get_context('spawn'),
-                               initializer=_die_silently)
+                               initializer=_die_with, initargs=(os.getpid(),))
     try:
         waiting = {pool.submit(run_seed, *task): index for index, task in enumerate(tasks)}
         for future in as_completed(waiting):
@@ -253,6 +257,13 @@ def run_all(tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str) ->
     return [courses[index] for index in range(len(tasks))]
 
 
-def _die_silently() -> None:
-    """End at Ctrl-C without a word: the parent says what is to be said."""
+def _die_with(parent: int) -> None:
+    """End at Ctrl-C without a word, for the parent says what is to be said; and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+
+
+def _watch(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(_LOOK_EVERY)
+    os._exit(1)
