@@ -1,22 +1,16 @@
 """The node `neighbourhood_node`: the 3x3 sight of a robot that has a laser or a costmap."""
 
-from contextlib import suppress
-import sys
-from typing import Any, Final, NoReturn
+from typing import Any, Final
 
 from nav_msgs.msg import OccupancyGrid, Odometry
-import rclpy
-from rclpy.executors import ExternalShutdownException
-from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
-from rclpy.utilities import ok, try_shutdown
 from sensor_msgs.msg import LaserScan
 
 from msgs_bridge import qos
 from msgs_bridge.neighbourhood_maker import NeighbourhoodMaker
 from msgs_bridge.neighbourhoods import grid_from_neighbourhood
+from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.processes import prepare
 from msgs_bridge.sight_settings import FIXED, SightSettings
 
 _LOG_PERIOD: Final = 10.0
@@ -88,38 +82,7 @@ def main(args: list[str] | None = None) -> None:
         With code 2, after one line on stderr, if an argument or a parameter is wrong.
 
     """
-    prepare()
-    try:
-        _init(args)
-        rclpy.spin(_make_node())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except Exception:
-        # A signal invalidates whatever is being made or published at that moment: no error.
-        if ok():
-            raise
-    finally:
-        with suppress(rcl.RCLError):  # the signal's own shutdown may be under way
-            try_shutdown()
-
-
-def _init(args: list[str] | None) -> None:
-    try:
-        rclpy.init(args=args)
-    except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
-        _exit_with(f'wrong ROS arguments: {str(error).split(", at /")[0]}')
-
-
-def _make_node() -> NeighbourhoodNode:
-    try:
-        return NeighbourhoodNode()
-    except ValueError as error:
-        _exit_with(str(error))
-
-
-def _exit_with(problem: str) -> NoReturn:
-    print('neighbourhood_node:', ' '.join(problem.split()), file=sys.stderr)
-    raise SystemExit(2)
+    run_node('neighbourhood_node', NeighbourhoodNode, args)
 
 
 if __name__ == '__main__':

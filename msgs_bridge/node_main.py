@@ -1,25 +1,92 @@
 """What every node's `main` does: start ROS, work until a signal comes, say mistakes in a line."""
 
 from collections.abc import Callable
+from contextlib import suppress
+import os
 import signal
 import sys
-from typing import Any, NoReturn, TypeVar
+from types import FrameType
+from typing import Any, Final, NoReturn, TypeVar
+import warnings
 
 import rclpy
-from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.exceptions import NameValidationException, ParameterException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import ok
+from rclpy.utilities import ok, try_shutdown
+
+from msgs_bridge.processes import prepare
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
-#: How often the reason to end is looked at when nothing else happens, [s].
-_PERIOD = 1.0
-#: The signals that came, and whom to wake then: a process has one node.
-_signals: list[int] = []
-_woken: list[SingleThreadedExecutor] = []
+#: Longest time until a signal is noticed, [s].
+_PERIOD: Final = 0.2
+#: Greatest ROS_DOMAIN_ID: there are no ports for more.
+_MAX_DOMAIN: Final = 232
+
+
+class _Signals:
+    """Notes SIGINT and SIGTERM from the start of a process on; whoever works looks here."""
+
+    def __init__(self) -> None:
+        self.came = False
+        self.wake: Callable[[], None] = lambda: None
+
+    def listen(self) -> None:
+        """Begin to note; before ROS is there, so that no moment is left without a handler."""
+        self.came = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._note)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self.came = True
+        self.wake()
+
+
+_signals: Final = _Signals()
+
+
+def run_node(
+    name: str, kind: Callable[[], Node], args: list[str] | None = None,
+    executor: Callable[[], Any] = SingleThreadedExecutor,
+) -> None:
+    """
+    Run a node until SIGINT or SIGTERM; what it has to do at its end is its `close`.
+
+    Parameters
+    ----------
+    name : str
+        Stands before a line about a mistake.
+    kind : callable
+        Makes the node. If that has a method `close`, it is called while ROS is still there,
+        whether a signal or an exception ends the node.
+    args : list of str, optional
+        Those of the command line by default.
+    executor : callable
+        Makes the executor.
+
+    Raises
+    ------
+    SystemExit
+        With code 2, after one line on stderr, if an argument or a parameter is wrong.
+
+    """
+    prepare()
+    node = None
+    try:
+        node = start_node(name, kind, args)
+        spin_until_signal(node, executor=executor())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        try:
+            if node is not None and ok():
+                getattr(node, 'close', bool)()
+        finally:
+            with suppress(rcl.RCLError):
+                try_shutdown()
 
 
 def start_node(name: str, kind: Callable[[], AnyNode], args: list[str] | None) -> AnyNode:
@@ -29,42 +96,55 @@ def start_node(name: str, kind: Callable[[], AnyNode], args: list[str] | None) -
     Raises
     ------
     SystemExit
-        With code 2, after one line on stderr, if an argument or a parameter is wrong.
+        With code 2, after one line on stderr, if an argument or a parameter is wrong, or ROS
+        cannot do what its environment asks for.
 
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _stop)
+    _signals.listen()
+    _check_domain(name)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
-        exit_with(name, f'wrong ROS arguments: {str(error).split(", at /")[0]}')
+        exit_with(name, f'wrong ROS arguments: {_without_sources(error)}')
     try:
-        return kind()
-    except (ValueError, ParameterException) as error:
+        with warnings.catch_warnings():
+            # Where no node can be made, rclpy warns of what it cannot tidy up on top.
+            warnings.simplefilter('ignore', RuntimeWarning)
+            return kind()
+    except rcl.RCLError as error:
+        exit_with(name, _without_sources(error))
+    except (ValueError, ParameterException, NameValidationException) as error:
         exit_with(name, str(error))
 
 
-def spin_until_signal(node: Node, is_over: Callable[[], Any] = bool) -> None:
+def spin_until_signal(
+    node: Node, is_over: Callable[[], Any] = bool, executor: Any = None,
+) -> None:
     """
     Work until SIGINT or SIGTERM, or until something is so.
 
     ROS outlives the signal, so that the node can still tell others that it ends.
     """
-    executor = SingleThreadedExecutor()
+    executor = executor or SingleThreadedExecutor()
     executor.add_node(node)
-    _woken.append(executor)
-    while not _signals and not is_over() and ok():
+    _signals.wake = executor.wake
+    while not _signals.came and not is_over() and ok():
         executor.spin_once(_PERIOD)
-
-
-def _stop(number: int, _: Any) -> None:
-    """Note a signal; a node that is being made, or works, is not torn apart by it."""
-    _signals.append(number)
-    for executor in _woken:
-        executor.wake()
 
 
 def exit_with(name: str, problem: str) -> NoReturn:
     """Say a user's mistake in one line on stderr, and exit with code 2."""
     print(f'{name}:', ' '.join(problem.split()), file=sys.stderr)
     raise SystemExit(2)
+
+
+def _check_domain(name: str) -> None:
+    """Refuse a domain without ports; ROS would print a page about it."""
+    domain = os.environ.get('ROS_DOMAIN_ID', '')
+    if domain.isdecimal() and int(domain) > _MAX_DOMAIN:
+        exit_with(name, f'ROS_DOMAIN_ID is {domain}, must be in 0 ... {_MAX_DOMAIN}')
+
+
+def _without_sources(error: Exception) -> str:
+    """Return what ROS says, without the places in its sources."""
+    return str(error).split(', at /')[0]

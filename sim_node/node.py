@@ -1,18 +1,13 @@
 """The node `sim_node`: a simulated robot on the topics of a real one."""
 
-from contextlib import suppress
-import sys
-from typing import Any, Final, NoReturn
+from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rcl_interfaces.msg import SetParametersResult
-import rclpy
 from rclpy.clock import Clock as RosClock
 from rclpy.clock_type import ClockType
-from rclpy.executors import ExternalShutdownException
-from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
@@ -25,6 +20,7 @@ from msgs_bridge.neighbourhoods import (
     map_from_occupancy,
     Neighbourhood,
 )
+from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import (
     check_frame,
@@ -33,7 +29,6 @@ from msgs_bridge.poses import (
     pose_from_initialpose,
     stamp_from_seconds,
 )
-from msgs_bridge.processes import prepare
 from msgs_bridge.velocities import velocity_from_twist
 from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement
@@ -96,7 +91,7 @@ class SimNode(Node):
 
     def _make_topics(self) -> None:
         self._odometry = self.create_publisher(Odometry, 'odom', qos.ODOMETRY_PUB)
-        # A lost sight would stop a lock-step for good; whoever reads best effort is served as well.
+        # A lost sight would stop a lock-step for good; who reads best effort is served as well.
         self._sight = self.create_publisher(
             OccupancyGrid, 'neighbourhood',
             qos.ODOMETRY_PUB if self._settings.lockstep else qos.SENSOR)
@@ -310,38 +305,7 @@ def main(args: list[str] | None = None) -> None:
         With code 2, after one line on stderr, if an argument, a parameter or the world is wrong.
 
     """
-    prepare()
-    try:
-        _init(args)
-        rclpy.spin(_make_node())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except Exception:
-        # A signal invalidates whatever is being made or published at that moment: no error.
-        if rclpy.ok():
-            raise
-    finally:
-        with suppress(rcl.RCLError):  # the signal's own shutdown may be under way
-            rclpy.try_shutdown()
-
-
-def _init(args: list[str] | None) -> None:
-    try:
-        rclpy.init(args=args)
-    except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
-        _exit_with(f'wrong ROS arguments: {str(error).split(", at /")[0]}')
-
-
-def _make_node() -> SimNode:
-    try:
-        return SimNode()
-    except ValueError as error:
-        _exit_with(str(error))
-
-
-def _exit_with(problem: str) -> NoReturn:
-    print('sim_node:', ' '.join(problem.split()), file=sys.stderr)
-    raise SystemExit(2)
+    run_node('sim_node', SimNode, args)
 
 
 if __name__ == '__main__':

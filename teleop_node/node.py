@@ -4,7 +4,7 @@ import math
 import os
 import sys
 import time
-from typing import Any, Final, NoReturn
+from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
@@ -14,15 +14,14 @@ import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from control_field.limits import STANDSTILL, Velocity
 from msgs_bridge import qos
+from msgs_bridge.node_main import start_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import initialpose_from_pose, Pose, pose_from_odometry
 from msgs_bridge.processes import prepare
@@ -329,8 +328,7 @@ def main(args: list[str] | None = None) -> None:
     prepare()
     node = None
     try:
-        _init(args)
-        node = _make_node()
+        node = start_node('teleop_node', _make_node, args)
         _run(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
@@ -364,22 +362,12 @@ def _close(node: TeleopNode) -> None:
             node.terminal.leave()
 
 
-def _init(args: list[str] | None) -> None:
-    try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
-        _exit_with(f'wrong ROS arguments: {str(error).split(", at /")[0]}')
-
-
 def _make_node() -> TeleopNode:
     source, target = (_descriptor(stream) for stream in (sys.stdin, sys.stdout))
-    try:
-        node = TeleopNode(Terminal(source, target) if os.isatty(source) else None)
-    except ValueError as error:
-        _exit_with(str(error))
+    node = TeleopNode(Terminal(source, target) if os.isatty(source) else None)
     if node.settings.keyboard and node.terminal is None:
-        _exit_with('standard input is no terminal, so there are no keys to read: start it in a '
-                   'terminal of its own, or set keyboard:=false for its services alone')
+        raise ValueError('standard input is no terminal, so there are no keys to read: start it '
+                         'in a terminal of its own, or set keyboard:=false for its services alone')
     return node
 
 
@@ -389,11 +377,6 @@ def _descriptor(stream: Any) -> int:
         return int(stream.fileno())
     except (AttributeError, OSError, ValueError):
         return -1
-
-
-def _exit_with(problem: str) -> NoReturn:
-    print('teleop_node:', ' '.join(problem.split()), file=sys.stderr)
-    raise SystemExit(2)
 
 
 if __name__ == '__main__':

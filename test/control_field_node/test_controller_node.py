@@ -43,7 +43,7 @@ class Peer:
         self.experience = self.collect(PointCloud2, 'experience', qos.EXPERIENCE)
         self.odom = node.create_publisher(Odometry, f'{namespace}odom', qos.ODOMETRY_PUB)
         self.sight = node.create_publisher(
-            OccupancyGrid, f'{namespace}neighbourhood', qos.SENSOR)
+            OccupancyGrid, f'{namespace}neighbourhood', qos.ODOMETRY_PUB)
         self.field = node.create_publisher(
             PointCloud2, f'{namespace}control_field', qos.LATCHED)
         self.pose = Pose(1.0, *GRID.world_from_cell(3, 2), 0.0)

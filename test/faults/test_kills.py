@@ -47,6 +47,15 @@ def n_messages(path):
         return sum(1 for _ in bag.messages())
 
 
+def revisions_in(path):
+    """Return the field revisions that the controller said it drove on, as others read them."""
+    with AnyReader([path]) as bag:
+        statuses = [bag.deserialize(raw, connection.msgtype)
+                    for connection, _, raw in bag.messages() if connection.topic == '/trial']
+    values = [{pair.key: pair.value for pair in status.values} for status in statuses]
+    return {int(value['revision']) for value in values if value['state'] == 'running'}
+
+
 @pytest.fixture(scope='module')
 def killed(ros_domain, tmp_path_factory):
     """Kill twenty times; yield the task, the live field, and the bags that there were."""
@@ -97,3 +106,13 @@ def test_the_field_is_as_if_the_broken_trials_had_been_marked_aborted(killed):
         if getattr(read.record, 'outcome', None) is not Outcome.ABORTED:
             unbroken.learn(episode)
     assert field_bytes(unbroken.field()) == live
+
+
+def test_every_bag_shows_the_revision_that_was_driven_on(killed):
+    revision = 1
+    for episode in killed[0].episodes()[1:]:
+        outcome = read_episode(episode.path).record.outcome
+        assert revisions_in(episode.path) <= {revision}
+        if outcome is not Outcome.ABORTED:
+            assert revisions_in(episode.path) == {revision}
+            revision += 1

@@ -1,0 +1,165 @@
+"""However the controller ends, the robot comes to stand; what ROS refuses is one line."""
+
+from contextlib import ExitStack
+from itertools import pairwise
+import math
+import signal
+
+from controller_helpers import straight_field
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import Odometry
+import pytest
+from ros_helpers import call, collect, node_command, Process, run, start_node, wait_until
+from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Trigger
+
+from control_field.records import Outcome
+from msgs_bridge import qos
+from msgs_bridge.poses import seconds_from_stamp
+from msgs_bridge.tables import cloud_from_field
+from msgs_bridge.trial_status import trial_from_status
+
+TIMEOUT = 0.5
+SPEED = 0.15
+ACCELERATION = 0.5
+STAMPED = {'enable_stamped_cmd_vel': True}
+#: The controller with a mistake in it, which shows when the robot drives.
+BROKEN = f"""
+from control_field_node.node import main
+from control_field_node.supervisor import Supervisor
+
+answer = Supervisor.saw_pose
+
+def saw_pose(self, pose, now):
+    if self.velocity[0] > {SPEED}:
+        raise RuntimeError('a mistake')
+    return answer(self, pose, now)
+
+Supervisor.saw_pose = saw_pose
+main()
+"""
+NODES = {
+    'sim_node': {}, 'control_field_node': {}, 'learner_node': {'task': 'a_task'},
+    'teleop_node': {'keyboard': False}, 'msgs_bridge.neighbourhood_node': {},
+}
+
+
+def module_of(name):
+    return name if '.' in name else f'{name}.node'
+
+
+def speed(msg):
+    return msg.twist.twist.linear.x
+
+
+class Drive:
+    """A simulated robot in real time that a controller drives, and who hears both."""
+
+    def __init__(self, node, folder, stack, code=None):
+        self.node = node
+        command = node_command('control_field_node.node', folder, {
+            **STAMPED, 'a_max': ACCELERATION})
+        if code:
+            command[2] = code
+        self.sim = stack.enter_context(start_node(
+            'sim_node.node', folder, {**STAMPED, 'cmd_vel_timeout': TIMEOUT}))
+        self.controller = stack.enter_context(Process(
+            command, folder, name='control_field_node'))
+        self.commands = collect(node, TwistStamped, 'cmd_vel', 100)
+        self.odometry = collect(node, Odometry, 'odom', qos.ODOMETRY_PUB)
+        self.statuses = collect(node, DiagnosticStatus, 'trial', qos.LATCHED)
+        self.field = node.create_publisher(PointCloud2, 'control_field', qos.LATCHED)
+        self.push(1)
+
+    def push(self, revision):
+        self.field.publish(cloud_from_field(straight_field((3, 15), revision)))
+
+    def wait(self, predicate, what):
+        return wait_until(predicate, node=self.node, processes=[self.sim], what=what)
+
+    def is_started(self):
+        answer = call(self.node, Trigger, 'control_field_node/start_trial')
+        return answer.success or 'already' in answer.message
+
+    def start(self):
+        self.wait(self.is_started, 'a start')
+        self.wait(self.drives, 'a robot that drives')
+
+    def drives(self):
+        return self.odometry and speed(self.odometry[-1]) > SPEED
+
+    def stands(self):
+        return self.odometry and speed(self.odometry[-1]) == 0.0
+
+
+@pytest.fixture
+def driving(ros_node, tmp_path):
+    with ExitStack() as stack:
+        drive = Drive(ros_node, tmp_path, stack)
+        drive.start()
+        yield drive
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_sends_a_standstill_before_the_end(driving, number):
+    driving.controller.stop(number)
+    driving.wait(lambda: driving.commands[-1].twist == Twist(), 'a standstill')
+    driving.wait(driving.stands, 'the robot to stand')
+    driving.wait(lambda: trial_from_status(driving.statuses[-1]).outcome is Outcome.ABORTED,
+                 'the end of the trial')
+    assert 'no command' not in driving.sim.stderr
+    assert 'Traceback' not in driving.controller.stderr
+
+
+def test_an_exception_sends_a_standstill_before_the_end(ros_node, tmp_path):
+    with ExitStack() as stack:
+        drive = Drive(ros_node, tmp_path, stack, BROKEN)
+        drive.wait(drive.is_started, 'a start')
+        assert drive.controller.wait() == 1
+        assert 'a mistake' in drive.controller.stderr
+        drive.wait(lambda: drive.commands and drive.commands[-1].twist == Twist(), 'a standstill')
+        drive.wait(drive.stands, 'the robot to stand')
+        assert max(msg.twist.linear.x for msg in drive.commands) > SPEED
+        assert 'no command' not in drive.sim.stderr
+
+
+def test_after_kill_9_of_the_controller_the_simulator_stops_by_staleness(driving):
+    driving.controller.kill()
+    killed = driving.odometry[-1]
+    driving.wait(driving.stands, 'the robot to stand')
+    before, after = killed.pose.pose.position, driving.odometry[-1].pose.pose.position
+    assert driving.commands[-1].twist != Twist()
+    assert math.hypot(after.x - before.x, after.y - before.y) < 0.22 * (TIMEOUT + 0.5)
+    driving.wait(lambda: f'no command for {TIMEOUT:g} s' in driving.sim.stderr, 'a word of it')
+
+
+def test_a_refreshed_field_does_not_make_the_robot_jerk(driving):
+    n = len(driving.commands)
+    for revision in range(2, 12):
+        driving.push(revision)
+        driving.wait(lambda: trial_from_status(driving.statuses[-1]).revision
+                     == revision, f'revision {revision}')  # noqa: B023
+    commands = [(seconds_from_stamp(msg.header.stamp), msg.twist.linear.x)
+                for msg in driving.commands[n:]]
+    assert len(commands) > 2
+    for (t0, v0), (t1, v1) in pairwise(commands):
+        assert abs(v1 - v0) <= ACCELERATION * (t1 - t0) + 1e-9
+
+
+@pytest.mark.parametrize('name', NODES)
+@pytest.mark.parametrize(('variable', 'value', 'words'), [
+    ('ROS_DOMAIN_ID', '233', '0 ... 232'), ('ROS_DOMAIN_ID', 'seven', 'ROS_DOMAIN_ID'),
+    ('ROS_SECURITY_ENABLE', 'true', 'secur')])
+def test_what_ros_cannot_do_is_one_line_and_code_2(
+        ros_domain, tmp_path, name, variable, value, words):
+    (tmp_path / 'keys' / 'enclaves').mkdir(parents=True)
+    environment = {'ROS_SECURITY_KEYSTORE': str(tmp_path / 'keys'),
+                   'ROS_SECURITY_STRATEGY': 'Enforce', variable: value}
+    parameters = {**NODES[name], **({'bags': str(tmp_path)} if 'learner' in name else {})}
+    process = run(node_command(module_of(name), tmp_path, parameters), tmp_path, environment)
+    assert process.popen.returncode == 2, process.report()
+    last = process.stderr.splitlines()[-1]
+    assert words in last
+    assert last.startswith(name.rpartition('.')[2] + ':')
+    assert 'Traceback' not in process.stderr
