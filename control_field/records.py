@@ -176,6 +176,14 @@ class Prototypes:
         """Return the number of prototypes."""
         return len(self.cells)
 
+    @classmethod
+    def none(cls) -> 'Prototypes':
+        """Return no prototypes."""
+        return cls(
+            cells=np.zeros((0, 2), dtype=np.int32), headings=np.zeros(0, dtype=np.int8),
+            q=np.zeros(0), episodes=np.zeros(0, dtype=np.int32), stamps=np.zeros(0),
+            demonstrated=np.zeros(0, dtype=np.bool_))
+
 
 class CellFlag(IntEnum):
     """Bits of ``ControlField.flags``."""
@@ -236,3 +244,18 @@ class ControlField:
             raise ValueError(f'the goal {self.goal} lies outside the workspace {self.grid.shape}')
         for name in ('vx', 'vy', 'coherence', 'q', 'known', 'flags'):
             _read_only(getattr(self, name))
+
+    @property
+    def is_void(self) -> bool:
+        """Tell whether no cell has a course: there is nothing to drive on."""
+        return not (self.vx.any() or self.vy.any())
+
+    @classmethod
+    def void(cls, grid: Grid) -> 'ControlField':
+        """Return the field of revision 0, before anything was learnt."""
+        nothing = np.zeros(grid.shape, dtype=np.float32)
+        return cls(
+            grid=grid, revision=0, goal=(0, 0), vx=nothing, vy=nothing, coherence=nothing,
+            q=np.zeros((*grid.shape, N_HEADINGS), dtype=np.float32),
+            known=np.full(grid.shape, -1, dtype=np.int8),
+            flags=np.zeros(grid.shape, dtype=np.uint8))

@@ -136,8 +136,9 @@ class Supervisor:
 
     def accept_field(self, field: ControlField) -> bool:
         """Take over a field for the next decision; refuse one of another grid."""
-        if self.grid is not None and field.grid != self.grid:
-            self.refuse_field(f'it is of {field.grid}, this robot drives in {self.grid}; '
+        old = self.field
+        if old is not None and not old.is_void and field.grid != old.grid:
+            self.refuse_field(f'it is of {field.grid}, this robot drives in {old.grid}; '
                               f'restart the controller to change the workspace')
             return False
         self.refusal = ''
@@ -175,7 +176,7 @@ class Supervisor:
     def _why_not(self, now: float) -> str:
         if self.run is not None:
             return f'trial {self.run.trial} is already running'
-        if self.field is None:
+        if self.field is None or self.field.is_void:
             return 'there is no control field' + (f' ({self.refusal})' if self.refusal else '')
         if self.pose is None or self._odometry.is_stale(now):
             return f'no odometry has arrived for {self._odometry.timeout:g} s'
@@ -351,7 +352,7 @@ class Supervisor:
     def saw_goal(self, x: float, y: float) -> None:
         """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
         field = self.field
-        if field is None:
+        if field is None or field.is_void:
             self._log('warning', 'goal_pose: there is no control field yet')
         elif field.grid.cell_from_world(x, y) != field.goal:
             there = field.grid.world_from_cell(*field.goal)

@@ -8,7 +8,6 @@ is cheap, and ``run(arguments) -> int``, which imports what it needs. It is adde
 import argparse
 from collections.abc import Sequence
 import importlib
-import importlib.util
 import os
 import sys
 from typing import Final
@@ -29,8 +28,6 @@ def parser() -> argparse.ArgumentParser:
         prog='experience', description='Teach a robot by driving it once, and let it try.')
     subparsers = top.add_subparsers(dest='command', metavar='COMMAND', required=True)
     for name in COMMANDS:
-        if importlib.util.find_spec(f'experience_cli.{name}') is None:
-            continue
         module = importlib.import_module(f'experience_cli.{name}')
         module.add_parser(subparsers).set_defaults(run=module.run)
     return top

@@ -101,9 +101,10 @@ class Desk:
         self, response: Any, request: Request, work: Callable[[], None] = lambda: None,
     ) -> Any:
         """Answer when it was learnt what is asked for."""
-        waiting = self._waiting = self._future()
         response.success, response.message = self._try(request)
         if response.success:
+            # Only now: what is refused must not take the answer of what is under way.
+            waiting = self._waiting = self._future()
             work()
             response.success, response.message = await waiting
         return response

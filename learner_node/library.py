@@ -143,8 +143,7 @@ class Library:
 
     def _standing(self) -> str:
         if self.refresh is None:
-            return ('nothing is left that was demonstrated, the controller keeps its field until '
-                    'it is restarted')
+            return 'nothing is left that was demonstrated: there is no control field any more'
         return self.refresh.certificate.sentence()
 
     def next_start(self, spread: bool) -> StartPose:

@@ -231,7 +231,7 @@ class LearnerNode(Node):
                 self._say(text, warns)
 
     def _record(self, kind: EpisodeKind) -> None:
-        episode = self._recorder.start(kind)
+        episode = self._recorder.start(kind, self._now(topic='', cdr=b''))
         if kind is EpisodeKind.DEMO:
             self._write_status(State.RUNNING, 0)
         self._say(f'recording {episode.name}')
@@ -335,10 +335,14 @@ class LearnerNode(Node):
 
     def _publish_field(self, more_trials: bool = False) -> None:
         refresh = self._library.refresh
-        if refresh is not None:
-            field = self._library.field(more_trials and self._settings.starts == 'spread')
-            messages = self._publications.publish_field(field, refresh)
-            self._recorder.in_force = [self._raw(*message) for message in messages.items()]
+        if refresh is None:
+            # A controller may still hold the field of bags that are gone, or of another task.
+            self._publications.publish_nothing(self._library.grid)
+            self._recorder.in_force = []
+            return
+        field = self._library.field(more_trials and self._settings.starts == 'spread')
+        messages = self._publications.publish_field(field, refresh)
+        self._recorder.in_force = [self._raw(*message) for message in messages.items()]
 
     def close(self) -> bool:
         """

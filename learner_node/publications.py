@@ -8,8 +8,9 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
+from control_field.grid import Grid
 from control_field.learner import Refresh
-from control_field.records import ControlField
+from control_field.records import ControlField, Prototypes
 from learner_node.settings import StartPose
 from msgs_bridge import qos
 from msgs_bridge.markers import markers_from_field
@@ -42,11 +43,18 @@ class Publications:
 
     def publish_field(self, field: ControlField, refresh: Refresh) -> dict[str, PointCloud2]:
         """Publish a field with its prototypes; return what the bags hold of it, by topic."""
+        return self._publish(field, refresh.prototypes)
+
+    def publish_nothing(self, grid: Grid) -> None:
+        """Publish that nothing was learnt: what was published before is no longer in force."""
+        self._publish(ControlField.void(grid), Prototypes.none())
+
+    def _publish(self, field: ControlField, prototypes: Prototypes) -> dict[str, PointCloud2]:
         messages = {'control_field': cloud_from_field(field),
-                    'prototypes': cloud_from_prototypes(refresh.prototypes, field.grid)}
+                    'prototypes': cloud_from_prototypes(prototypes, field.grid)}
         self._fields.publish(messages['control_field'])
         self._prototypes.publish(messages['prototypes'])
-        self._markers.publish(markers_from_field(field, refresh.prototypes))
+        self._markers.publish(markers_from_field(field, prototypes))
         return messages
 
     def place(self, start: StartPose, stamp: float) -> None:

@@ -55,9 +55,15 @@ class Recorder:
         """Return the kind of the open bag, None if none is open."""
         return None if self._writer is None else self._kind
 
-    def start(self, kind: EpisodeKind) -> EpisodeFolder:
+    def start(self, kind: EpisodeKind, now: int) -> EpisodeFolder:
         """
         Open the next bag; it begins with what is in force and what the robot saw last.
+
+        Parameters
+        ----------
+        kind : EpisodeKind
+        now : int, [ns]
+            When these are logged: who plays the bag must not wait for what was sent long before.
 
         Raises
         ------
@@ -69,7 +75,7 @@ class Recorder:
         self._kind = kind
         self._writer = start_bag(self.task, kind, self._header(kind))
         for message in (*self.in_force, *self._early, *([self._sight] if self._sight else [])):
-            self.write(message)
+            self.write(message, now)
         self._early.clear()
         return episode_from_path(self._writer.folder)
 
@@ -96,9 +102,15 @@ class Recorder:
         elif name == 'experience':
             self._early.append(message)
 
-    def write(self, message: Raw) -> None:
+    def write(self, message: Raw, log_time: int | None = None) -> None:
         """
         Write a message, if a bag is open.
+
+        Parameters
+        ----------
+        message : Raw
+        log_time : int, [ns]
+            Of the record; when the message arrived by default.
 
         Raises
         ------
@@ -107,7 +119,9 @@ class Recorder:
 
         """
         if self._writer is not None:
-            self._writer.write(message.topic, message.type_name, message.cdr, message.stamp)
+            self._writer.write(
+                message.topic, message.type_name, message.cdr,
+                message.stamp if log_time is None else log_time, message.stamp)
 
     def flush(self) -> None:
         """

@@ -8,7 +8,7 @@ import pytest
 from control_field.grid import Grid
 from control_field.limits import STANDSTILL
 from control_field.parameters import Parameters
-from control_field.records import Kind, Outcome
+from control_field.records import ControlField, Kind, Outcome
 from control_field.sight import crop_neighbourhood
 from control_field.watch import StopReason
 from control_field_node.settings import Settings
@@ -363,3 +363,40 @@ def test_a_goal_clicked_elsewhere_is_answered_in_words():
     assert not any('goal_pose' in line for _, line in bench.lines)
     bench.supervisor.saw_goal(0.1, 0.1)
     assert any('leads to' in line for _, line in bench.lines)
+
+
+class TestVoidField:
+
+    def test_there_is_nothing_to_drive_on(self):
+        bench = Bench()
+        bench.tick()
+        assert bench.supervisor.accept_field(ControlField.void(GRID))
+        assert 'no control field' in bench.supervisor.start(bench.now)
+        assert bench.supervisor.status.revision == 0
+        assert bench.supervisor.accept_field(straight_field(GOAL))
+        assert bench.supervisor.start(bench.now) == ''
+
+    def test_ends_a_trial_that_runs(self):
+        bench = Bench()
+        bench.tick()
+        assert bench.supervisor.start(bench.now) == ''
+        bench.supervisor.accept_field(ControlField.void(GRID))
+        for _ in range(400):
+            bench.tick()
+        assert bench.supervisor.run is None
+        assert bench.velocity == STANDSTILL
+
+    def test_one_of_another_workspace_gives_way(self):
+        bench = Bench(field=False)
+        bench.supervisor.accept_field(ControlField.void(Grid(3, 4, 1.0)))
+        assert bench.supervisor.accept_field(straight_field(GOAL))
+
+
+@pytest.mark.parametrize('revision', [5, 2])
+def test_the_newest_field_is_in_force_whatever_its_number(revision):
+    bench = Bench()
+    bench.supervisor.accept_field(dataclasses.replace(straight_field(GOAL), revision=5))
+    newer = dataclasses.replace(straight_field((5, 8)), revision=revision)
+    assert bench.supervisor.accept_field(newer)
+    assert bench.supervisor.field is newer
+    assert bench.supervisor.status.revision == revision
