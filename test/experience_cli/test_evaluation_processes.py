@@ -51,7 +51,8 @@ def test_no_process_is_left_behind(number, tmp_path):
          '2', '--profile', 'paper'],
         cwd=ROOT, env={**os.environ, 'PYTHONPATH': str(ROOT)}, stdout=subprocess.PIPE,
         stderr=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+        # A shell's background jobs ignore SIGINT, and so would what they start.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # noqa: PLW1509
     # Two that work and multiprocessing's own tracker of resources.
     wait_for(lambda: len(children_of(process.pid)) >= 3, 60.0)
     children = children_of(process.pid)
