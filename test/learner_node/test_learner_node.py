@@ -5,6 +5,7 @@ import sys
 
 from nav_msgs.msg import Odometry
 import pytest
+from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
 
 from control_field.grid import Grid
@@ -16,7 +17,8 @@ from msgs_bridge.bag_repair import needs_repair
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import NothingToLearnError, read_episode
 from msgs_bridge.poses import odometry_from_pose, Pose
-from ros_helpers import call, node_command, Process, start_node, wait_until
+from msgs_bridge.tables import field_from_cloud
+from ros_helpers import call, collect, node_command, Process, start_node, wait_until
 
 LEARNER = 'learner_node.node'
 
@@ -171,12 +173,42 @@ def test_a_demonstration_can_be_labelled_and_dropped(ros_domain, ros_node, tmp_p
         failure, success, dropped = map(ask, ('label_failure', 'label_success', 'drop_last'))
         again = ask('drop_last')
         assert process.running
+        fields = collect(ros_node, PointCloud2, 'control_field', qos.LATCHED)
+        wait_until(lambda: fields, node=ros_node, what='a field')
+    assert field_from_cloud(fields[-1]).is_void
     assert 'nothing is left' in failure.message
     assert 'prototypes' in success.message
     assert dropped.success
     assert not again.success
     assert 'no bag' in again.message
     assert not TaskFolder(tmp_path / 'bags', 'task').episodes()
+
+
+def test_without_bags_there_is_no_field(ros_domain, ros_node, tmp_path):
+    fields = collect(ros_node, PointCloud2, 'control_field', qos.LATCHED)
+    with start(tmp_path, rows=7) as process:
+        wait_until(lambda: fields, node=ros_node, processes=[process], what='a field')
+    [field] = map(field_from_cloud, fields)
+    assert field.is_void
+    assert (field.revision, field.grid.n_rows) == (0, 7)
+
+
+def test_a_drop_during_a_keep_leaves_no_request_without_an_answer(
+    ros_domain, ros_node, tmp_path,
+):
+    with start(tmp_path) as process:
+        robot = Robot(ros_node)
+        robot.meet(process)
+        robot.cross(process, None, lambda: robot.stamp > 30.0)
+        keeps = ros_node.create_client(SetBool, 'learner_node/record_demonstration')
+        drops = ros_node.create_client(Trigger, 'learner_node/drop_last')
+        wait_until(lambda: keeps.service_is_ready() and drops.service_is_ready(), node=ros_node)
+        keep = keeps.call_async(SetBool.Request(data=False))
+        drop = drops.call_async(Trigger.Request())
+        wait_until(lambda: keep.done() and drop.done(), node=ros_node, processes=[process],
+                   what='both answers')
+    assert keep.result().success, keep.result().message
+    assert drop.result().message
 
 
 def test_a_drive_that_teaches_nothing_is_said(ros_domain, ros_node, tmp_path):
