@@ -333,10 +333,11 @@ def test_lockstep_does_not_answer_half_a_tick_nor_a_repeated_one(stepped):
     assert len(stepped.commands) == n
 
 
-def run_trials(node, folder, n_trials, namespace=''):
+def run_trials(node, folder, n_trials, namespace='', *, wheels=None, settings=None):
     """Run trials in lock-step with the simulator; return their ends, rows and command stamps."""
     names = {'namespace': f'/{namespace.strip("/")}'} if namespace else {}
-    with simulator(folder, LOCKSTEP, **names), controller(folder, LOCKSTEP, **names):
+    with simulator(folder, {**LOCKSTEP, **(wheels or {})}, **names), controller(
+            folder, {**LOCKSTEP, **(settings or {})}, **names):
         peer = Peer(node, stamped=True, namespace=namespace)
         peer.push(straight_field(BEHIND))
         ends = []
@@ -359,6 +360,15 @@ def test_with_the_simulator_in_lockstep_trials_reach_the_goal_and_are_repeatable
     paths = [[(r['row'], r['col'], r['action'], r['kind']) for r in rows if r['trial'] == t]
              for t in (1, 2)]
     assert paths[0] == paths[1]
+
+
+def test_with_slip_and_anchoring_trials_in_lockstep_reach_the_goal(ros_node, tmp_path):
+    ends, rows, stamps = run_trials(
+        ros_node, tmp_path, 2, wheels={'slip': 0.05, 'heading_drift': 0.01745, 'seed': 3},
+        settings={'anchoring': True})
+    assert [end.outcome for end in ends] == [Outcome.GOAL] * 2
+    assert len(rows) == sum(end.decisions for end in ends)
+    assert len(set(stamps)) == len(stamps)
 
 
 def test_in_real_time_the_simulated_robot_gets_to_the_goal(ros_node, tmp_path):
