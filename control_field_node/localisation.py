@@ -52,10 +52,10 @@ class Localisation:
         return None if self._belief is None else self._belief.calibration
 
     def take_field(self, field: ControlField) -> None:
-        """Take over the remembered map of a field."""
+        """Take over the workspace and the remembered map of a field."""
         if not self.settings.mends_odometry:
             return
-        if self._belief is None:
+        if self._belief is None or self._belief.grid != field.grid:
             wear = Wear(self.settings.slip_std, self.settings.drift_std,
                         self.settings.heading_noise)
             self._belief = Belief(field.grid, wear, np.random.default_rng([self._seed, 7]),
