@@ -159,11 +159,15 @@ def custom_data(text: str) -> dict[str, str]:
 
     block = _CUSTOM.search(text)
     try:
-        values = yaml.safe_load(block[0])['custom_data'] if block else None
-    except yaml.YAMLError:
+        whole = yaml.safe_load(block[0]) if block else None
+    except (yaml.YAMLError, ValueError, RecursionError):
         return {}
-    return {str(key): str(value) for key, value in values.items()} if (
-        isinstance(values, dict)) else {}
+    values = whole.get('custom_data') if isinstance(whole, dict) else None
+    if not isinstance(values, dict):
+        return {}
+    # A few lines of YAML can stand for lists that no memory holds.
+    return {str(key): str(value) for key, value in values.items()
+            if isinstance(key, str | int | float) and isinstance(value, str | int | float)}
 
 
 def with_custom_data(text: str, values: Mapping[str, str], path: Path) -> str:

@@ -113,7 +113,8 @@ def scan_from_message(msg: Any, zero_is_no_return: bool = False, name: str = 'sc
         ranges is not what the angles say, or a limit is no distance; the message names it.
 
     """
-    ranges = np.asarray(msg.ranges, dtype=np.float64)
+    with np.errstate(invalid='ignore'):  # a signalling NaN is one like any other
+        ranges = np.asarray(msg.ranges, dtype=np.float64)
     _check_angles(name, msg, len(ranges))
     low, high = float(msg.range_min), float(msg.range_max)
     if not (0.0 <= low < math.inf and low < high):
