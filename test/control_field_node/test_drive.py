@@ -22,9 +22,9 @@ DT = 0.05
 class Robot:
     """A robot in a world of cells that drives where it is sent, through the gate."""
 
-    def __init__(self, world, cell, yaw=0.0, dx=0.0, dy=0.0):
+    def __init__(self, world, cell, yaw=0.0, dx=0.0, dy=0.0, aside=0.0):
         self.world = world
-        self.drive = Drive(GRID, LIMITS, 0.25)
+        self.drive = Drive(GRID, LIMITS, 0.25, clearance=aside)
         self.velocity = STANDSTILL
         self.seconds, self.clearance = 0.0, math.inf
         x, y = GRID.world_from_cell(*cell)
@@ -194,3 +194,23 @@ def test_the_same_sight_is_made_ready_once():
     first = seen(Neighbourhood(0.0, 5, 5, cells), GRID, False)
     assert seen(Neighbourhood(1.0, 5, 5, cells.copy()), GRID, False) is first
     assert seen(Neighbourhood(1.0, 5, 6, cells), GRID, False) is not first
+
+
+@pytest.mark.parametrize(('walls', 'aside'), [
+    ([4], 0.06), ([6], -0.06), ([4, 6], 0.0), ([], 0.0)],
+    ids=['below', 'above', 'both sides', 'open'])
+def test_with_clearance_the_robot_keeps_aside_of_what_is_blocked_on_one_side(walls, aside):
+    world = np.zeros(GRID.shape, np.int8)
+    world[walls, 3:16] = 100
+    robot = Robot(world, (5, 5), aside=0.06)
+    seen = robot.follow([0] * 4)
+    assert (seen.row, seen.col) == (5, 9)
+    assert robot.pose.y - GRID.world_from_cell(5, 9)[1] == pytest.approx(aside, abs=0.012)
+
+
+def test_clearance_never_brings_the_robot_to_the_edge_of_its_cell():
+    world = np.zeros(GRID.shape, np.int8)
+    world[4, 3:16] = 100
+    robot = Robot(world, (5, 5), aside=10.0)
+    robot.follow([0] * 4)
+    assert robot.cell == (5, 9)
