@@ -257,3 +257,24 @@ def test_the_cost_is_read_back_from_Q(discount, seed):
     assert np.allclose(cost_from_q(q, discount), cost, atol=1e-6)
     assert np.isinf(cost_from_q(np.zeros((1, 1, 8)), discount)).all()
     assert np.isinf(cost_from_q(np.full((1, 1, 8), -1.0), discount)).all()
+
+
+@given(lessons(blind=True), seeds)
+@few
+def test_the_learner_arrives_at_the_Q_matrix_the_robot_had(lesson, seed):
+    occupancy, cells = lesson
+    if occupancy[cells[0]]:
+        return
+    learner = taught(cells, occupancy.shape, profile='paper', discount=0.0, step_limit=100)
+    world = GridWorld(occupancy, learner.parameters)
+    policy = TrialPolicy(learner.refresh.field, learner.parameters,
+                         np.random.default_rng(seed), 4)
+    (row, col), tables = cells[0], [np.zeros(0, DECISION_DTYPE)]
+    while not policy.at_goal(row, col):
+        choice = policy.decide(row, col, world.sight(row, col), 0, 0.0)
+        tables.append(choice.decisions)
+        if choice.heading < 0:
+            break
+        row, col = row + int(STEP_ROW[choice.heading]), col + int(STEP_COL[choice.heading])
+    learner.memory._apply_online(np.concatenate(tables))
+    assert np.allclose(learner.memory.q, policy._q, atol=1e-6)

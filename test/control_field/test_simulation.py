@@ -1,4 +1,5 @@
 from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 from strategies import few, leg, lessons, practise, seeds, steady, taught
@@ -64,10 +65,10 @@ def test_every_step_of_a_trial_is_one_the_world_allows(lesson, seed):
         assert (moved['next_row'][-1], moved['next_col'][-1]) == goal
 
 
-@given(lessons(blind=True), seeds)
+@given(lessons(blind=True), seeds, st.booleans())
 @few
-def test_many_trials_end_as_each_would_by_itself(lesson, seed):
-    learner, world, _ = world_of(lesson)
+def test_many_trials_end_as_each_would_by_itself(lesson, seed, keep_out):
+    learner, world, _ = world_of(lesson, unknown_is_blocked=keep_out)
     starts, seed = np.argwhere(world.truth == 0), seed % 1000
     runs = world.trials(learner.refresh.field, starts, seed)
     for index, start in enumerate(starts.tolist()):

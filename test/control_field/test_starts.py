@@ -3,7 +3,10 @@ from hypothesis import strategies as st
 import numpy as np
 from strategies import few, knowns, leg, lessons, practise, steady, taught
 
-from control_field.starts import best_cells, n_unseen_around
+from control_field.parameters import Parameters
+from control_field.policy import rules_of
+from control_field.records import ControlField
+from control_field.starts import best_cells, n_unseen_around, promise
 
 WALLED = np.zeros((9, 9), np.int8)
 WALLED[4, 1:8] = 100
@@ -65,6 +68,21 @@ def test_chosen_starts_see_the_workspace_in_few_trials():
         practise(learner, WALLED, free[:1], number, curious=True)
     reachable = learner.refresh.composition.reachable
     assert (learner.memory.known[reachable] >= 0).mean() > 0.9
+
+
+def test_a_start_promises_the_unseen_ground_along_its_flow_weighed_by_who_depends_on_it():
+    corridor = np.zeros((1, 5), np.int8)
+    field = taught(leg((0, 0), (0, 4)), (1, 5)).refresh.field  # shown without sight: all its own
+    known = np.full((1, 5), -1, np.int8)
+    unseen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
+                          known, field.flags)
+    value = promise(unseen, unseen, rules_of(Parameters()))
+    crossing = np.sqrt(np.arange(1.0, 6.0))
+    assert np.allclose(value[0], [crossing.sum(), crossing.sum(), *(
+        crossing[k:].sum() for k in (1, 2, 3))])
+    seen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
+                        corridor, field.flags)
+    assert not promise(seen, seen, rules_of(Parameters())).any()
 
 
 def test_a_curious_way_still_leads_home_and_past_unseen_ground():
