@@ -7,7 +7,9 @@ from pathlib import Path
 import sys
 from typing import Any
 
+from experience_cli import foreign
 from experience_cli.errors import UserError
+from msgs_bridge.bag_folder import BagError
 
 
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
@@ -21,19 +23,35 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     parser.add_argument('--check', action='store_true',
                         help='compare with the fields that the live learner published')
     parser.add_argument('--quiet', action='store_true', help='print the last line only')
+    foreign.add_options(parser)
     return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command; return 1 if a recorded field differs from the relearnt one."""
+    if arguments.save is not None and arguments.save.suffix != '.npz':
+        raise UserError(f'--save {arguments.save}: must end in .npz')
+    if not foreign.is_wanted(arguments):
+        return _learn(arguments, arguments.bags)
+    if arguments.into is not None:
+        return _learn(arguments, [foreign.import_all(arguments)])
+    if arguments.check:
+        raise UserError('--check: bags of other recorders hold no field to compare with')
+    learner = foreign.learn_foreign(arguments)
+    _finish(arguments, learner.refresh, learner.trial_field(curious=False))
+    return 0
+
+
+def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
+    """Learn from bags of ours."""
     from experience_cli.episodes import episodes_from_paths
-    from experience_cli.field_file import save_field
     from learner_node.lessons import Lessons
     from msgs_bridge.episodes import read_header
 
-    if arguments.save is not None and arguments.save.suffix != '.npz':
-        raise UserError(f'--save {arguments.save}: must end in .npz')
-    episodes = episodes_from_paths(arguments.bags)
+    try:
+        episodes = episodes_from_paths(paths)
+    except BagError as error:
+        raise UserError(f'{error}; bags of other recorders are learnt with --odom-topic') from None
     header = read_header(episodes[-1].path)
     lessons = Lessons(header.grid, header.parameters)
     differing = []
@@ -45,14 +63,20 @@ def run(arguments: argparse.Namespace) -> int:
             _print(line_from_lesson(lesson))
     if lessons.refresh is None:
         raise UserError('nothing was learnt: there is no demonstration in these bags')
-    if arguments.save is not None:
-        save_field(arguments.save, lessons.refresh, lessons.grid)
-    field = lessons.field()
-    print(f'control_field revision {field.revision} sha256 {digest(field)}')
+    _finish(arguments, lessons.refresh, lessons.field())
     if differing:
         print(f'experience learn: the field recorded in {", ".join(differing)} differs from the '
               f'relearnt one', file=sys.stderr)
     return 1 if differing else 0
+
+
+def _finish(arguments: argparse.Namespace, refresh: Any, field: Any) -> None:
+    """Write the field, and say which one it is."""
+    from experience_cli.field_file import save_field
+
+    if arguments.save is not None:
+        save_field(arguments.save, refresh, field.grid)
+    print(f'control_field revision {field.revision} sha256 {digest(field)}')
 
 
 def _with_progress(episodes: list[Any]) -> Iterator[Any]:

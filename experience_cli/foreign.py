@@ -1,0 +1,136 @@
+"""Bags that others recorded, as demonstrations: for `experience learn`."""
+
+import argparse
+from pathlib import Path
+from typing import Any, Final
+
+from experience_cli.errors import UserError
+
+#: Options that name topics, by role.
+_TOPICS: Final = {'odom': 'odom_topic', 'neighbourhood': 'neighbourhood_topic',
+                  'cmd_vel': 'cmd_vel_topic'}
+#: Options that describe the workspace, and what they are where nothing is said.
+_WORKSPACE: Final = {'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0, 0.0),
+                     'frame': 'odom'}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how a bag of another recorder is to be read."""
+    group = parser.add_argument_group(
+        'bags of other recorders', 'With one of these, the bags are drives that were recorded by '
+        '`ros2 bag record` or the like, MCAP or sqlite3; each is one demonstration.')
+    for role, option in _TOPICS.items():
+        group.add_argument('--' + option.replace('_', '-'), metavar='TOPIC',
+                           help=f'which topic is {role} (the one that is called so)')
+    group.add_argument('--rows', type=int, metavar='N', help='of the workspace (20)')
+    group.add_argument('--cols', type=int, metavar='N', help='of the workspace (20)')
+    group.add_argument('--resolution', type=float, metavar='M', help='side of a cell (0.25 m)')
+    group.add_argument('--origin', type=float, nargs=2, metavar=('X', 'Y'),
+                       help='lower left corner of the workspace (0 0)')
+    group.add_argument('--frame', metavar='NAME', help='of the workspace and the poses (odom)')
+    group.add_argument('--like', type=Path, metavar='BAG',
+                       help='workspace and parameters are those of this bag, or task')
+    group.add_argument('--into', type=Path, metavar='TASK_FOLDER',
+                       help='keep each as the next demonstration of a task, and relearn that')
+
+
+def is_wanted(arguments: argparse.Namespace) -> bool:
+    """Tell whether the bags are said to be those of other recorders."""
+    options = (*_TOPICS.values(), *_WORKSPACE, 'like', 'into')
+    return any(getattr(arguments, option) is not None for option in options)
+
+
+def learn_foreign(arguments: argparse.Namespace) -> Any:
+    """
+    Learn the bags one after the other, without keeping them; return the learner.
+
+    Raises
+    ------
+    UserError, BagError
+        If an argument is wrong, or a bag cannot be read or teaches nothing.
+
+    """
+    from control_field.learner import Learner
+    from msgs_bridge.bag_import import roles_of_topics
+    from msgs_bridge.episodes import open_bag, read_foreign_demonstration
+
+    header = _header(arguments, None)
+    learner = Learner(header.grid, header.parameters)
+    for number, path in enumerate(arguments.bags, start=1):
+        topics = roles_of_topics(open_bag(_there(path)), _names(arguments))
+        demonstration, report, notes = read_foreign_demonstration(
+            path, header.grid, topics, number)
+        refresh = learner.add_demonstration(demonstration)
+        if not arguments.quiet:
+            taught = (f'{len(refresh.prototypes)} prototypes, '
+                      f'basin {refresh.certificate.basin:.1%}')
+            print('; '.join([f'{path} demo  {report}', *notes, taught]))
+    return learner
+
+
+def import_all(arguments: argparse.Namespace) -> Path:
+    """
+    Keep the bags as demonstrations of a task; return the task's folder.
+
+    Raises
+    ------
+    UserError, BagError
+        If an argument is wrong, or a bag cannot be read, teaches nothing or cannot be kept.
+
+    """
+    from msgs_bridge.bag_folder import TaskFolder
+    from msgs_bridge.bag_import import import_demonstration
+
+    folder = arguments.into.absolute()
+    task = TaskFolder(folder.parent, folder.name)
+    header = _header(arguments, task)
+    for path in arguments.bags:
+        episode = import_demonstration(_there(path), task, header, _names(arguments))
+        if not arguments.quiet:
+            print(f'{path} is kept as {episode.path}')
+    return folder
+
+
+def _there(path: Path) -> Path:
+    if not path.exists():
+        raise UserError(f'there is no bag {path}')
+    return path
+
+
+def _names(arguments: argparse.Namespace) -> dict[str, str]:
+    named = {role: getattr(arguments, option) for role, option in _TOPICS.items()}
+    return {role: name for role, name in named.items() if name is not None}
+
+
+def _header(arguments: argparse.Namespace, task: Any) -> Any:
+    """Return the header of a demonstration in the workspace that the arguments describe."""
+    from control_field.parameters import Parameters
+    from experience_cli.episodes import episodes_from_paths
+    from msgs_bridge.bag_folder import EpisodeKind
+    from msgs_bridge.episode_header import EpisodeHeader
+    from msgs_bridge.episodes import read_header
+
+    model = [arguments.like] if arguments.like is not None else (
+        [task.path] if task is not None and task.episodes() else [])
+    if not model:
+        return EpisodeHeader(EpisodeKind.DEMO, '', _grid(arguments), Parameters())
+    found = read_header(episodes_from_paths(model)[-1].path)
+    given = [f'--{name}' for name in _WORKSPACE if getattr(arguments, name) is not None]
+    if given and found.grid != _grid(arguments):
+        raise UserError(f'{given[0]}: the workspace is that of {model[0]}, {found.grid}; leave '
+                        f'the option out')
+    if task is not None and task.episodes():
+        read_header(task.episodes()[-1].path).check_grid(found.grid, task.path)
+    return EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters)
+
+
+def _grid(arguments: argparse.Namespace) -> Any:
+    from control_field.grid import Grid
+
+    values = {name: default if getattr(arguments, name) is None else getattr(arguments, name)
+              for name, default in _WORKSPACE.items()}
+    x, y = values['origin']
+    try:
+        return Grid(values['rows'], values['cols'], values['resolution'], x, y, values['frame'])
+    except ValueError as error:
+        raise UserError(f'the workspace makes no sense: {error}') from None

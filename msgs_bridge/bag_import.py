@@ -1,0 +1,127 @@
+"""Drives that other recorders recorded, taken over as demonstrations of a task."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from msgs_bridge.bag_file import BagWriter, start_bag
+from msgs_bridge.bag_folder import BagError, episode_from_path, EpisodeFolder, TaskFolder
+from msgs_bridge.bag_records import Bag
+from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.episodes import open_bag, read_foreign_demonstration
+
+#: Types that a topic may have to stand for a role, the most likely first.
+ROLES: Final = {
+    'odom': ('nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseStamped',
+             'geometry_msgs/msg/PoseWithCovarianceStamped'),
+    'neighbourhood': ('nav_msgs/msg/OccupancyGrid',),
+    'cmd_vel': ('geometry_msgs/msg/Twist', 'geometry_msgs/msg/TwistStamped')}
+
+
+def roles_of_topics(bag: Bag, names: Mapping[str, str]) -> dict[str, str]:
+    """
+    Return which topic of a bag stands for which role.
+
+    A role that is not named is played by the topic whose name ends in it, `odom` also by the
+    only one of its types.
+
+    Parameters
+    ----------
+    bag : Bag
+    names : mapping of str to str
+        Topics by role, see `ROLES`; with or without the leading slash.
+
+    Raises
+    ------
+    BagError
+        If there is no such topic, it has another type, or nobody knows which one is `odom`; the
+        message names those there are.
+
+    """
+    found = {role: _named(bag, role, name) for role, name in names.items()}
+    for role in ROLES.keys() - names.keys():
+        fitting = _fitting(bag, role)
+        ending = [topic for topic in fitting if topic.rpartition('/')[2] == role]
+        picked = ending or (fitting if role == 'odom' else [])
+        if len(picked) == 1:
+            found[role] = picked[0]
+        elif role == 'odom':
+            raise BagError(f'{bag.path}: which topic is odom? Name one of {_choices(bag, role)}')
+    return found
+
+
+def import_demonstration(
+    path: Path | str, task: TaskFolder, header: EpisodeHeader, names: Mapping[str, str],
+) -> EpisodeFolder:
+    """
+    Write what matters of a foreign bag into the next bag of a task, bytes as they are.
+
+    Parameters
+    ----------
+    path : Path
+        The foreign bag, see `open_bag`.
+    task : TaskFolder
+    header : EpisodeHeader
+        Workspace and parameters of the new bag.
+    names : mapping of str to str
+        Topics by role, see `roles_of_topics`.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, teaches nothing in that workspace, or cannot be written.
+
+    """
+    path = Path(path)
+    bag = open_bag(path)
+    topics = roles_of_topics(bag, names)
+    read_foreign_demonstration(path, header.grid, topics)
+    values = EpisodeHeader(
+        header.kind, task.task, header.grid, header.parameters, topics).to_mapping()
+    writer = start_bag(task, header.kind, {**values, 'imported_from': path.name})
+    try:
+        _copy(bag, topics, writer)
+        writer.close()
+    except BagError:
+        with suppress(BagError):
+            task.remove(episode_from_path(writer.folder).number)
+        raise
+    return episode_from_path(writer.folder)
+
+
+def _copy(bag: Bag, topics: Mapping[str, str], writer: BagWriter) -> None:
+    """Write the messages of some topics in the order they were recorded."""
+    tables = [bag.messages(topic) for topic in sorted(set(topics.values()))]
+    times = np.concatenate([table.log_times for table in tables])
+    which = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
+    rows = np.concatenate([np.arange(len(table)) for table in tables])
+    for place in np.argsort(times, kind='stable').tolist():
+        table = tables[which[place]]
+        writer.write(table.topic, table.type_name, table[int(rows[place])], int(times[place]))
+
+
+def _named(bag: Bag, role: str, name: str) -> str:
+    topic = name if name in bag.topics else f'/{name.lstrip("/")}'
+    if topic not in bag.topics:
+        raise BagError(f'{bag.path} has no topic {name} ({role}), there are '
+                       f'{_choices(bag, role)}')
+    if bag.topics[topic] not in ROLES[role]:
+        raise BagError(f'{bag.path}: {topic} is {bag.topics[topic]}, {role} must be '
+                       f'{" or ".join(ROLES[role])}; there are {_choices(bag, role)}')
+    return topic
+
+
+def _fitting(bag: Bag, role: str) -> list[str]:
+    return sorted(topic for topic, kind in bag.topics.items() if kind in ROLES[role])
+
+
+def _choices(bag: Bag, role: str) -> str:
+    fitting = [f'{topic} ({bag.topics[topic].rpartition("/")[2]})'
+               for topic in _fitting(bag, role)]
+    if fitting:
+        return ', '.join(fitting)
+    others = ', '.join(sorted(bag.topics)) or 'none at all'
+    return f'none of type {" or ".join(ROLES[role])} (topics: {others})'

@@ -1,0 +1,203 @@
+"""`experience learn` on bags of other recorders, written by `rosbags`; nodes start from them."""
+
+from nav_msgs.msg import OccupancyGrid
+import numpy as np
+import pytest
+from rclpy.serialization import serialize_message
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import get_typestore, Stores
+from sensor_msgs.msg import PointCloud2
+
+from bridge_helpers import (
+    demonstration_bag,
+    GRID,
+    nanoseconds,
+    ODOMETRY,
+    raw_odometry,
+    raw_sight,
+)
+from experience_cli.main import main
+from msgs_bridge import qos
+from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.bag_records import BagReader
+from msgs_bridge.episodes import open_bag, read_episode, read_header
+from msgs_bridge.tables import field_from_cloud
+from ros_helpers import collect, start_node, wait_until
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+OCCUPANCY, TWIST = 'nav_msgs/msg/OccupancyGrid', 'geometry_msgs/msg/Twist'
+N = 200
+
+
+def drive(i):
+    """Return stamp and position of a drive along x."""
+    return i / 20, 0.6 + 0.01 * i, 0.6
+
+
+def record(path, topics, storage=StoragePlugin.MCAP, compression=None, frame='odom'):
+    """Record a drive as `ros2 bag record` does; ``topics`` are names by role."""
+    writer = Writer(path, version=9, storage_plugin=storage)
+    if compression is not None:
+        writer.set_compression(compression, CompressionFormat.ZSTD)
+    kinds = {'odom': ODOMETRY, 'other': ODOMETRY, 'neighbourhood': OCCUPANCY, 'cmd_vel': TWIST,
+             'map': OCCUPANCY}
+    with writer:
+        made = {role: writer.add_connection(name, kinds[role], typestore=STORE)
+                for role, name in topics.items()}
+        for i in range(N):
+            stamp, x, y = drive(i)
+            raw = {'odom': raw_odometry(stamp, x, y, frame),
+                   'other': raw_odometry(stamp, 0.0, 0.0, frame),
+                   'neighbourhood': raw_sight(stamp, *GRID.cell_from_world(x, y),
+                                              np.zeros((3, 3))),
+                   'map': serialize_message(OccupancyGrid()),
+                   'cmd_vel': b'\0\1\0\0' + bytes(48)}
+            for role, connection in made.items():
+                writer.write(connection, nanoseconds(stamp), raw[role])
+    return path
+
+
+def learn(*arguments):
+    return main(['learn', *map(str, arguments)])
+
+
+def mistake(capsys, *arguments):
+    """Run the command with a mistake; return the one line it says."""
+    assert learn(*arguments) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    return line
+
+
+NAMES = {'odom': '/tb3/wheel/odometry', 'cmd_vel': '/tb3/teleop/command',
+         'neighbourhood': '/tb3/local/around'}
+OPTIONS = ('--odom-topic', NAMES['odom'], '--cmd-vel-topic', NAMES['cmd_vel'],
+           '--neighbourhood-topic', NAMES['neighbourhood'])
+
+
+@pytest.mark.parametrize(('storage', 'compression'), [
+    (StoragePlugin.SQLITE3, None), (StoragePlugin.MCAP, None),
+    (StoragePlugin.SQLITE3, CompressionMode.MESSAGE),
+    (StoragePlugin.SQLITE3, CompressionMode.FILE), (StoragePlugin.MCAP, CompressionMode.FILE)])
+def test_a_drive_of_another_robot_teaches(tmp_path, capsys, storage, compression):
+    bag = record(tmp_path / 'rosbag2_2025', NAMES, storage, compression)
+    assert learn(bag, *OPTIONS, '--save', tmp_path / 'field.npz') == 0
+    line, last = capsys.readouterr().out.splitlines()
+    assert '9 cells from 200 poses' in line
+    assert last.startswith('control_field revision 1 sha256 ')
+    with np.load(tmp_path / 'field.npz') as saved:
+        assert saved['goal'].tolist() == [2, 10]
+        assert (saved['known'][1:4, 2:11] == 0).all()  # the neighbourhood was read, too
+
+
+def test_topics_that_are_called_so_need_no_name(tmp_path, capsys):
+    bag = record(tmp_path / 'bag', {'odom': '/r1/odom', 'cmd_vel': '/r1/cmd_vel'})
+    assert learn(bag, '--rows', 10, '--cols', 12) == 0
+    only = record(tmp_path / 'only', {'odom': '/pose/filtered'})
+    assert learn(only, '--rows', 10, '--cols', 12) == 0
+    outputs = capsys.readouterr().out.splitlines()
+    assert outputs[1] == outputs[3]
+
+
+def test_the_workspace_can_be_told_or_be_that_of_another_bag(tmp_path, capsys):
+    bag = record(tmp_path / 'bag', {'odom': '/odom'}, frame='map')
+    assert learn(bag, '--frame', 'map', '--resolution', 0.5, '--origin', -1, -1.5, '--save',
+                 tmp_path / 'field.npz') == 0
+    with np.load(tmp_path / 'field.npz') as saved:
+        assert saved['origin'].tolist() == [-1.0, -1.5]
+        assert saved['resolution'] == 0.5
+    ours = demonstration_bag(tmp_path / 'bags')
+    bag = record(tmp_path / 'like', {'odom': '/odom'})
+    assert learn(bag, '--like', ours, '--save', tmp_path / 'field.npz') == 0
+    with np.load(tmp_path / 'field.npz') as saved:
+        assert saved['resolution'] == GRID.resolution
+
+
+class TestInto:
+
+    def test_it_becomes_the_next_demonstration_bytes_as_they_are(self, tmp_path, capsys):
+        bag = record(tmp_path / 'their_bag', NAMES, StoragePlugin.SQLITE3)
+        assert learn(bag, *OPTIONS, '--into', tmp_path / 'bags' / 'shelf') == 0
+        assert learn(bag, *OPTIONS, '--into', tmp_path / 'bags' / 'shelf') == 0
+        task = TaskFolder(tmp_path / 'bags', 'shelf')
+        first, second = task.episodes()
+        assert (first.path.name, second.path.name) == ('0001_demo', '0002_demo')
+        raw = BagReader(first.bag).messages(NAMES['odom'])
+        assert list(raw) == list(open_bag(bag).messages(NAMES['odom']))
+        assert len(raw) == N
+        assert raw.log_times.tolist() == [nanoseconds(i / 20) for i in range(N)]
+        header = read_header(first.path)
+        assert (header.topics, header.task) == (NAMES, 'shelf')
+        assert len(read_episode(first.path).record.cells) == 9
+        assert f'{bag} is kept as {first.path}' in capsys.readouterr().out
+
+    def test_a_task_keeps_its_workspace(self, tmp_path, capsys):
+        demonstration_bag(tmp_path / 'bags')
+        bag = record(tmp_path / 'bag', {'odom': '/odom'})
+        task = TaskFolder(tmp_path / 'bags', 'task1')
+        line = mistake(capsys, bag, '--into', task.path, '--rows', 7)
+        assert '--rows' in line
+        assert learn(bag, '--into', task.path) == 0
+        assert capsys.readouterr().out.splitlines()[-1].startswith('control_field revision 2')
+
+    def test_what_teaches_nothing_leaves_nothing(self, tmp_path, capsys):
+        bag = record(tmp_path / 'bag', {'odom': '/odom'}, frame='map')
+        line = mistake(capsys, bag, '--into', tmp_path / 'bags' / 'task')
+        assert "frame is 'map', must be 'odom'" in line
+        assert not TaskFolder(tmp_path / 'bags', 'task').episodes()
+
+    def test_the_learner_starts_from_it(self, tmp_path, capsys, ros_domain, ros_node):
+        bag = record(tmp_path / 'bag', NAMES, StoragePlugin.SQLITE3)
+        assert learn(bag, *OPTIONS, '--into', tmp_path / 'bags' / 'task') == 0
+        digest = capsys.readouterr().out.split()[-1]
+        fields = collect(ros_node, PointCloud2, 'control_field', qos.LATCHED)
+        with start_node('learner_node.node', tmp_path,
+                        {'bags': str(tmp_path / 'bags')}) as process:
+            wait_until(lambda: fields, node=ros_node, processes=[process], what='the field')
+        from experience_cli.learn import digest as digest_of
+        assert digest_of(field_from_cloud(fields[-1])) == digest
+
+
+class TestMistakes:
+
+    def test_a_topic_that_is_not_there(self, tmp_path, capsys):
+        bag = record(tmp_path / 'bag', {'odom': '/a/one', 'other': '/b/two', 'cmd_vel': '/go'})
+        line = mistake(capsys, bag, '--odom-topic', '/odom')
+        assert 'no topic /odom (odom), there are /a/one (Odometry), /b/two (Odometry)' in line
+        assert '/go' not in line
+        line = mistake(capsys, bag, '--cmd-vel-topic', '/go', '--odom-topic', '/a/one',
+                       '--neighbourhood-topic', '/near')
+        assert 'none of type nav_msgs/msg/OccupancyGrid (topics: /a/one, /b/two, /go)' in line
+
+    def test_a_topic_of_another_type(self, tmp_path, capsys):
+        bag = record(tmp_path / 'bag', {'odom': '/odom', 'cmd_vel': '/cmd_vel'})
+        line = mistake(capsys, bag, '--odom-topic', '/cmd_vel')
+        assert '/cmd_vel is geometry_msgs/msg/Twist' in line
+        assert 'there are /odom (Odometry)' in line
+
+    def test_several_that_may_be_meant(self, tmp_path, capsys):
+        bag = record(tmp_path / 'bag', {'odom': '/a/odom', 'other': '/b/odom'})
+        assert 'Name one of /a/odom (Odometry), /b/odom' in mistake(capsys, bag, '--rows', 9)
+
+    @pytest.mark.parametrize(('options', 'words'), [
+        (['--rows', 0], ['rows', '1 to']), (['--resolution', -1], ['resolution', 'above 0']),
+        (['--rows', 5, '--check'], ['--check']), (['--into', '../../x y'], ['x y', 'letters']),
+        (['--like', 'nope'], ['nope'])])
+    def test_arguments(self, tmp_path, capsys, options, words):
+        bag = record(tmp_path / 'bag', {'odom': '/odom'})
+        line = mistake(capsys, bag, *options)
+        for word in words:
+            assert word in line
+
+    def test_no_bag_at_all(self, tmp_path, capsys):
+        assert 'there is no bag' in mistake(capsys, tmp_path / 'none', '--rows', 5)
+        (tmp_path / 'empty').mkdir()
+        assert 'cannot read' in mistake(capsys, tmp_path / 'empty', '--rows', 5)
+
+    def test_a_foreign_bag_taken_for_one_of_ours(self, tmp_path, capsys):
+        bag = record(tmp_path / 'rosbag2_2025', {'odom': '/odom'})
+        assert '--odom-topic' in mistake(capsys, bag)
+
+
+def test_a_topic_may_be_named_without_its_slash(tmp_path):
+    bag = record(tmp_path / 'bag', {'odom': '/r1/odom', 'map': '/map'})
+    assert learn(bag, '--odom-topic', 'r1/odom', '--quiet') == 0
