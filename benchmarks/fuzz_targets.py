@@ -61,6 +61,8 @@ from msgs_bridge.velocities import (
 GRID: Final = Grid(4, 5, 0.25)
 _POSE: Final = Pose(1.0, 0.6, 0.4, 0.3, 0.1, 0.2, 'odom')
 _NAME: Final = '0001_trial'
+#: Longest error: others must not be able to fill a log.
+_MAX_SENTENCE: Final = 1000
 _NOTES: Final = b"""rosbag2_bagfile_information:
   version: 9
   custom_data:
@@ -90,8 +92,8 @@ class Target:
         try:
             self.read(data)
         except ValueError as error:
-            if '\n' in str(error):
-                raise AssertionError(f'an error of several lines: {error}') from error
+            if '\n' in str(error) or len(str(error)) > _MAX_SENTENCE:
+                raise AssertionError(f'no sentence: {error}') from error
             return False
         return True
 

@@ -64,6 +64,11 @@ class Children:
                 # No other thread runs here that could hold a lock at the fork.
                 preexec_fn=_child_of(os.getpid()))  # noqa: PLW1509
 
+    @property
+    def pids(self) -> dict[str, int]:
+        """Return the process id of every child by its name."""
+        return {name: child.pid for name, child in self._running.items()}
+
     def log(self, name: str) -> Path:
         """Return where a child's output goes."""
         return self.folder / f'{name}.log'

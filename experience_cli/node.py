@@ -62,7 +62,8 @@ class DemoNode:
         self._node.create_subscription(
             DiagnosticArray, '/diagnostics', self._on_diagnostics, 50)
         self._node.create_subscription(Odometry, 'odom', self._on_odometry, qos.ODOMETRY_PUB)
-        self._odometry: Odometry | None = None
+        #: The newest that was heard.
+        self.odometry: Odometry | None = None
 
     def __enter__(self) -> 'DemoNode':
         """Return the node."""
@@ -139,7 +140,7 @@ class DemoNode:
         """Wait until simulator, controller and learner have found each other."""
         def found() -> bool:
             heard = self.learner.get('heard', '').split()
-            return (self._odometry is not None and self.learner.get('phase') == 'idle'
+            return (self.odometry is not None and self.learner.get('phase') == 'idle'
                     and {'odom', 'neighbourhood', 'trial'} <= set(heard)
                     and self._node.count_subscribers('cmd_vel') >= 3
                     and self._node.count_subscribers('initialpose') >= 2)
@@ -158,8 +159,8 @@ class DemoNode:
 
         """
         self._driver, self._n_standing = driver, 0
-        if self._odometry is not None:
-            self._on_odometry(self._odometry)
+        if self.odometry is not None:
+            self._on_odometry(self.odometry)
 
         def is_done() -> bool:
             tell(min(driver.travelled / driver.length, 1.0))
@@ -168,7 +169,7 @@ class DemoNode:
         self.wait_until(is_done, 'the end of the demonstration')
 
     def _on_odometry(self, msg: Odometry) -> None:
-        self._odometry = msg
+        self.odometry = msg
         if self._driver is None:
             return
         pose = pose_from_odometry(msg)

@@ -244,7 +244,7 @@ def _checked(messages: RawMessages, names: dict[str, int], frame_id: str) -> Col
     for number, frame in enumerate(columns.texts('frame_id')):
         if frame.lstrip('/') != frame_id.lstrip('/'):
             _refuse(columns, columns.layout == number,
-                    f'{messages.topic}: frame is {frame!r}, must be {frame_id!r}')
+                    f'{messages.topic}: frame is {frame[:80]!r}, must be {frame_id!r}')
     values = columns.values
     _refuse(columns, (values['sec'] < 0) | (values['nanosec'] >= 1_000_000_000),
             f'{messages.topic}: its stamp is none')

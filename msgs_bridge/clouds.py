@@ -8,6 +8,7 @@ the bytes that are really there.
 import array
 from collections.abc import Iterable
 from itertools import pairwise
+import re
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -21,6 +22,8 @@ _SCALARS: Final = {
     PointField.FLOAT32: '<f4', PointField.FLOAT64: '<f8',
 }
 _DATATYPES: Final = {np.dtype(scalar): number for number, scalar in _SCALARS.items()}
+#: Names of columns that are shown as they are.
+_WORD: Final = re.compile(r'\w{1,40}', re.ASCII)
 
 
 class TableError(ValueError):
@@ -130,7 +133,9 @@ def _offset(msg: Any, wanted: np.dtype[np.void], name: str) -> int:
     """Find a column and compare it with what is wanted."""
     found = [field for field in msg.fields if field.name == name]
     if len(found) != 1:
-        names = ', '.join(field.name[:40] for field in msg.fields[:40])
+        # A name may hold line breaks and worse: what is no plain word is quoted.
+        names = ', '.join(field.name if _WORD.fullmatch(field.name) else repr(field.name[:20])
+                          for field in msg.fields[:20])
         raise TableError(f'column {name} stands {len(found)} times, must once, among: {names}')
     field = found[0]
     column = wanted[name]

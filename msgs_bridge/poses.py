@@ -93,7 +93,7 @@ def check_frame(frame_id: str, expected: str, name: str) -> None:
 
     """
     if frame_id.lstrip('/') != expected.lstrip('/'):
-        raise ValueError(f'{name}: frame is {frame_id!r}, must be {expected!r}')
+        raise ValueError(f'{name}: frame is {frame_id[:80]!r}, must be {expected!r}')
 
 
 def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:

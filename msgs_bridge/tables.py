@@ -156,7 +156,7 @@ def decisions_from_cloud(msg: Any, grid: Grid | None = None) -> npt.NDArray[np.v
     """
     table = _table(msg, EXPERIENCE_DTYPE, 'experience').reshape(-1)
     if grid is not None and msg.header.frame_id != grid.frame_id:
-        raise TableError(f'experience: frame is {msg.header.frame_id!r}, '
+        raise TableError(f'experience: frame is {msg.header.frame_id[:80]!r}, '
                          f'must be {grid.frame_id!r}')
     decisions = np.zeros(table.shape, dtype=DECISION_DTYPE)
     for name in DECISION_DTYPE.names or ():

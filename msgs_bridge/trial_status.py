@@ -140,7 +140,7 @@ def trial_from_status(msg: Any) -> TrialStatus:
 
     """
     if msg.name.rpartition('/')[2].rpartition(' ')[2] != NAME:
-        raise ValueError(f'trial: name is {msg.name!r}, must be {NAME!r}')
+        raise ValueError(f'trial: name is {msg.name[:80]!r}, must be {NAME!r}')
     values = {pair.key: pair.value for pair in msg.values}
     outcome = _value(values, 'outcome')
     return TrialStatus(

@@ -133,3 +133,11 @@ def test_nothing_but_a_table_error_and_no_memory(
 def test_a_column_that_a_cloud_has_not_is_not_written(dtype):
     with pytest.raises(TableError, match='column x is of type'):
         cloud_from_table(np.zeros(1, dtype=dtype), 'odom')
+
+
+def test_names_of_others_cannot_break_lines_nor_fill_a_log():
+    fields = [PointField(name='a\nb' + 'c' * 9999, datatype=7, count=1) for _ in range(99)]
+    msg = PointCloud2(fields=fields)
+    sentence = refusal(lambda: table_from_cloud(msg, DTYPE), TableError)
+    assert '\n' not in sentence
+    assert len(sentence) < 1000
