@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, ExitStack
 from dataclasses import dataclass, field
+import os
 from pathlib import Path
 import sys
 import tempfile
@@ -36,8 +37,8 @@ NODES: Final = ('sim_node', 'control_field_node', 'learner_node')
 _WARM_UP: Final = 0.2
 _LOOK_PERIOD: Final = 1.0
 _MAX_GROWTH: Final = 0.05
-#: Share of the first quarter's speed that the last one may fall to on a machine with others.
-_MIN_SPEED: Final = 0.8
+#: How much more than in the first quarter a tick may cost in the last one.
+_MAX_COST: Final = 1.2
 #: Ticks a second of simulated time.
 _RATE: Final = 20.0
 
@@ -52,12 +53,15 @@ class Watch:
     wall, simulated : list of float, [s]
     memory : dict of list of float, [MB]
         Resident memory of each process.
+    work : dict of list of float, [s]
+        Processor time that each process has used so far.
 
     """
 
     wall: list[float] = field(default_factory=list)
     simulated: list[float] = field(default_factory=list)
     memory: dict[str, list[float]] = field(default_factory=dict)
+    work: dict[str, list[float]] = field(default_factory=dict)
 
     def look(self, pids: dict[str, int], simulated: float) -> None:
         """Look once."""
@@ -65,11 +69,22 @@ class Watch:
         self.simulated.append(simulated)
         for name, pid in pids.items():
             self.memory.setdefault(name, []).append(resident(pid))
+            self.work.setdefault(name, []).append(processor_time(pid))
 
     def speed(self, part: slice) -> float:
-        """Return simulated seconds a second in a part of the run."""
-        wall, simulated = self.wall[part], self.simulated[part]
-        return (simulated[-1] - simulated[0]) / (wall[-1] - wall[0])
+        """Return ticks a second of the wall clock in a part of the run."""
+        wall = self.wall[part]
+        return self.ticks(part) / (wall[-1] - wall[0])
+
+    def ticks(self, part: slice) -> float:
+        """Return how many ticks there were in a part of the run."""
+        simulated = self.simulated[part]
+        return _RATE * (simulated[-1] - simulated[0])
+
+    def cost(self, name: str, part: slice) -> float:
+        """Return the processor time of a process for a tick, [ms], whatever else runs."""
+        work = self.work[name][part]
+        return 1000.0 * (work[-1] - work[0]) / self.ticks(part)
 
     def growth(self, name: str) -> float:
         """Return by which share a process has grown since it was warm."""
@@ -84,6 +99,12 @@ def resident(pid: int) -> float:
         if line.startswith('VmRSS'):
             return int(line.split()[1]) / 1024
     raise ProcessLookupError(pid)
+
+
+def processor_time(pid: int) -> float:
+    """Return the processor time that a process has used, [s]."""
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
 @contextmanager
@@ -143,11 +164,10 @@ def count_decisions(task: TaskFolder) -> tuple[int, int, int, Counter[str]]:
     outcomes: Counter[str] = Counter()
     trials = [episode for episode in task.episodes() if episode.kind is EpisodeKind.TRIAL]
     for episode in trials:
-        last = next(status for _, status in statuses(
-            BagReader(episode.bag).messages('/trial'), newest_first=True))
+        said = [status for _, status in statuses(BagReader(episode.bag).messages('/trial'))]
         record = read_episode(episode.path).record
         assert isinstance(record, Trial)
-        counted += last.decisions
+        counted += max(status.decisions for status in said if status.trial == said[0].trial)
         recorded += len(record.decisions)
         outcomes[str(record.outcome)] += 1
     return len(trials), counted, recorded, outcomes
@@ -156,19 +176,21 @@ def count_decisions(task: TaskFolder) -> tuple[int, int, int, Counter[str]]:
 def report(watch: Watch, task: TaskFolder) -> bool:
     """Print what was measured; tell whether all of it is as it should be."""
     n_trials, counted, recorded, outcomes = count_decisions(task)
-    n = len(watch.wall)
-    first, last = watch.speed(slice(None, n // 4)), watch.speed(slice(-(n // 4), None))
-    growth = {name: watch.growth(name) for name in NODES}
+    quarter = len(watch.wall) // 4
+    first, last = slice(None, quarter), slice(-quarter, None)
     print(f'simulated {watch.simulated[-1]:.0f} s in {watch.wall[-1] - watch.wall[0]:.0f} s, '
           f'{n_trials} trials: {dict(outcomes)}')
     print(f'decisions: {counted} counted by the controller, {recorded} in the bags')
-    print(f'ticks a second: {_RATE * first:.0f} in the first quarter, {_RATE * last:.0f} '
-          f'in the last')
+    print(f'ticks a second: {watch.speed(first):.0f} in the first quarter, '
+          f'{watch.speed(last):.0f} in the last')
+    good = counted == recorded
     for name in NODES:
-        print(f'{name:20} {watch.memory[name][-1]:6.1f} MB at the end, {growth[name]:+.1%} '
-              f'since it was warm')
-    return (counted == recorded and last > _MIN_SPEED * first
-            and max(growth.values()) < _MAX_GROWTH)
+        growth, before, after = watch.growth(name), *(
+            watch.cost(name, part) for part in (first, last))
+        good = good and growth < _MAX_GROWTH and after < _MAX_COST * before
+        print(f'{name:20} {watch.memory[name][-1]:6.1f} MB at the end, {growth:+.1%} since it '
+              f'was warm; {before:.2f} ms of processor a tick, then {after:.2f}')
+    return good
 
 
 def main() -> int:

@@ -26,14 +26,18 @@ DEADLINE = 60.0
 class Suite:
     """The three processes, and a node that talks to them."""
 
-    def __init__(self, folder: Path, domain: int, stack: ExitStack, **learner):
+    def __init__(
+        self, folder: Path, domain: int, stack: ExitStack, namespace: str = '', **learner,
+    ):
         self.folder = folder
+        self._options = {'namespace': f'/{namespace}' if namespace else None,
+                         'env': {'ROS_DOMAIN_ID': str(domain)}}
         self.bags = folder / 'bags'
         self.task = TaskFolder(self.bags, 'task1')
         self.processes: dict[str, Process] = {}
         self._stack = stack
         self._learner = {'bags': str(self.bags), **learner}
-        self.node = stack.enter_context(DemoNode(domain, self._check))
+        self.node = stack.enter_context(DemoNode(domain, self._check, namespace))
         self.fields: list[PointCloud2] = []
         self.node._node.create_subscription(
             PointCloud2, 'control_field', self.fields.append, qos.LATCHED)
@@ -44,7 +48,7 @@ class Suite:
             parameters = {**PARAMETERS[name], **changes}
             if name == 'learner_node':
                 parameters |= self._learner
-            process = start_node(f'{name}.node', self.folder, parameters)
+            process = start_node(f'{name}.node', self.folder, parameters, **self._options)
             self.processes[name] = self._stack.enter_context(process)
 
     def kill(self, name: str):
