@@ -26,6 +26,8 @@ def paper_experiment(name: str, parameters: Parameters, n_trials: int) -> Experi
     """
     Return one of the paper's tasks: shown in the open workspace, tried from where it was shown.
 
+    Only that start is judged.
+
     Parameters
     ----------
     name : str
@@ -44,7 +46,8 @@ def paper_experiment(name: str, parameters: Parameters, n_trials: int) -> Experi
     open_world = GridWorld(np.zeros_like(world.occupancy), parameters)
     return Experiment(
         world.grid, world.occupancy, WAY[-1], [WAY[0]], n_trials, spread=False, teacher='blind',
-        parameters=parameters, demonstrations=(demonstration_from_path(open_world, path, 1),))
+        parameters=parameters, demonstrations=(demonstration_from_path(open_world, path, 1),),
+        start_radius=0.0)
 
 
 def dyna_steps(seed: int, n_trials: int = 12) -> tuple[float, float]:
