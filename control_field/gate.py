@@ -19,7 +19,9 @@ from control_field.limits import Limits, STANDSTILL, Velocity, within_accelerati
 #: Distance kept from what is blocked, beyond the body, [m].
 MARGIN: Final = 0.001
 #: Distance between the points at which the arc is looked at, [m].
-SPACING: Final = 0.01
+SPACING: Final = 0.005
+#: Slower than this is standing, [m/s]; an arc of next to no speed bends without bound.
+SLOWEST: Final = 1e-9
 #: Longest time that one command is taken to last, [s].
 LONGEST_STEP: Final = 0.5
 
@@ -138,8 +140,8 @@ def _clear_of_obstacles(
 ) -> tuple[Velocity, GateReason]:
     """Return the velocity, slowed as far as its braking way needs."""
     v, w = velocity
-    if v == 0.0:
-        return velocity, GateReason.NONE
+    if abs(v) < SLOWEST:
+        return (0.0, w), GateReason.NONE
     low_x, low_y, high_x, high_y = sight.seen
     if not (low_x <= pose[0] <= high_x and low_y <= pose[1] <= high_y):
         return (0.0, w), GateReason.NO_SIGHT
@@ -171,7 +173,7 @@ def is_clear(
     edge = distance_to_edge(x, y, sight.seen)
     if not near and edge >= keep + way:
         return True
-    n_points = max(1, math.ceil(way / SPACING))
+    n_points = max(4, math.ceil(way / SPACING))
     bend = w / abs(v)
     for k in range(1, n_points + 1):
         px, py = _on_arc(x, y, yaw, math.copysign(way * k / n_points, v), bend)

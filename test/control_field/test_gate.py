@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field.gate import distance_to_box, gate, GateReason, LONGEST_STEP, sight_from_cells
+from control_field.gate import (
+    braking_way, distance_to_box, gate, GateReason, LONGEST_STEP, MARGIN, sight_from_cells)
 from control_field.grid import Grid
 from control_field.limits import Limits, STANDSTILL
 from control_field.sight import crop_neighbourhood
@@ -67,6 +68,7 @@ def test_no_limit_is_broken_whatever_is_asked_for(
 
 
 @given(velocities, velocities, st.floats(0.01, 0.2), places, cells)
+@example((5e-324, 1.0), STANDSTILL, 0.125, (2.5, 2.9375, 0.0), FREE)
 def test_no_body_gets_deeper_into_what_the_sight_shows_blocked(
         command, previous, dt, pose, around):
     sight = sight_of(around)
@@ -75,13 +77,17 @@ def test_no_body_gets_deeper_into_what_the_sight_shows_blocked(
         start = distance_to_box(pose[0], pose[1], box)
         for seconds in np.linspace(0.0, dt, 9):
             x, y, _ = after(pose, velocity, seconds)
-            assert distance_to_box(x, y, box) >= min(LIMITS.radius, start) - 1e-9
+            # An arc is looked at point by point: a body that overlaps something already may get
+            # deeper by less than the sagitta between two points.
+            slack = 1e-9 if start >= LIMITS.radius else 2e-4
+            assert distance_to_box(x, y, box) >= min(LIMITS.radius, start) - slack
 
 
 @given(velocities, velocities, steps, places)
 def test_in_the_open_it_only_ramps(command, previous, dt, pose):
     _, reason = gate(command, previous, dt, pose, sight_of(FREE), LIMITS)
-    clear = all(2.25 + 0.15 < c < 3.0 - 0.15 for c in pose[:2])
+    room = LIMITS.radius + MARGIN + braking_way(LIMITS.v_max, min(dt, LONGEST_STEP), LIMITS)
+    clear = all(2.25 + room < c < 3.0 - room for c in pose[:2])
     if clear:
         assert reason in {GateReason.NONE, GateReason.ACCELERATION}
 
