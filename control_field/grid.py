@@ -2,12 +2,17 @@
 
 from dataclasses import dataclass
 import math
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 #: What no integer holds is far outside all the same.
 _FAR = 2.0**62
+
+
+#: What fits into memory, field, Q-matrix and all; 4096 x 4096.
+MOST_CELLS: Final = 2**24
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,9 @@ class Grid:
         for name in ('n_rows', 'n_cols'):
             if not 1 <= getattr(self, name) <= 100_000:
                 raise ValueError(f'grid: {name} is {getattr(self, name)}, must be 1 to 100000')
+        if self.n_rows * self.n_cols > MOST_CELLS:
+            raise ValueError(f'grid: {self.n_rows} x {self.n_cols} cells are more than '
+                             f'{MOST_CELLS}')
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
             raise ValueError(f'grid: resolution is {self.resolution} m, must be above 0')
         if not (math.isfinite(self.origin_x) and math.isfinite(self.origin_y)):
