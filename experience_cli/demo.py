@@ -28,8 +28,8 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         "it try, and draw the paper's figures.")
     parser.add_argument('--out', type=Path, default=Path('out/demo'), metavar='FOLDER',
                         help='where everything goes (%(default)s)')
-    parser.add_argument('--tasks', default='1,2', metavar='LIST',
-                        help='which tasks, or names of worlds (%(default)s)')
+    parser.add_argument('--tasks', metavar='LIST',
+                        help='which tasks, or names of worlds (1,2; with --attach 1)')
     parser.add_argument('--trials', type=int, default=6, metavar='N', help='(%(default)s)')
     parser.add_argument('--profile', choices=('paper', 'full'), default='full',
                         help='equations 1 to 7 to the letter, or with what keeps their promise '
@@ -37,26 +37,45 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     parser.add_argument('--seed', type=int, default=0, metavar='N', help='(%(default)s)')
     parser.add_argument('--realtime', action='store_true',
                         help='as slow as a real robot, to watch it in RViz')
+    parser.add_argument('--attach', action='store_true',
+                        help='start no nodes: use the simulator, controller and learner that run '
+                        'in this ROS domain already, and write nothing beside their bags')
+    parser.add_argument('--namespace', default='', metavar='NAME',
+                        help='of the nodes that run already')
     return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the demo; return 0 if the paper's result was shown."""
     began = time.monotonic()
-    tasks = [f'task{name}' if name.isdigit() else name
-             for name in arguments.tasks.split(',') if name]
-    if not tasks:
-        raise UserError(f'--tasks {arguments.tasks!r} names no task, must be like 1,2')
-    if not 1 <= arguments.trials <= 10_000:
-        raise UserError(f'--trials {arguments.trials}: must be between 1 and 10000')
-    if arguments.seed < 0:
-        raise UserError(f'--seed {arguments.seed}: must be 0 or more')
+    tasks = _checked_tasks(arguments)
     worlds = _load_worlds(tasks)
+    if arguments.attach:
+        from experience_cli.attach import attach
+
+        return attach(tasks[0], arguments)
     out = _prepare(arguments.out, tasks)
     with own_domain() as environment:
         for task in tasks:
             _teach_and_try(task, arguments, out, environment)
     return _report(tasks, worlds, arguments, out, began)
+
+
+def _checked_tasks(arguments: argparse.Namespace) -> list[str]:
+    """Return the names of the worlds; UserError if an argument is wrong."""
+    listed = arguments.tasks if arguments.tasks is not None else '1' if arguments.attach else '1,2'
+    tasks = [f'task{name}' if name.isdigit() else name for name in listed.split(',') if name]
+    if not tasks:
+        raise UserError(f'--tasks {listed!r} names no task, must be like 1,2')
+    if not 1 <= arguments.trials <= 10_000:
+        raise UserError(f'--trials {arguments.trials}: must be between 1 and 10000')
+    if arguments.seed < 0:
+        raise UserError(f'--seed {arguments.seed}: must be 0 or more')
+    if arguments.attach and len(tasks) > 1:
+        raise UserError(f'--tasks {listed}: with --attach one task, the learner that runs has one')
+    if arguments.namespace and not arguments.attach:
+        raise UserError(f'--namespace {arguments.namespace}: is for --attach only')
+    return tasks
 
 
 def _load_worlds(tasks: list[str]) -> dict[str, Any]:
@@ -103,8 +122,6 @@ def node_parameters(
 def _teach_and_try(
     task: str, arguments: argparse.Namespace, out: Path, environment: Mapping[str, str],
 ) -> None:
-    from control_field.grid import Grid
-    from experience_cli.driver import Driver, points_from_cells
     from experience_cli.node import DemoNode
 
     domain = environment.get('ROS_DOMAIN_ID')
@@ -115,17 +132,31 @@ def _teach_and_try(
             children.start_node(name, parameters)
         with DemoNode(int(domain) if domain else None, children.check) as node, progress:
             node.wait_for_peers()
-            node.ask('learner_node/record_demonstration', True)
-            node.drive(Driver(points_from_cells(Grid(20, 20, 0.25), WAY)),
-                       lambda share: progress.show(f'demonstration: {share:.0%} of the way'))
-            progress.keep(node.ask('learner_node/record_demonstration', False))
-            node.set_parameter('sim_node', 'world', task)
-            node.ask('learner_node/run_trials')
-            _watch(node, arguments.trials, progress)
+            teach(node, progress)
+            try_it(node, task, arguments.trials, progress)
 
 
-def _watch(node: Any, n_trials: int, progress: Progress) -> None:
-    """Show the trials until the learner has learnt from the last one."""
+def teach(node: Any, progress: Progress) -> None:
+    """Drive the demonstration, and keep it."""
+    from control_field.grid import Grid
+    from experience_cli.driver import Driver, points_from_cells
+
+    node.ask('learner_node/record_demonstration', True)
+    node.drive(Driver(points_from_cells(Grid(20, 20, 0.25), WAY)),
+               lambda share: progress.show(f'demonstration: {share:.0%} of the way'))
+    progress.keep(node.ask('learner_node/record_demonstration', False))
+
+
+def try_it(node: Any, task: str, n_trials: int, progress: Progress) -> None:
+    """Let the world of the task appear, and the trials run."""
+    revision = int(node.learner['revision'])
+    node.set_parameter('sim_node', 'world', task)
+    node.ask('learner_node/run_trials')
+    _watch(node, n_trials, max(revision, 1) + n_trials, progress)
+
+
+def _watch(node: Any, n_trials: int, revision: int, progress: Progress) -> None:
+    """Show the trials until the learner has learnt from the last one, to a revision."""
     told = 0
 
     def is_done() -> bool:
@@ -137,7 +168,7 @@ def _watch(node: Any, n_trials: int, progress: Progress) -> None:
             else:
                 told = status.trial
                 progress.keep(status.sentence)
-        return (int(learner.get('revision', 0)) > n_trials and learner.get('phase') == 'idle'
+        return (int(learner.get('revision', 0)) >= revision and learner.get('phase') == 'idle'
                 and learner.get('trials_left') == '0')
 
     node.wait_until(is_done, 'the end of the trials', patience=60.0 * n_trials + 60.0)

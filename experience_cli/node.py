@@ -1,6 +1,7 @@
 """The demo's own node: drives the demonstration, changes the world, watches the trials."""
 
 from collections.abc import Callable
+import math
 import time
 from types import TracebackType
 from typing import Any, Final
@@ -10,10 +11,12 @@ from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import SetParameters
 import rclpy
+from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from rclpy.validate_namespace import validate_namespace
 from std_srvs.srv import SetBool, Trigger
 
 from experience_cli.driver import Driver
@@ -27,6 +30,7 @@ from msgs_bridge.velocities import fill_twist
 PATIENCE: Final = 60.0
 #: Ticks that the driver stands still at the end, so that the robot has surely stopped.
 _STANDING: Final = 3
+_COMMAND_TYPE: Final = 'geometry_msgs/msg/TwistStamped'
 
 
 class DemoNode:
@@ -39,15 +43,29 @@ class DemoNode:
         ROS domain; None: as the environment says.
     check : callable
         Called while waiting; raises when there is nothing left to wait for.
+    namespace : str
+        Of the nodes it deals with.
+
+    Raises
+    ------
+    UserError
+        If the namespace is none.
 
     """
 
-    def __init__(self, domain: int | None, check: Callable[[], None]) -> None:
+    def __init__(
+        self, domain: int | None, check: Callable[[], None], namespace: str = '',
+    ) -> None:
+        try:
+            validate_namespace('/' + namespace.lstrip('/'))
+        except InvalidNamespaceException:
+            raise UserError(f'{namespace!r} is no namespace, must be like robot1') from None
         self._check = check
         self._context = rclpy.Context()
         rclpy.init(args=[], context=self._context, domain_id=domain,
                    signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node('experience_demo', context=self._context, use_global_arguments=False)
+        self._node = Node('experience_demo', namespace=namespace, context=self._context,
+                          use_global_arguments=False)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self.status: TrialStatus | None = None
@@ -146,6 +164,11 @@ class DemoNode:
                     and self._node.count_subscribers('initialpose') >= 2)
 
         self.wait_until(found, 'simulator, controller and learner')
+        kinds = {info.topic_type for info in self._node.get_subscriptions_info_by_topic(
+            self._node.resolve_topic_name('cmd_vel'))}
+        if _COMMAND_TYPE not in kinds:
+            raise UserError(f'cmd_vel is read as {" and ".join(sorted(kinds))}, must be '
+                            f'{_COMMAND_TYPE}: start the nodes with enable_stamped_cmd_vel: true')
 
     def drive(self, driver: Driver, tell: Callable[[float], None]) -> None:
         """
@@ -159,14 +182,21 @@ class DemoNode:
 
         """
         self._driver, self._n_standing = driver, 0
+        moved = [-1.0, time.monotonic()]
         if self.odometry is not None:
             self._on_odometry(self.odometry)
 
         def is_done() -> bool:
             tell(min(driver.travelled / driver.length, 1.0))
-            return self._driver is None
+            if driver.travelled > moved[0]:
+                moved[:] = driver.travelled, time.monotonic()
+            return self._driver is None or time.monotonic() - moved[1] > PATIENCE
 
-        self.wait_until(is_done, 'the end of the demonstration')
+        self.wait_until(is_done, 'the end of the demonstration', math.inf)
+        if self._driver is not None:
+            self._driver = None
+            raise UserError(f'the robot does not move: it came {driver.travelled:.1f} m far of '
+                            f'{driver.length:.1f} m')
 
     def _on_odometry(self, msg: Odometry) -> None:
         self.odometry = msg
@@ -187,6 +217,7 @@ class DemoNode:
         self.status = trial_from_status(msg)
 
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
+        ours = f'{self._node.get_namespace().strip("/")}/learner_node: learner'.lstrip('/')
         for status in msg.status:
-            if status.name.endswith('learner_node: learner'):
+            if status.name == ours:
                 self.learner = {pair.key: pair.value for pair in status.values}

@@ -1,36 +1,50 @@
 """
-Start simulator, controller and learner on one of the paper's tasks, for a person to watch.
+Teach and try one of the paper's tasks in real time, for a person to watch.
+
+Simulator, controller and learner are started; `experience demo --attach` drives the demonstration
+in the open workspace, lets the task's obstacles appear and has the robot try. The nodes go on
+after that, for more trials or demonstrations, until Ctrl-C.
 
 `ros2 launch experience_controller demo.launch.py task:=1 rviz:=true`
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, ExecuteProcess
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
-from launch_ros.substitutions import FindPackageShare
+from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
 PACKAGE = 'experience_controller'
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the three nodes, and RViz if it is asked for."""
+    """Return the three nodes, who teaches them, and RViz if it is asked for."""
     config = PathJoinSubstitution([FindPackageShare(PACKAGE), 'config'])
     task = ['task', LaunchConfiguration('task')]
-    world = ParameterValue([config, '/worlds/', *task, '.yaml'], value_type=str)
     return LaunchDescription([
         *arguments(),
-        node('sim_node', {'world': world, 'speed_factor': argument('speed_factor', float)}),
+        node('sim_node', {'world': 'open', 'speed_factor': argument('speed_factor', float)}),
         node('control_field_node', {}),
         node('learner_node', {
             'task': ParameterValue(task, value_type=str),
             'bags': argument('bags', str),
             'auto_trials': argument('trials', int),
         }),
+        teacher(),
         *rviz(PathJoinSubstitution([config, 'experience.rviz'])),
     ])
+
+
+def teacher() -> ExecuteProcess:
+    """Return who shows the robot the way once, and lets it try."""
+    return ExecuteProcess(
+        cmd=[ExecutableInPackage('experience', PACKAGE), 'demo', '--attach',
+             '--tasks', LaunchConfiguration('task'), '--trials', LaunchConfiguration('trials'),
+             # One word: an empty namespace must not look like a missing one.
+             ['--namespace=', LaunchConfiguration('namespace')]],
+        name='teacher', output='screen')
 
 
 def rviz(config: PathJoinSubstitution) -> list[Node]:

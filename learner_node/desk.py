@@ -77,11 +77,13 @@ class Desk:
 
     def _on_run(self, _: Any, response: Any) -> Any:
         n = self._session.settings.auto_trials
-        return self._at_once(
-            response, partial(self._session.run_trials, n), f'{n} trials are run')
+        return self._at_once(response, partial(
+            self._node.change_trials, partial(self._session.run_trials, n)), f'{n} trials are run')
 
     def _on_stop(self, _: Any, response: Any) -> Any:
-        return self._at_once(response, self._session.stop_trials, 'no more trials are run')
+        return self._at_once(
+            response, partial(self._node.change_trials, self._session.stop_trials),
+            'no more trials are run')
 
     def _try(self, request: Request) -> tuple[bool, str]:
         """Do what is asked for; return whether it can be done, and why not."""

@@ -26,7 +26,7 @@ from learner_node import effects as to
 from learner_node.desk import Desk
 from learner_node.lessons import Lesson
 from learner_node.library import Library
-from learner_node.phases import Peers, Phase
+from learner_node.phases import IN_TRIAL, Peers, Phase
 from learner_node.publications import Publications
 from learner_node.recorder import Raw, Recorder, stamp_of
 from learner_node.reports import diagnostic_from_session, sentence_from_lesson
@@ -284,6 +284,13 @@ class LearnerNode(Node):
         return Raw(self.resolve_topic_name(topic), type_name(type(message)),
                    bytes(serialize_message(message)), self._now(topic='', cdr=b''))
 
+    def change_trials(self, change: Callable[[float], to.Effects], now: float) -> to.Effects:
+        """Begin or stop trials; those from chosen starts drive on a field of their own."""
+        effects = change(now)
+        if self._settings.starts == 'spread' and self._session.phase not in IN_TRIAL:
+            self._publish_field(self._session.n_left > 0)
+        return effects
+
     # What was learnt
 
     def relearn_after(self, change: str, *arguments: Any) -> None:
@@ -331,7 +338,8 @@ class LearnerNode(Node):
         missing = self._settings.auto_trials - self._library.n_trials
         if (self._settings.auto_start and missing > 0 and refresh is not None
                 and self._session.phase is Phase.IDLE):
-            self.carry_out(self._session.run_trials(missing, time.monotonic()))
+            self.carry_out(self.change_trials(
+                partial(self._session.run_trials, missing), time.monotonic()))
 
     def _publish_field(self, more_trials: bool = False) -> None:
         refresh = self._library.refresh

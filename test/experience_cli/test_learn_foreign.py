@@ -1,13 +1,5 @@
 """`experience learn` on bags of other recorders, written by `rosbags`; nodes start from them."""
 
-from nav_msgs.msg import OccupancyGrid
-import numpy as np
-import pytest
-from rclpy.serialization import serialize_message
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import get_typestore, Stores
-from sensor_msgs.msg import PointCloud2
-
 from bridge_helpers import (
     demonstration_bag,
     GRID,
@@ -16,6 +8,14 @@ from bridge_helpers import (
     raw_odometry,
     raw_sight,
 )
+from nav_msgs.msg import OccupancyGrid
+import numpy as np
+import pytest
+from rclpy.serialization import serialize_message
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import get_typestore, Stores
+from sensor_msgs.msg import PointCloud2
+
 from experience_cli.main import main
 from msgs_bridge import qos
 from msgs_bridge.bag_folder import TaskFolder

@@ -28,6 +28,18 @@ def test_it_starts_our_executables():
     assert strings_of_calls('node') == {'sim_node', 'control_field_node', 'learner_node'} & ours
 
 
+def test_what_teaches_is_ours_and_understood():
+    assert strings_of_calls('ExecutableInPackage') == {'experience'}
+    from experience_cli.main import parser
+    text = LAUNCH.read_text()
+    options = [option for option in ('--attach', '--tasks', '--trials', '--namespace=')
+               if f"'{option}" in text]
+    assert len(options) == 4
+    arguments = parser().parse_args(['demo', '--attach', '--tasks', '1', '--trials', '2',
+                                     '--namespace='])
+    assert (arguments.attach, arguments.namespace) == (True, '')
+
+
 def test_every_argument_is_declared():
     declared = strings_of_calls('DeclareLaunchArgument')
     used = strings_of_calls('LaunchConfiguration') | strings_of_calls('argument')
@@ -53,4 +65,4 @@ def test_launch_reads_it():
     spec = spec_from_file_location('demo_launch', LAUNCH)
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
-    assert len(module.generate_launch_description().entities) == 6 + 3 + 2
+    assert len(module.generate_launch_description().entities) == 6 + 3 + 1 + 2

@@ -1,0 +1,61 @@
+"""`experience demo --attach` teaches nodes that others have started, in a namespace, for real."""
+
+from contextlib import ExitStack
+import sys
+
+import pytest
+
+from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
+from ros_helpers import Process, start_node
+from suite_helpers import PARAMETERS
+
+pytestmark = pytest.mark.slow
+COMMAND = [sys.executable, '-m', 'experience_cli.main', 'demo', '--attach', '--trials', '1']
+
+
+def start_nodes(stack, folder, namespace, lockstep):
+    """Start the three nodes in a namespace, as demo.launch.py does."""
+    for name, usual in PARAMETERS.items():
+        parameters = {**usual, 'lockstep': lockstep}
+        if name == 'sim_node' and not lockstep:
+            parameters |= {'speed_factor': 3.0, 'rate': 20.0}
+        if name == 'learner_node':
+            parameters['bags'] = str(folder / 'bags')
+        stack.enter_context(start_node(
+            f'{name}.node', folder, parameters, namespace=namespace))
+
+
+def attach(folder, *arguments):
+    process = Process([*COMMAND, *arguments], folder, name='experience')
+    code = process.wait(90.0)
+    return code, process
+
+
+@pytest.mark.parametrize(('namespace', 'lockstep'), [('/robots/r1', True), ('/', False)])
+def test_it_teaches_and_tries_and_leaves_the_nodes_alone(
+    ros_domain, tmp_path, namespace, lockstep,
+):
+    with ExitStack() as stack:
+        start_nodes(stack, tmp_path, namespace, lockstep)
+        code, process = attach(tmp_path, f'--namespace={namespace}')
+        assert code == 0, process.report()
+        task = TaskFolder(tmp_path / 'bags', 'task1')
+        assert [episode.kind for episode in task.episodes()] == [
+            EpisodeKind.DEMO, EpisodeKind.TRIAL]
+        # Who was taught is not taught again.
+        code, process = attach(tmp_path, f'--namespace={namespace}')
+        assert code == 0, process.report()
+        assert 'knows the way (2 bags)' in process.stdout
+        assert [episode.kind for episode in task.episodes()][2:] == [EpisodeKind.TRIAL]
+
+
+@pytest.mark.parametrize(('arguments', 'words'), [
+    (['--tasks', '1,2'], ['--tasks', 'one task']),
+    (['--namespace', 'a b'], ["'a b'", 'namespace']),
+])
+def test_mistakes_are_one_line(ros_domain, tmp_path, arguments, words):
+    code, process = attach(tmp_path, *arguments)
+    assert code == 2
+    [line] = process.stderr.splitlines()
+    for word in words:
+        assert word in line

@@ -1,0 +1,103 @@
+"""Trials from starts that the learner chooses, on the real nodes in lock-step."""
+
+import numpy as np
+import pytest
+
+from control_field.records import Outcome
+from experience_cli.learn import field_bytes
+from learner_node.lessons import Lessons
+from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.bag_records import BagReader
+from msgs_bridge.cdr import POINT_CLOUD, struct_from_cdr
+from msgs_bridge.episodes import find_topic, read_header
+from msgs_bridge.tables import field_from_cloud
+from sim_node.world import find_world, load_world
+from suite_helpers import running_suite
+
+pytestmark = pytest.mark.slow
+N_TRIALS = 6
+
+
+@pytest.fixture(scope='module')
+def spread(ros_domain, tmp_path_factory):
+    """Teach task 1 and run trials from chosen starts; return the task and the live bytes."""
+    folder = tmp_path_factory.mktemp('spread') / 'suite'
+    with running_suite(folder, ros_domain, starts='spread', auto_trials=N_TRIALS) as suite:
+        suite.demonstrate()
+        suite.node.ask('learner_node/run_trials')
+        suite.wait_for_revision(1 + N_TRIALS)
+        suite.wait(lambda: field_from_cloud(suite.fields[-1]).revision == 1 + N_TRIALS,
+                   'the last field')
+        return suite.task, suite.live_bytes()
+
+
+def fold(task):
+    """Learn the bags anew; yield each bag with the fold before it, and the lesson of it."""
+    header = read_header(task.episodes()[0].path)
+    lessons = Lessons(header.grid, header.parameters)
+    for episode in task.episodes():
+        curious = field_bytes(lessons.field(curious=True)) if lessons.refresh else b''
+        plain = field_bytes(lessons.field()) if lessons.refresh else b''
+        asked = [lessons.promising_start(rank) for rank in range(400)] if lessons.refresh else []
+        yield episode, (curious, plain, asked), lessons.learn(episode), lessons
+
+
+def test_live_and_relearnt_field_are_the_same_bytes(spread):
+    task, live = spread
+    *_, (_, _, _, lessons) = fold(task)
+    assert field_bytes(lessons.field()) == live
+
+
+def test_the_known_share_of_the_workspace_grows(spread):
+    known = [float((lesson.refresh.field.known != -1).mean())
+             for _, _, lesson, _ in fold(spread[0])]
+    assert known == sorted(known)
+    assert known[-1] > known[0] + 0.1
+
+
+def test_every_start_is_the_best_one_that_is_free(spread):
+    occupancy = load_world(find_world('task1')).occupancy
+    for episode, (_, _, asked), lesson, lessons in fold(spread[0]):
+        if episode.kind is EpisodeKind.DEMO:
+            continue
+        first = lesson.read.record.decisions[0]
+        cells = [lessons.grid.cell_from_world(start.x, start.y) for start in asked]
+        start = int(first['row']), int(first['col'])
+        rank = cells.index(start)
+        # Whatever was proposed before it lies in what the learner did not know of.
+        assert occupancy[start] == 0
+        assert all(occupancy[cell] != 0 for cell in cells[:rank])
+
+
+def test_every_trial_drives_on_the_curious_field(spread):
+    n_special = 0
+    for episode, (curious, plain, _), _, _ in fold(spread[0]):
+        if episode.kind is EpisodeKind.TRIAL:
+            bag = BagReader(episode.bag)
+            recorded = bag.messages(find_topic(bag.topics, 'control_field', {}))
+            assert struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes() == curious
+            n_special += curious != plain
+    assert n_special > 0
+
+
+def test_no_trial_collides(spread):
+    outcomes = [lesson.read.status.outcome for episode, _, lesson, _ in fold(spread[0])
+                if episode.kind is EpisodeKind.TRIAL]
+    assert len(outcomes) == N_TRIALS
+    assert Outcome.COLLISION not in outcomes
+
+
+def test_a_start_in_an_obstacle_gives_way_to_the_next(ros_domain, tmp_path):
+    world = load_world(find_world('task1'))
+    rows, cols = np.nonzero(world.occupancy)
+    inside = world.grid.world_from_cell(int(rows[0]), int(cols[0]))
+    free = world.grid.world_from_cell(3, 3)
+    poses = [*inside, 0.0, *free, 0.0]
+    with running_suite(tmp_path / 'suite', ros_domain, start_poses=poses,
+                       auto_trials=1) as suite:
+        suite.demonstrate()
+        suite.node.ask('learner_node/run_trials')
+        suite.wait_for_revision(2)
+    *_, (_, _, lesson, _) = fold(suite.task)
+    first = lesson.read.record.decisions[0]
+    assert (first['row'], first['col']) == (3, 3)
