@@ -204,7 +204,8 @@ class ControlField:
     grid : Grid
         The workspace.
     revision : int
-        Number of episodes it was learnt from; grows by one with every refresh.
+        Number of episodes it was learnt from; grows by one with every refresh, and is used again
+        once a bag was dropped.
     goal : tuple of int
         ``(row, col)`` where a trial ends.
     vx, vy : ndarray of float32, shape (n_rows, n_cols)

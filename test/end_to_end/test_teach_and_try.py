@@ -6,6 +6,7 @@ import time
 import pytest
 
 from control_field.records import Outcome
+from experience_cli.errors import UserError
 from experience_cli.learn import field_bytes
 from learner_node.lessons import Lessons
 from msgs_bridge.bag_folder import EpisodeKind
@@ -74,6 +75,25 @@ def test_a_restarted_learner_publishes_the_same_field(taught, ros_domain, tmp_pa
     task, live, _, _ = taught[0]
     with running_suite(tmp_path / 'again', ros_domain, bags=str(task.root)) as suite:
         assert suite.live_bytes() == live
+
+
+def test_without_its_demonstration_no_trial_starts(ros_domain, tmp_path):
+    with running_suite(tmp_path / 'dropped', ros_domain) as suite:
+        suite.demonstrate()
+        suite.wait(lambda: suite.node.status.revision == 1, 'the field in force')
+        suite.node.ask('learner_node/drop_last')
+        suite.wait(lambda: suite.node.status.revision == 0, 'the void field in force')
+        for service in ('control_field_node/start_trial', 'learner_node/run_trials'):
+            with pytest.raises(UserError, match=r'no control field|nothing was learnt'):
+                suite.node.ask(service)
+        # The revision of before comes again, with what is shown now.
+        suite.node.set_parameter('sim_node', 'world', 'open')
+        suite.node.ask('sim_node/reset')
+        suite.wait(lambda: suite.node.odometry.pose.pose.position.y < 1.0, 'the robot set back')
+        suite.demonstrate()
+        suite.wait(lambda: suite.node.status.revision == 1, 'the next field in force')
+        suite.node.ask('learner_node/run_trials')
+        suite.wait_for_revision(3)
 
 
 def test_learning_and_pushing_take_less_than_a_fifth_of_a_second(ros_domain, tmp_path):
