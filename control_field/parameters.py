@@ -61,8 +61,8 @@ class Parameters:
     rehearsal: bool = parameter(
         True, 'full profile: experience replay over the remembered map between trials')
     repair: bool = parameter(
-        True, 'full profile, with rehearsal: prototypes that mend cells whose flow ends in a wall or '
-        'a loop')
+        True, 'full profile, with rehearsal: prototypes that mend cells whose flow ends in a wall '
+        'or a loop')
     pruning: bool = parameter(
         True, 'full profile: drop prototypes without which no course is worse')
     demonstration_advantage: float = parameter(

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from msgs_bridge.bag_records import RawMessages
-from msgs_bridge.cdr import DESCRIBED, CdrError, Fields, Layout, layout_from_cdr
+from msgs_bridge.cdr import CdrError, DESCRIBED, Fields, Layout, layout_from_cdr
 
 #: Layouts that are looked for among all messages; what has none of them is parsed one by one.
 MAX_LAYOUTS: Final = 16

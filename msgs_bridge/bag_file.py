@@ -1,23 +1,18 @@
 """Writing bags: MCAP as rosbag2 writes it, in small chunks that survive a kill."""
 
-import os
-import re
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+import os
 from pathlib import Path
-from typing import IO, Final, cast
+import re
+import time
+from typing import cast, Final, IO
 
 from mcap.writer import CompressionType, Writer
 
-from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder, error_line, mcap_path
+from msgs_bridge.bag_folder import BagError, EpisodeKind, error_line, mcap_path, TaskFolder
 from msgs_bridge.bag_metadata import (
-    BagSummary,
-    OfferedQos,
-    TopicSummary,
-    known_qos,
-    write_metadata,
-)
+    BagSummary, known_qos, OfferedQos, TopicSummary, write_metadata)
 from msgs_bridge.type_definitions import message_definition, type_hash
 
 #: A chunk is written when it holds so many bytes, or so much time has gone by since the last

@@ -4,16 +4,16 @@ The folders that bags live in: ``bags/<task>/<NNNN>_<demo|trial>/``.
 Nothing here reads a bag; it names, numbers and lists them.
 """
 
-import fcntl
-import os
-import re
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
+import fcntl
 from itertools import pairwise
+import os
 from pathlib import Path
+import re
+import shutil
 from typing import Final
 
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')

@@ -1,11 +1,11 @@
 """What a person said of a bag afterwards, kept beside the recording in ``metadata.yaml``."""
 
-import re
 from pathlib import Path
+import re
 from typing import Final
 
 from msgs_bridge.bag_folder import BagError, error_line
-from msgs_bridge.bag_metadata import NAME, custom_data, with_custom_data, write_atomically
+from msgs_bridge.bag_metadata import custom_data, NAME, with_custom_data, write_atomically
 from msgs_bridge.trial_status import Label
 
 #: The key in rosbag2's ``custom_data``.

@@ -1,11 +1,11 @@
 """rosbag2's ``metadata.yaml``, version 9, as Jazzy writes it."""
 
-import os
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+import os
 from pathlib import Path
+import re
 from typing import Final
 
 from msgs_bridge.bag_folder import BagError, error_line

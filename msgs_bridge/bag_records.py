@@ -1,8 +1,8 @@
 """Reading bags: the raw messages of a topic, without decoding or copying them."""
 
-import mmap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+import mmap
 from pathlib import Path
 from typing import Final, Protocol
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from msgs_bridge.bag_folder import BagError, error_line
 from msgs_bridge.mcap_index import message_heads, read_index, take
-from msgs_bridge.mcap_scan import MESSAGE, RECORD, Channel, McapIndex, scan
+from msgs_bridge.mcap_scan import Channel, McapIndex, MESSAGE, RECORD, scan
 
 _NOTHING: Final = np.zeros(0, dtype=np.int64)
 

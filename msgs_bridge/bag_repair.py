@@ -1,19 +1,13 @@
 """Mending bags whose recorder was killed or ran out of disk."""
 
-import os
 from contextlib import suppress
 from dataclasses import dataclass
+import os
 from pathlib import Path
 
 from msgs_bridge.bag_file import HEADER_NAME, McapFile
-from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder, error_line, mcap_path
-from msgs_bridge.bag_metadata import (
-    NAME,
-    BagSummary,
-    TopicSummary,
-    sync_folder,
-    write_metadata,
-)
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line, mcap_path, TaskFolder
+from msgs_bridge.bag_metadata import BagSummary, NAME, sync_folder, TopicSummary, write_metadata
 from msgs_bridge.bag_records import BagReader
 
 

@@ -14,12 +14,12 @@ from control_field.records import DECISION_DTYPE
 from control_field.sight import BLOCKED, FREE, UNKNOWN
 from msgs_bridge.bag_columns import Columns, Group, groups, read_columns
 from msgs_bridge.bag_records import RawMessages
-from msgs_bridge.cdr import DESCRIBED, DIAGNOSTIC_STATUS, POINT_CLOUD, CdrError, struct_from_cdr
+from msgs_bridge.cdr import CdrError, DESCRIBED, DIAGNOSTIC_STATUS, POINT_CLOUD, struct_from_cdr
 from msgs_bridge.clouds import TableError
 from msgs_bridge.neighbourhoods import ALIGNMENT_TOLERANCE, MAX_TURN, RESOLUTION_TOLERANCE
 from msgs_bridge.poses import QUATERNION_TOLERANCE
 from msgs_bridge.tables import decisions_from_cloud
-from msgs_bridge.trial_status import TrialStatus, trial_from_status
+from msgs_bridge.trial_status import trial_from_status, TrialStatus
 
 _STAMP: Final = {'sec': 1, 'nanosec': 1}
 _POSE: Final = dict.fromkeys(('x', 'y', 'qx', 'qy', 'qz', 'qw'), 1)

@@ -1,9 +1,9 @@
 """Cutting a bag to a span of time; the recording as it was is kept beside it."""
 
-import os
-import shutil
 from contextlib import suppress
+import os
 from pathlib import Path
+import shutil
 from typing import Final
 
 from msgs_bridge.bag_file import HEADER_NAME, McapFile

@@ -5,8 +5,8 @@ Only the messages that bags are learnt from are described here. A message is hos
 checked: no length is believed that the bytes do not bear out.
 """
 
-import struct
 from dataclasses import dataclass, field
+import struct
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np

@@ -1,8 +1,8 @@
 """What a bag says of itself before its first message."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+import json
 from pathlib import Path
 from typing import Any, Final
 

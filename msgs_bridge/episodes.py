@@ -8,17 +8,11 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from control_field.demonstration import DemonstrationReport, demonstration_from_poses
+from control_field.demonstration import demonstration_from_poses, DemonstrationReport
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from msgs_bridge.bag_folder import (
-    BagError,
-    EpisodeFolder,
-    EpisodeKind,
-    TaskFolder,
-    episode_from_path,
-    mcap_path,
-)
+    BagError, episode_from_path, EpisodeFolder, EpisodeKind, mcap_path, TaskFolder)
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table, pose_table, sight_table, statuses

@@ -3,9 +3,9 @@
 import math
 from typing import Final
 
+from geometry_msgs.msg import Point
 import numpy as np
 import numpy.typing as npt
-from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 

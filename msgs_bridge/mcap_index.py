@@ -1,38 +1,17 @@
 """Where the messages of an MCAP file are: from its index, all at once."""
 
-import struct
-import zlib
 from collections.abc import Iterator
+import struct
 from typing import Final
+import zlib
 
 import numpy as np
 import numpy.typing as npt
 
 from msgs_bridge.mcap_scan import (
-    CHANNEL_OP,
-    CHUNK_INDEX_OP,
-    FOOTER_OP,
-    MAGIC,
-    MESSAGE,
-    MESSAGE_INDEX_OP,
-    MESSAGE_OP,
-    METADATA_INDEX_OP,
-    METADATA_OP,
-    RECORD,
-    SCHEMA_OP,
-    START,
-    STATISTICS_OP,
-    U4,
-    U8,
-    CompressedError,
-    Cursor,
-    CutError,
-    McapIndex,
-    Schema,
-    read_channel,
-    read_schema,
-    scan,
-)
+    CHANNEL_OP, CHUNK_INDEX_OP, CompressedError, Cursor, CutError, FOOTER_OP, MAGIC, McapIndex,
+    MESSAGE, MESSAGE_INDEX_OP, MESSAGE_OP, METADATA_INDEX_OP, METADATA_OP, read_channel,
+    read_schema, RECORD, scan, Schema, SCHEMA_OP, START, STATISTICS_OP, U4, U8)
 
 _FOOTER_BYTES: Final = RECORD + 20
 #: Bytes of a message index before its entries, and of a chunk index without offsets, compression.

@@ -5,10 +5,10 @@ A file is hostile until checked: every length is compared with the bytes that ar
 anything is read, and nothing is allocated that a header merely claims.
 """
 
-import struct
-import zlib
 from dataclasses import dataclass, field
+import struct
 from typing import Final, NamedTuple
+import zlib
 
 import numpy as np
 import numpy.typing as npt

@@ -3,18 +3,14 @@
 from dataclasses import dataclass
 from typing import Any, Final
 
+from nav_msgs.msg import OccupancyGrid
 import numpy as np
 import numpy.typing as npt
-from nav_msgs.msg import OccupancyGrid
 
 from control_field.grid import Grid
 from control_field.sight import BLOCKED, FREE, UNKNOWN
 from msgs_bridge.poses import (
-    check_frame,
-    seconds_from_stamp,
-    stamp_from_seconds,
-    yaw_from_quaternion,
-)
+    check_frame, seconds_from_stamp, stamp_from_seconds, yaw_from_quaternion)
 
 #: How far a neighbourhood may lie off the workspace's cells, in cells, and its resolution off
 #: the workspace's, as a share. The message carries the resolution as float32.

@@ -1,16 +1,12 @@
 """ROS parameters declared from a dataclass: one description for the core and for `ros2 param`."""
 
-import math
 from collections.abc import Callable, Collection
 from dataclasses import Field, fields, replace
+import math
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
+    FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter

@@ -1,8 +1,8 @@
 """Poses of the robot: Odometry, PoseStamped, PoseWithCovarianceStamped, and their stamps."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 from typing import Any, Final
 
 from builtin_interfaces.msg import Time

@@ -6,10 +6,10 @@ imported, by starting the interpreter anew. A child that inherits the mark but n
 to load anything; a child that inherits neither finds its own way.
 """
 
-import os
-import sys
 from collections.abc import Mapping
+import os
 from pathlib import Path
+import sys
 
 _MARK = '_ROS_WHEELS_BOOTSTRAP_COMPLETE'
 

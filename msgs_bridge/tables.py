@@ -8,16 +8,10 @@ from sensor_msgs.msg import PointCloud2
 
 from control_field.grid import Grid
 from control_field.headings import N_HEADINGS, UNIT
-from control_field.records import DECISION_DTYPE, CellFlag, ControlField, Kind, Prototypes
+from control_field.records import CellFlag, ControlField, DECISION_DTYPE, Kind, Prototypes
 from control_field.sight import BLOCKED, FREE, UNKNOWN
 from msgs_bridge.clouds import (
-    TableError,
-    check_column,
-    check_in,
-    cloud_from_table,
-    first_bad,
-    table_from_cloud,
-)
+    check_column, check_in, cloud_from_table, first_bad, table_from_cloud, TableError)
 
 #: Version of all three tables.
 VERSION: Final = 1

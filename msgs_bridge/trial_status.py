@@ -1,9 +1,9 @@
 """How a trial stands: the DiagnosticStatus on `trial`."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+import math
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue

@@ -1,12 +1,12 @@
 """Message definitions and type hashes, read from the share folders of the installed packages."""
 
-import json
-import os
-import re
-import sys
 from collections.abc import Iterator
 from functools import cache
+import json
+import os
 from pathlib import Path
+import re
+import sys
 
 from msgs_bridge.bag_folder import BagError
 

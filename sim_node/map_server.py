@@ -13,7 +13,7 @@ from PIL import Image
 import yaml  # type: ignore[import-untyped, unused-ignore]
 
 from control_field.sight import BLOCKED, FREE
-from sim_node.map_error import WorldError, check_size, open_map, read_bytes
+from sim_node.map_error import check_size, open_map, read_bytes, WorldError
 
 _YAML_LIMIT: Final = 64 * 1024
 _FORMATS: Final = ('PPM', 'PNG', 'BMP')  # Pillow calls PGM 'PPM'

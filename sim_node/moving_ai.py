@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.sight import BLOCKED, FREE
-from sim_node.map_error import MAX_CELLS, WorldError, check_size, read_bytes
+from sim_node.map_error import check_size, MAX_CELLS, read_bytes, WorldError
 
 _FREE: Final = b'.GS'
 _BLOCKED: Final = b'@OTW'

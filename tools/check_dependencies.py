@@ -20,8 +20,7 @@ ROOMS = (
 RUN_CODE = (*ROOMS, 'launch')
 TEST_CODE = ('test', 'benchmarks')
 OURS = frozenset((
-    *ROOMS, 'bridge_helpers', 'controller_helpers', 'ros_helpers', 'terminal_helpers',
-    'benchmarks', 'tools'))
+    *ROOMS, *(path.stem for path in (ROOT / 'test').glob('*.py')), 'benchmarks', 'tools'))
 
 # Import name -> rosdep key, looked up in rosdistro (rosdep/python.yaml, jazzy/distribution.yaml).
 KEYS = {
@@ -45,6 +44,7 @@ KEYS = {
     'rclpy': 'rclpy',
     'rosbags': 'python3-rosbags-pip',
     'rosgraph_msgs': 'rosgraph_msgs',
+    'ruamel': 'python3-ruamel.yaml',
     'rosidl_runtime_py': 'rosidl_runtime_py',
     'scipy': 'python3-scipy',
     'sensor_msgs': 'sensor_msgs',
@@ -58,8 +58,9 @@ KEYS = {
 # Declared for what launch files and pytest start, not for an import.
 TOOLS = frozenset({
     'python3-pytest-timeout', 'python3-pytest-xdist', 'ros2launch', 'rviz2', 'tf2_ros'})
-# Nothing on a robot imports these; they come with the virtual environment only.
-VENV_ONLY = frozenset({'setuptools'})
+# Nothing on a robot imports these; they come with the virtual environment, or are installed by who
+# wants them (atheris).
+VENV_ONLY = frozenset({'setuptools', 'atheris'})
 
 
 class Import(NamedTuple):

@@ -2,7 +2,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from strategies import knowns, rules, seeds, steady
 
 from control_field import compiled
 from control_field.certificate import certify, fidelity_of
@@ -10,6 +9,7 @@ from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, UNIT
 from control_field.kernels import is_barred, step_allowed
 from control_field.records import ControlField
+from strategies import knowns, rules, seeds, steady
 
 
 def field_of(known, headings, goal, coherence=None):

@@ -2,7 +2,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from strategies import few, leg, lessons, practise, steady, taught
 
 from control_field import compiled
 from control_field.compose import compose
@@ -13,6 +12,7 @@ from control_field.memory import Memory
 from control_field.parameters import Parameters
 from control_field.policy import rules_of
 from control_field.records import CellFlag
+from strategies import few, leg, lessons, practise, steady, taught
 
 #: A wall with a gap, between the way shown and the rest.
 WALLED = np.zeros((9, 9), np.int8)

@@ -4,10 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from strategies import drives, leg, steady
 
 from control_field.demonstration import demonstration_from_poses
 from control_field.grid import Grid
+from strategies import drives, leg, steady
 
 GRID = Grid(20, 20, 0.25, -1.0, 2.0)
 L_SHAPE = leg((3, 2), (3, 15), (16, 15))

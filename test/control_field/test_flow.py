@@ -1,11 +1,11 @@
 from hypothesis import given
 import numpy as np
 import pytest
-from strategies import knowns, rules, seeds, steady
 
 from control_field import compiled
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels import is_barred, step_allowed
+from strategies import knowns, rules, seeds, steady
 
 
 def scene_of(known, seed):

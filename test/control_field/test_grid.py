@@ -4,9 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from strategies import steady
 
 from control_field.grid import Grid
+from strategies import steady
 
 grids = st.builds(
     Grid, st.integers(1, 300), st.integers(1, 300), st.floats(0.01, 10.0),

@@ -4,12 +4,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from strategies import headings, steady
 
 from control_field.field_kernels import heading_of
 from control_field.headings import (
     heading_from_step, heading_from_vector, headings_from_vectors, STEP_COL, STEP_LENGTH, STEP_ROW,
     turn_between, UNIT)
+from strategies import headings, steady
 
 numbers = st.floats(allow_nan=True, allow_infinity=True)
 

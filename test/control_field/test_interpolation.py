@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, KDTree
 from scipy.spatial.distance import cdist
-from strategies import steady
 
 from control_field.headings import UNIT
 from control_field.interpolation import interpolate, weight_from_q
+from strategies import steady
 
 powers = st.floats(0.5, 16.0)
 numbers = st.integers(-50, 50).map(lambda k: k / 4)

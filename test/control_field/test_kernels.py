@@ -2,17 +2,17 @@ import math
 
 from hypothesis import given
 from hypothesis import strategies as st
-from kernel_scenes import Scene
 import networkx as nx
 import numpy as np
 import pytest
-from strategies import few, knowns, rules, seeds, steady
 
 from control_field import (
     compiled, field_kernels, flow_kernels, kernels, mending_kernels, rehearsal_kernels,
     trial_kernels)
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.interpolation import interpolate
+from kernel_scenes import Scene
+from strategies import few, knowns, rules, seeds, steady
 
 BODY = (False, False, 8)
 

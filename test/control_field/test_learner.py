@@ -2,7 +2,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from strategies import demonstration_of, few, leg, lessons, practise, taught
 
 from control_field.certificate import certify
 from control_field.grid import Grid
@@ -10,6 +9,7 @@ from control_field.learner import Learner
 from control_field.parameters import Parameters
 from control_field.policy import rules_of
 from control_field.records import DECISION_DTYPE, Outcome, Trial
+from strategies import demonstration_of, few, leg, lessons, practise, taught
 
 WALLED = np.zeros((7, 7), np.int8)
 WALLED[3, 1:6] = 100

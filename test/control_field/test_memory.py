@@ -2,7 +2,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from strategies import demonstration_of, drives, leg, lessons, practise, steady, taught
 
 from control_field.grid import Grid
 from control_field.headings import heading_from_step
@@ -10,6 +9,7 @@ from control_field.memory import loop_erased, Memory
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Kind, Outcome, Trial
 from control_field.simulation import GridWorld
+from strategies import demonstration_of, drives, leg, lessons, practise, steady, taught
 
 OPEN = np.zeros((6, 6), np.int8)
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from strategies import demonstration_of, leg
 
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.learner import Learner
@@ -14,6 +13,7 @@ from control_field.policy import TrialPolicy
 from control_field.records import CellFlag, ControlField, Outcome, Trial
 from control_field.simulation import GridWorld
 from sim_node.world import load_world
+from strategies import demonstration_of, leg
 
 WORLDS = Path(__file__).resolve().parents[2] / 'config' / 'worlds'
 START, CORNER, GOAL = (3, 2), (3, 15), (16, 15)

@@ -4,9 +4,9 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from strategies import steady, taught
 
 from control_field.parameters import Parameters
+from strategies import steady, taught
 
 NUMBERS = [spec for spec in fields(Parameters) if spec.type in ('float', 'int', float, int)]
 

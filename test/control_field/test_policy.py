@@ -2,7 +2,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from strategies import few, lessons, seeds, steady, taught
 
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, turn_between, UNIT
@@ -10,6 +9,7 @@ from control_field.parameters import Parameters
 from control_field.policy import cost_from_q, TrialPolicy
 from control_field.records import ControlField, DECISION_DTYPE, Kind
 from control_field.simulation import GridWorld
+from strategies import few, lessons, seeds, steady, taught
 
 EAST, NORTH_EAST, NORTH, WEST = 0, 1, 2, 4
 AROUND = 0xFF

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from strategies import demonstration_of
 
 from control_field.grid import Grid
 from control_field.records import (
     ControlField, DECISION_DTYPE, Demonstration, Kind, Outcome, Prototypes, Trial)
+from strategies import demonstration_of
 
 
 def arrays(n):

@@ -3,7 +3,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 import numpy as np
 import pytest
-from strategies import knowns, masks, steady
 
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels import allowed_steps, remember_sight
@@ -11,6 +10,7 @@ from control_field.sight import (
     allowed_from_blocked, BLOCKED, crop_neighbourhood, FREE, masks_from_neighbourhood,
     neighbourhood_from_masks, UNKNOWN)
 from control_field.trial_kernels import see
+from strategies import knowns, masks, steady
 
 
 @given(masks, masks)

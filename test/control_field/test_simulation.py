@@ -2,7 +2,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from strategies import few, leg, lessons, practise, seeds, steady, taught
 
 from control_field import simulation
 from control_field.headings import STEP_LENGTH
@@ -10,6 +9,7 @@ from control_field.kernels import allowed_steps
 from control_field.parameters import Parameters
 from control_field.records import Kind
 from control_field.simulation import GridWorld
+from strategies import few, leg, lessons, practise, seeds, steady, taught
 
 
 def world_of(lesson, **values):

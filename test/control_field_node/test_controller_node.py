@@ -2,7 +2,6 @@ import math
 import os
 import signal
 
-from controller_helpers import GRID, straight_field
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
@@ -10,21 +9,17 @@ import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
-import ros_helpers
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
 from control_field.records import Kind, Outcome
+from controller_helpers import GRID, straight_field
 from msgs_bridge import qos
 from msgs_bridge.neighbourhoods import grid_from_neighbourhood, Neighbourhood
-from msgs_bridge.poses import (
-    initialpose_from_pose,
-    odometry_from_pose,
-    Pose,
-    seconds_from_stamp,
-)
+from msgs_bridge.poses import initialpose_from_pose, odometry_from_pose, Pose, seconds_from_stamp
 from msgs_bridge.tables import cloud_from_field, decisions_from_cloud
 from msgs_bridge.trial_status import State, trial_from_status
+import ros_helpers
 
 GOAL = (3, 8)
 #: A goal behind the obstacle of the world `task1`.

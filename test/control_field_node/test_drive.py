@@ -1,6 +1,5 @@
 import math
 
-from controller_helpers import GRID
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
@@ -12,6 +11,7 @@ from control_field.limits import Limits, STANDSTILL
 from control_field.sight import allowed_from_blocked, crop_neighbourhood, masks_from_neighbourhood
 from control_field_node.drive import Drive
 from control_field_node.seen import cached_seen, seen_from_neighbourhood
+from controller_helpers import GRID
 from msgs_bridge.neighbourhoods import Neighbourhood
 from msgs_bridge.poses import Pose
 

@@ -3,7 +3,6 @@ import dataclasses
 import math
 from pathlib import Path
 
-from controller_helpers import straight_field
 import numpy as np
 import pytest
 
@@ -12,6 +11,7 @@ from control_field import policy
 from control_field_node import localisation, trial_run
 from control_field_node.localisation import Localisation
 from control_field_node.settings import DECISION_PARAMETERS, Settings
+from controller_helpers import straight_field
 from msgs_bridge.neighbourhoods import Neighbourhood
 from msgs_bridge.poses import Pose
 

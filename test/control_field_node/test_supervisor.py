@@ -1,7 +1,6 @@
 import dataclasses
 import math
 
-from controller_helpers import GRID, straight_field
 import numpy as np
 import pytest
 
@@ -13,6 +12,7 @@ from control_field.sight import crop_neighbourhood
 from control_field.watch import StopReason
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
+from controller_helpers import GRID, straight_field
 from msgs_bridge.neighbourhoods import Neighbourhood
 from msgs_bridge.poses import Pose
 from msgs_bridge.trial_status import State

@@ -3,11 +3,11 @@
 import json
 import sys
 
-from bridge_helpers import demonstration_bag, GRID, random_decisions, raw_decisions, raw_status
 import numpy as np
 from PIL import Image
 import pytest
 
+from bridge_helpers import demonstration_bag, GRID, random_decisions, raw_decisions, raw_status
 from control_field.records import Outcome
 from experience_cli.learn import digest, field_bytes
 from experience_cli.main import main

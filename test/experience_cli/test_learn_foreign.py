@@ -1,13 +1,5 @@
 """`experience learn` on bags of other recorders, written by `rosbags`; nodes start from them."""
 
-from bridge_helpers import (
-    demonstration_bag,
-    GRID,
-    nanoseconds,
-    ODOMETRY,
-    raw_odometry,
-    raw_sight,
-)
 from nav_msgs.msg import OccupancyGrid
 import numpy as np
 import pytest
@@ -16,6 +8,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import get_typestore, Stores
 from sensor_msgs.msg import PointCloud2
 
+from bridge_helpers import demonstration_bag, GRID, nanoseconds, ODOMETRY, raw_odometry, raw_sight
 from experience_cli.main import main
 from msgs_bridge import qos
 from msgs_bridge.bag_folder import TaskFolder

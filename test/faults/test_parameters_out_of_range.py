@@ -7,7 +7,6 @@ import math
 import pytest
 import rclpy
 from rclpy.parameter import Parameter
-import ros_helpers
 
 from control_field.parameters import Parameters
 from control_field_node import settings as controller
@@ -16,6 +15,7 @@ from learner_node import settings as learner
 from learner_node.node import LearnerNode
 from msgs_bridge import sight_settings as sight
 from msgs_bridge.neighbourhood_node import NeighbourhoodNode
+import ros_helpers
 from sim_node import parameters as simulator
 from sim_node.node import SimNode
 from teleop_node import settings as teleop

@@ -5,20 +5,20 @@ from itertools import pairwise
 import math
 import signal
 
-from controller_helpers import straight_field
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 import pytest
-from ros_helpers import call, collect, node_command, Process, run, start_node, wait_until
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
 from control_field.records import Outcome
+from controller_helpers import straight_field
 from msgs_bridge import qos
 from msgs_bridge.poses import seconds_from_stamp
 from msgs_bridge.tables import cloud_from_field
 from msgs_bridge.trial_status import trial_from_status
+from ros_helpers import call, collect, node_command, Process, run, start_node, wait_until
 
 TIMEOUT = 0.5
 SPEED = 0.15

@@ -4,14 +4,14 @@ from contextlib import contextmanager, ExitStack
 
 from diagnostic_msgs.msg import DiagnosticArray
 import pytest
-import ros_helpers
 from rosbags.highlevel import AnyReader
-from suite_helpers import Suite
 
 from control_field.records import Outcome
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.episodes import read_episode
 from msgs_bridge.tables import field_from_cloud
+import ros_helpers
+from suite_helpers import Suite
 
 pytestmark = pytest.mark.slow
 
@@ -49,22 +49,25 @@ def outcomes(task):
             if episode.kind is EpisodeKind.TRIAL]
 
 
-def is_quiet(suite):
-    """Let a suite's node hear what has come meanwhile."""
-    for _ in range(50):
-        suite.node.wait_until(lambda: True, 'nothing')
+def settled(suite):
+    """Hear all that is under way; return where the robot is, and when, once nothing more comes."""
+    n_quiet = 0
+    while n_quiet < 30:
+        before = suite.node.odometry
         ros_helpers.spin_some(suite.node._node)
+        n_quiet = n_quiet + 1 if suite.node.odometry is before else 0
+    return odometry(suite)
 
 
 def drives_alone(mover, other):
     """Teach and try with one suite; the other's robot, time, field and bags stay as they are."""
     other.node.wait_for_peers()
-    before, learner, bags = odometry(other), dict(other.node.learner), len(other.task.episodes())
+    before = settled(other)
+    learner, bags = dict(other.node.learner), len(other.task.episodes())
     mover.demonstrate()
     mover.node.ask('learner_node/run_trials')
     mover.wait_for_revision(3)
-    is_quiet(other)
-    assert odometry(other) == before
+    assert settled(other) == before
     assert other.node.learner == learner
     assert len(other.task.episodes()) == bags
     assert outcomes(mover.task) == [Outcome.GOAL] * 2

@@ -2,9 +2,9 @@
 
 import threading
 
-from bridge_helpers import demonstration_bag, GRID
 import pytest
 
+from bridge_helpers import demonstration_bag, GRID
 from control_field.parameters import Parameters
 from learner_node.library import Library, set_aside
 from learner_node.recorder import Raw, Recorder, stamp_of

@@ -1,6 +1,7 @@
 """Columns: always what parsing message by message gives, whatever is mixed."""
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 from rosbags.typesys import get_typestore, Stores

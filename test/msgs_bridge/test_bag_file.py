@@ -10,13 +10,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import get_typestore, Stores
 
-from bridge_helpers import (
-    demonstration_bag,
-    ODOMETRY,
-    raw_odometry,
-    run_python,
-    write_drive,
-)
+from bridge_helpers import demonstration_bag, ODOMETRY, raw_odometry, run_python, write_drive
 from msgs_bridge.bag_file import BagWriter, start_bag
 from msgs_bridge.bag_folder import BagError, mcap_path, TaskFolder
 from msgs_bridge.bag_metadata import OfferedQos

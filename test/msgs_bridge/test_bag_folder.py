@@ -4,18 +4,13 @@ from concurrent.futures import ThreadPoolExecutor
 import os
 from pathlib import Path
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 
 from bridge_helpers import refusal, run_python
 from msgs_bridge.bag_folder import (
-    BagError,
-    check_task_name,
-    episode_from_path,
-    EpisodeKind,
-    TaskFolder,
-    tasks,
-)
+    BagError, check_task_name, episode_from_path, EpisodeKind, TaskFolder, tasks)
 
 MANY = """
 import sys

@@ -1,21 +1,14 @@
 """What a person said of a bag: kept beside it, heeded when it is learnt from."""
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 from rosbags.rosbag2 import Reader
 import yaml
 
 from bridge_helpers import (
-    CLOUD,
-    demonstration_bag,
-    GRID,
-    random_decisions,
-    raw_decisions,
-    raw_status,
-    STATUS,
-    trial_bag,
-    write_drive,
-)
+    CLOUD, demonstration_bag, GRID, random_decisions, raw_decisions, raw_status, STATUS, trial_bag,
+    write_drive)
 from control_field.records import Outcome
 from msgs_bridge.bag_file import start_bag
 from msgs_bridge.bag_folder import BagError, EpisodeKind, mcap_path, TaskFolder

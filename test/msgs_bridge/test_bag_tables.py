@@ -2,26 +2,15 @@
 
 import math
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 
 from bridge_helpers import (
-    CLOUD,
-    GRID,
-    message_class,
-    OCCUPANCY,
-    ODOMETRY,
-    random_decisions,
-    raw_decisions,
-    raw_odometry,
-    raw_sight,
-    raw_status,
-    refusal,
-    spoil,
-    STATUS,
-)
+    CLOUD, GRID, message_class, OCCUPANCY, ODOMETRY, random_decisions, raw_decisions, raw_odometry,
+    raw_sight, raw_status, refusal, spoil, STATUS)
 from control_field.records import Outcome
 from control_field.sight import masks_from_neighbourhood
 from msgs_bridge.bag_records import RawMessages

@@ -2,7 +2,8 @@
 
 import tracemalloc
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message

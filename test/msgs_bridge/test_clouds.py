@@ -3,7 +3,8 @@
 import array
 import tracemalloc
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2, PointField

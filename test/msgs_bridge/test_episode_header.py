@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 
 from bridge_helpers import grids, refusal

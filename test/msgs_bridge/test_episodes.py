@@ -8,21 +8,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import get_typestore, Stores
 
 from bridge_helpers import (
-    CLOUD,
-    demonstration_bag,
-    GRID,
-    nanoseconds,
-    OCCUPANCY,
-    ODOMETRY,
-    random_decisions,
-    raw_decisions,
-    raw_odometry,
-    raw_sight,
-    raw_status,
-    STATUS,
-    trial_bag,
-    write_drive,
-)
+    CLOUD, demonstration_bag, GRID, nanoseconds, OCCUPANCY, ODOMETRY, random_decisions,
+    raw_decisions, raw_odometry, raw_sight, raw_status, STATUS, trial_bag, write_drive)
 from control_field.grid import Grid
 from control_field.records import Outcome
 from msgs_bridge.bag_file import start_bag
@@ -31,14 +18,8 @@ from msgs_bridge.bag_repair import repair_bag
 from msgs_bridge.bag_tables import pose_table, sight_table
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import (
-    find_topic,
-    NothingToLearnError,
-    open_bag,
-    read_episode,
-    read_foreign_demonstration,
-    read_header,
-    read_task,
-)
+    find_topic, NothingToLearnError, open_bag, read_episode, read_foreign_demonstration,
+    read_header, read_task)
 from msgs_bridge.trial_status import Label, State
 
 STORE = get_typestore(Stores.ROS2_JAZZY)

@@ -4,7 +4,8 @@ from io import BytesIO
 import struct
 import tracemalloc
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from mcap.writer import CompressionType, IndexType, Writer
 import numpy as np
 import pytest

@@ -3,19 +3,16 @@
 import array
 import math
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 
 from bridge_helpers import grids, spoil
 from control_field.grid import Grid
 from msgs_bridge.neighbourhoods import (
-    grid_from_neighbourhood,
-    map_from_occupancy,
-    Neighbourhood,
-    neighbourhood_from_grid,
-    occupancy_from_map,
-)
+    grid_from_neighbourhood, map_from_occupancy, Neighbourhood, neighbourhood_from_grid,
+    occupancy_from_map)
 
 GRID = Grid(20, 30, 0.25, -1.0, 2.0)
 states = st.lists(st.sampled_from([0, 100, -1]), min_size=9, max_size=9)

@@ -3,23 +3,15 @@
 import math
 
 from builtin_interfaces.msg import Time
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 
 from bridge_helpers import poses, spoil
 from msgs_bridge.poses import (
-    check_frame,
-    initialpose_from_pose,
-    odometry_from_pose,
-    Pose,
-    pose_from_initialpose,
-    pose_from_odometry,
-    pose_from_pose_stamped,
-    pose_stamped_from_pose,
-    seconds_from_stamp,
-    stamp_from_seconds,
-    yaw_from_quaternion,
-)
+    check_frame, initialpose_from_pose, odometry_from_pose, Pose, pose_from_initialpose,
+    pose_from_odometry, pose_from_pose_stamped, pose_stamped_from_pose, seconds_from_stamp,
+    stamp_from_seconds, yaw_from_quaternion)
 
 POSE = Pose(1.5, 2.0, 3.0, 0.5, 0.1, 0.2)
 

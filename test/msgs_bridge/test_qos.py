@@ -1,7 +1,7 @@
 """The profiles fit each other: whoever is meant to hear a topic does."""
 
 import pytest
-from rclpy.qos import QoSCompatibility, qos_check_compatible
+from rclpy.qos import qos_check_compatible, QoSCompatibility
 
 from msgs_bridge import qos
 

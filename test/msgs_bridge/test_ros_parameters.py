@@ -2,11 +2,11 @@ from dataclasses import dataclass, fields
 
 import pytest
 from rclpy.parameter import Parameter
-import ros_helpers
 
 from control_field.parameters import check_fields, parameter, Parameters
 from control_field_node.settings import Settings
 from msgs_bridge.parameters import declare_parameters_from, descriptor_from_field
+import ros_helpers
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,8 @@
 
 from functools import partial
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
@@ -12,16 +13,8 @@ from bridge_helpers import grids, random_decisions, random_field, random_prototy
 from control_field.grid import Grid
 from msgs_bridge.clouds import cloud_from_table, TableError
 from msgs_bridge.tables import (
-    cloud_from_decisions,
-    cloud_from_field,
-    cloud_from_prototypes,
-    decisions_from_cloud,
-    EXPERIENCE_DTYPE,
-    FIELD_DTYPE,
-    field_from_cloud,
-    PROTOTYPE_DTYPE,
-    prototypes_from_cloud,
-)
+    cloud_from_decisions, cloud_from_field, cloud_from_prototypes, decisions_from_cloud,
+    EXPERIENCE_DTYPE, FIELD_DTYPE, field_from_cloud, PROTOTYPE_DTYPE, prototypes_from_cloud)
 
 GRID = Grid(4, 5, 0.25, -1.0, 2.0)
 COLUMNS = ('vx', 'vy', 'coherence', 'q', 'known', 'flags')

@@ -12,7 +12,6 @@ import pytest
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
-import ros_helpers
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
@@ -20,12 +19,8 @@ from std_srvs.srv import Trigger
 from control_field.grid import Grid
 from msgs_bridge import qos
 from msgs_bridge.neighbourhoods import neighbourhood_from_grid, occupancy_from_map
-from msgs_bridge.poses import (
-    initialpose_from_pose,
-    Pose,
-    pose_from_odometry,
-    seconds_from_stamp,
-)
+from msgs_bridge.poses import initialpose_from_pose, Pose, pose_from_odometry, seconds_from_stamp
+import ros_helpers
 from sim_node.world import find_world, load_world
 
 GRID = Grid(20, 20, 0.25)

@@ -5,15 +5,16 @@ from pathlib import Path
 import struct
 import zlib
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 import numpy as np
 from PIL import Image
 import pytest
 
 from control_field.grid import Grid
-from control_field.sight import allowed_from_blocked, crop_neighbourhood, masks_from_neighbourhood
 from control_field.headings import N_HEADINGS, STEP_COL, STEP_ROW
+from control_field.sight import allowed_from_blocked, crop_neighbourhood, masks_from_neighbourhood
 from sim_node.world import find_world, load_world, save_world, World, world_folders, WorldError
 
 YAML = """\
