@@ -146,6 +146,10 @@ def _scan() -> LaserScan:
         angle_increment=0.5, range_min=0.1, range_max=3.0, ranges=[0.2, 1.0, np.inf, np.nan, 9.0])
 
 
+def _place(pose: Pose) -> None:
+    GRID.cell_from_world(pose.x, pose.y)
+
+
 def _see(source: str) -> Callable[[Any], None]:
     """Return what a neighbourhood is made of a message with."""
     maker = NeighbourhoodMaker(SightSettings(source=source, rows=4, cols=5))
@@ -261,9 +265,9 @@ def targets() -> dict[str, Target]:
         'prototypes': _target(cloud_from_prototypes(_prototypes(), GRID), prototypes_from_cloud),
         'decisions': _target(rows, decisions_from_cloud,
                              lambda msg: decisions_from_cloud(msg, GRID)),
-        'odometry': _target(odometry, pose_from_odometry),
-        'goal_pose': _target(clicked, pose_from_pose_stamped),
-        'initialpose': _target(placed, pose_from_initialpose, lambda msg:
+        'odometry': _target(odometry, lambda msg: _place(pose_from_odometry(msg))),
+        'goal_pose': _target(clicked, lambda msg: _place(pose_from_pose_stamped(msg))),
+        'initialpose': _target(placed, lambda msg: _place(pose_from_initialpose(msg)), lambda msg:
                                variances_from_covariance(msg.pose.covariance, 'initialpose')),
         'twist': _target(twist_from_velocity(0.1, 0.2), velocity_from_twist),
         'twist_stamped': _target(twist_stamped_from_velocity(

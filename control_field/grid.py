@@ -77,13 +77,13 @@ class Grid:
         Raises
         ------
         ValueError
-            If a coordinate is not finite.
+            If a coordinate is not finite, or so great that its cell has no number.
 
         """
-        if not (math.isfinite(x) and math.isfinite(y)):
+        row, col = (y - self.origin_y) / self.resolution, (x - self.origin_x) / self.resolution
+        if not (math.isfinite(row) and math.isfinite(col)):
             raise ValueError(f'({x}, {y}) is not a point')
-        return (math.floor((y - self.origin_y) / self.resolution),
-                math.floor((x - self.origin_x) / self.resolution))
+        return math.floor(row), math.floor(col)
 
     def world_from_cell(self, row: int, col: int) -> tuple[float, float]:
         """Return the centre ``(x, y)`` of a cell, [m]."""

@@ -17,7 +17,7 @@ from msgs_bridge.bag_records import RawMessages
 from msgs_bridge.cdr import CdrError, DESCRIBED, DIAGNOSTIC_STATUS, POINT_CLOUD, struct_from_cdr
 from msgs_bridge.clouds import TableError
 from msgs_bridge.neighbourhoods import ALIGNMENT_TOLERANCE, MAX_TURN, RESOLUTION_TOLERANCE
-from msgs_bridge.poses import QUATERNION_TOLERANCE
+from msgs_bridge.poses import MAX_PLACE, QUATERNION_TOLERANCE
 from msgs_bridge.tables import decisions_from_cloud
 from msgs_bridge.trial_status import trial_from_status, TrialStatus
 
@@ -92,7 +92,7 @@ def pose_table(messages: RawMessages, frame_id: str) -> PoseTable:
         names = names | {'vx': 1, 'wz': 1}
     columns = _checked(messages, names, frame_id)
     values = columns.values
-    finite = np.isfinite(values['x']) & np.isfinite(values['y'])
+    finite = (np.abs(values['x']) <= MAX_PLACE) & (np.abs(values['y']) <= MAX_PLACE)
     if is_odometry:
         finite &= np.isfinite(values['vx']) & np.isfinite(values['wz'])
     _refuse(columns, ~finite, f'{messages.topic}: position or velocity is not finite')

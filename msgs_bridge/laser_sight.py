@@ -218,9 +218,10 @@ def _ray_of(scan: Scan, bearing: Floats) -> npt.NDArray[np.int64]:
     """Return the ray nearest to a bearing in the laser's frame, -1 where there is none."""
     step, n = abs(scan.angle_increment), len(scan.reach)
     turn = (bearing - scan.angle_min) * math.copysign(1.0, scan.angle_increment) % math.tau
-    ray = np.rint(turn / step).astype(np.int64)
-    # Just before the first ray is just after a whole turn.
-    ray = np.where(np.rint((turn - math.tau) / step) == 0, 0, ray)
+    with np.errstate(over='ignore'):  # a step may be too small to divide by
+        ray = np.minimum(np.rint(turn / step), n).astype(np.int64)
+        # Just before the first ray is just after a whole turn.
+        ray = np.where(np.rint((turn - math.tau) / step) == 0, 0, ray)
     return np.where(ray < n, ray, -1)
 
 

@@ -18,6 +18,8 @@ ALIGNMENT_TOLERANCE: Final = 0.01
 RESOLUTION_TOLERANCE: Final = 1e-4
 #: How far a grid may be turned, [rad].
 MAX_TURN: Final = 1e-3
+#: Farther away cells cannot be told apart, in cells.
+_FAR: Final = 2.0**52
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +188,8 @@ def _short_float(value: float) -> float:
 
 def _cell(offset: float, resolution: float, name: str) -> int:
     cells = offset / resolution
+    if not abs(cells) < _FAR:
+        raise ValueError(f'{name}: origin lies {cells:g} cells off that of the workspace')
     nearest = round(cells)
     if abs(cells - nearest) > ALIGNMENT_TOLERANCE:
         raise ValueError(f'{name}: origin lies {cells - nearest:+.3f} cells off those of the '

@@ -11,6 +11,8 @@ from nav_msgs.msg import Odometry
 
 #: How far a quaternion's length may be from 1; it is normalised then, and refused beyond.
 QUATERNION_TOLERANCE: Final = 0.01
+#: Farther from the origin is nowhere, [m]: cells there have no numbers.
+MAX_PLACE: Final = 1e9
 #: Variances of x, y and yaw where the sender names none, [m^2, m^2, rad^2].
 DEFAULT_VARIANCES: Final = (1e-4, 1e-4, 1e-4)
 _MAX_SECONDS: Final = 2**31 - 1
@@ -121,7 +123,9 @@ def _check_finite(name: str, value: tuple[float, ...], what: str) -> None:
 def _pose(name: str, header: Any, pose: Any, v: float = 0.0, w: float = 0.0) -> Pose:
     position, turn = pose.position, pose.orientation
     x, y = position.x, position.y
-    _check_finite(name, (x, y), 'position')
+    if not (abs(x) <= MAX_PLACE and abs(y) <= MAX_PLACE):
+        raise ValueError(f'{name}: position is ({x}, {y}), must be finite and within '
+                         f'{MAX_PLACE:g} m')
     _check_finite(name, (v, w), 'velocity')
     try:
         yaw = yaw_from_quaternion(turn.x, turn.y, turn.z, turn.w)
@@ -138,7 +142,8 @@ def pose_from_odometry(msg: Any) -> Pose:
     Raises
     ------
     ValueError
-        If a coordinate or a speed is not finite, the orientation no rotation, or the stamp none.
+        If a coordinate or a speed is not finite, the place beyond `MAX_PLACE`, the orientation no
+        rotation, or the stamp none.
 
     """
     twist = msg.twist.twist

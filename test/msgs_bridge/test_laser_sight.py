@@ -295,3 +295,12 @@ class TestHostileScans:
         msg.angle_min, msg.angle_max = 0.0, math.tau - math.tau / 360
         msg.ranges = [1.0] * n
         assert len(scan_from_message(msg).reach) == n
+
+
+@pytest.mark.parametrize('step', [1e-45, -1e-45, 1e-30])
+def test_rays_that_all_point_one_way(step):
+    msg = LaserScan(angle_min=0.5, angle_max=0.5, angle_increment=step, range_min=0.1,
+                    range_max=5.0, ranges=[1.0])
+    cells = neighbourhood_from_scan(
+        scan_from_message(msg), placed(), ON_CENTRE, CELL, GRID, BURGER)
+    assert cells[1, 1] == FREE

@@ -48,7 +48,7 @@ def test_neighbourhood_round_trip(grid, cells, data):
     ('info.origin.position.x', math.nan, 'is not finite'),
     ('info.origin.position.y', math.inf, 'is not finite'),
     ('info.origin.position.x', 0.1, 'cells off those of the workspace'),
-    ('info.origin.position.y', 1e300, 'must be in the workspace of 20 x 30'),
+    ('info.origin.position.y', 1e300, 'origin lies 4e.300 cells off'),
     ('info.origin.position.x', -5.0, r'its middle is cell \(3, -15\)'),
     ('info.origin.orientation.w', 0.0, 'must be a quaternion'),
     ('info.origin.orientation.z', 0.1, 'origin is turned by'),
@@ -97,3 +97,11 @@ def test_a_map_that_is_none_is_refused(name, value, sentence):
 def test_a_map_of_another_shape_is_not_written():
     with pytest.raises(ValueError, match='occupancy has shape'):
         map_from_occupancy(np.zeros((2, 2), dtype=np.int8), GRID)
+
+
+@pytest.mark.parametrize('x', [1e300, -1.7e308])
+def test_an_origin_that_no_cell_has_is_refused(x):
+    msg = grid_from_neighbourhood(Neighbourhood(1.0, 1, 1, np.zeros((3, 3), np.int8)), GRID)
+    msg.info.origin.position.x = x
+    with pytest.raises(ValueError, match='origin lies'):
+        neighbourhood_from_grid(msg, GRID)

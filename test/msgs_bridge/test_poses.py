@@ -103,3 +103,11 @@ def test_covariances_are_where_they_belong():
     assert [msg.pose.covariance[i] for i in (0, 7, 35)] == [1, 2, 3]
     assert [msg.twist.covariance[i] for i in (0, 7, 35)] == [4, 5, 6]
     assert sum(msg.pose.covariance) == 6
+
+
+@pytest.mark.parametrize('x', [1e300, -1.7e308, 1.1e9])
+def test_a_place_that_no_cell_has_is_refused(x):
+    msg = odometry_from_pose(Pose(1.0, 0.0, 0.0, 0.0))
+    msg.pose.pose.position.x = x
+    with pytest.raises(ValueError, match='within 1e'):
+        pose_from_odometry(msg)

@@ -1,0 +1,111 @@
+"""What can be shown about security without a DDS that has it: policy, files, no pickle."""
+
+import ast
+from contextlib import ExitStack
+import sys
+from xml.etree import ElementTree as ET
+
+import pytest
+from ros_helpers import ROOT, run, start_node, wait_until
+
+ROOMS = ['control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
+         'teleop_node', 'experience_cli', 'benchmarks', 'tools', 'launch']
+#: Nodes whose module is not called after them, and what they need to start.
+MODULES = {'neighbourhood_node': 'msgs_bridge.neighbourhood_node'}
+RULES = {('topics', 'publish'): 'get_publisher_names_and_types_by_node',
+         ('topics', 'subscribe'): 'get_subscriber_names_and_types_by_node',
+         ('services', 'reply'): 'get_service_names_and_types_by_node',
+         ('services', 'request'): 'get_client_names_and_types_by_node'}
+POLICY = ET.parse(ROOT / 'config' / 'security_policy.xml').getroot()
+PROFILES = {profile.get('node'): profile for profile in POLICY.iter('profile')}
+
+
+def allowed(node, kind, right):
+    """Return the full names that a node's profile allows."""
+    return {('' if text.startswith('/') else '/') + text.replace('~', node)
+            for block in PROFILES[node].iter(kind) if block.get(right) == 'ALLOW'
+            for text in (entry.text for entry in block)}
+
+
+def in_use(observer, node, method):
+    if node not in observer.get_node_names():
+        return set()
+    return {name for name, _ in getattr(observer, method)(node, '/')}
+
+
+@pytest.fixture(scope='module')
+def nodes(ros_domain, tmp_path_factory):
+    folder = tmp_path_factory.mktemp('nodes')
+    needed = {'learner_node': {'task': 'a_task', 'bags': str(folder)},
+              'teleop_node': {'keyboard': False}}
+    with ExitStack() as stack:
+        for name in PROFILES:
+            module = MODULES.get(name, f'{name}.node')
+            stack.enter_context(start_node(module, folder, needed.get(name)))
+        yield
+
+
+def test_only_the_controller_may_publish_cmd_vel():
+    assert [name for name in PROFILES if '/cmd_vel' in allowed(name, 'topics', 'publish')] == [
+        'control_field_node']
+    assert {enclave.get('path') for enclave in POLICY.iter('enclave')} == {
+        f'/experience/{name}' for name in PROFILES}
+
+
+@pytest.mark.parametrize('name', PROFILES)
+def test_the_policy_allows_what_a_node_does(nodes, ros_node, name):
+    publishes = 'topics', 'publish'
+    # What a node does becomes known bit by bit; what it publishes is known in full.
+    wait_until(lambda: in_use(ros_node, name, RULES[publishes]) == allowed(name, *publishes),
+               node=ros_node, what=f'all that {name} may publish')
+    for (kind, right), method in RULES.items():
+        assert in_use(ros_node, name, method) <= allowed(name, kind, right)
+
+
+def test_a_task_that_leads_out_of_the_bags_is_refused_by_the_node(ros_domain, tmp_path):
+    outside = tmp_path / 'outside'
+    outside.mkdir()
+    (tmp_path / 'bags').mkdir()
+    (tmp_path / 'bags' / 'linked').symlink_to(outside)
+    for task in ('../outside', '/etc', 'linked', '..'):
+        process = start_node('learner_node.node', tmp_path, {
+            'bags': str(tmp_path / 'bags'), 'task': task})
+        assert process.wait() == 2, process.report()
+        assert len(process.stderr.splitlines()) == 1
+    assert list(outside.iterdir()) == []
+
+
+def test_a_bag_that_is_a_link_out_of_the_folder_is_not_followed(tmp_path):
+    outside = tmp_path / 'outside' / '0001_demo'
+    outside.mkdir(parents=True)
+    (tmp_path / 'bags' / 'task').mkdir(parents=True)
+    (tmp_path / 'bags' / 'task' / '0001_demo').symlink_to(outside)
+    run([sys.executable, '-m', 'experience_cli.main', 'repair', str(tmp_path / 'bags' / 'task')],
+        tmp_path)
+    assert list(outside.iterdir()) == []
+
+
+def sources():
+    return [path for room in ROOMS for path in sorted((ROOT / room).rglob('*.py'))]
+
+
+@pytest.mark.parametrize('path', sources(), ids=lambda path: str(path.relative_to(ROOT)))
+def test_nothing_unpickles_or_evaluates(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        names = [alias.name for alias in getattr(node, 'names', [])] + [
+            getattr(node, 'module', None) or ''] if isinstance(
+                node, ast.Import | ast.ImportFrom) else []
+        assert not {name.partition('.')[0] for name in names} & {
+            'pickle', 'cPickle', 'dill', 'joblib', 'marshal', 'shelve', 'cloudpickle'}
+        if isinstance(node, ast.Call):
+            check_call(node)
+
+
+def check_call(call):
+    name = ast.unparse(call.func)
+    assert name not in {'eval', 'exec', 'yaml.load', 'os.system', 'pickle.load'}
+    arguments = {keyword.arg: ast.unparse(keyword.value) for keyword in call.keywords}
+    if name in {'np.load', 'numpy.load'}:
+        assert arguments.get('allow_pickle') == 'False'
+    assert arguments.get('allow_pickle', 'False') == 'False'
+    assert arguments.get('shell', 'False') == 'False'
