@@ -28,6 +28,8 @@ from msgs_bridge.velocities import fill_twist
 
 #: How long peers may take to be found and to answer, [s]: cold starts compile.
 PATIENCE: Final = 60.0
+#: Time after which a request without an answer is made again, [s].
+_PATIENT: Final = 2.0
 #: Ticks that the driver stands still at the end, so that the robot has surely stopped.
 _STANDING: Final = 3
 _COMMAND_TYPE: Final = 'geometry_msgs/msg/TwistStamped'
@@ -112,12 +114,25 @@ class DemoNode:
             self._executor.spin_once(0.1)
         return found
 
-    def call(self, kind: Any, name: str, request: Any) -> Any:
-        """Call a service and return its response."""
+    def call(self, kind: Any, name: str, request: Any, repeats: bool = False) -> Any:
+        """
+        Call a service and return its response.
+
+        A request on the heels of discovery may be lost: one that ``repeats`` is made again.
+        """
         client = self._node.create_client(kind, name)
         self.wait_until(client.service_is_ready, f'the service {name}')
-        future = client.call_async(request)
-        self.wait_until(future.done, f'the answer of {name}')
+        futures: list[Any] = []
+        asked = -math.inf
+
+        def answered() -> Any:
+            nonlocal asked
+            if not futures or (repeats and time.monotonic() - asked > _PATIENT):
+                futures.append(client.call_async(request))
+                asked = time.monotonic()
+            return next((future for future in futures if future.done()), None)
+
+        future = self.wait_until(answered, f'the answer of {name}')
         self._node.destroy_client(client)
         return future.result()
 
@@ -150,7 +165,8 @@ class DemoNode:
         """
         request = SetParameters.Request(
             parameters=[Parameter(name, value=value).to_parameter_msg()])
-        result = self.call(SetParameters, f'{node}/set_parameters', request).results[0]
+        result = self.call(
+            SetParameters, f'{node}/set_parameters', request, repeats=True).results[0]
         if not result.successful:
             raise UserError(f'{node}: {result.reason}')
 

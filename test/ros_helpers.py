@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 import fcntl
 import json
+import math
 import os
 from pathlib import Path
 import signal
@@ -20,6 +21,8 @@ from rclpy.qos import QoSProfile
 
 ROOT = Path(__file__).resolve().parent.parent
 DEADLINE = 20.0
+#: Time after which a lost request is made again, [s].
+REPEAT = 3.0
 # Round numbers are left to people, who choose them by hand.
 DOMAINS = tuple(domain for domain in range(1, 101) if domain % 10)
 
@@ -125,12 +128,30 @@ def collect(node: Node, message_type: type, topic: str, qos: QoSProfile | int = 
 
 def call(
     node: Node, service_type: type, name: str, request: Any = None, deadline: float = DEADLINE,
+    again: float | None = None,
 ) -> Any:
-    """Call a service (an empty request by default) and return its response."""
+    """
+    Call a service (an empty request by default) and return its response.
+
+    A request on the heels of discovery may be lost. One that may be made twice is made again
+    after `again` seconds without an answer; by default those about parameters are.
+    """
+    if again is None and service_type.__module__.startswith('rcl_interfaces'):
+        again = REPEAT
     client = node.create_client(service_type, name)
     wait_until(client.service_is_ready, deadline, node=node, what=f'service {name}')
-    future = client.call_async(service_type.Request() if request is None else request)
-    wait_until(future.done, deadline, node=node, what=f'an answer of {name}')
+    futures: list[Any] = []
+    asked = -math.inf
+
+    def answered() -> Any:
+        nonlocal asked
+        if not futures or (again is not None and time.monotonic() - asked > again):
+            futures.append(client.call_async(
+                service_type.Request() if request is None else request))
+            asked = time.monotonic()
+        return next((future for future in futures if future.done()), None)
+
+    future = wait_until(answered, deadline, node=node, what=f'an answer of {name}')
     node.destroy_client(client)
     return future.result()
 

@@ -337,7 +337,8 @@ def run_trials(node, folder, n_trials, namespace='', *, wheels=None, settings=No
         peer.push(straight_field(BEHIND))
         ends = []
         for trial in range(1, n_trials + 1):
-            assert ros_helpers.call(node, Trigger, f'{namespace}sim_node/reset').success
+            assert ros_helpers.call(node, Trigger, f'{namespace}sim_node/reset',
+                                    again=ros_helpers.REPEAT).success
             peer.wait(peer.accepts_start, 'a start')
             peer.wait(lambda: peer.status.trial == trial  # noqa: B023
                       and peer.status.state is State.ENDED, 'the end of the trial', 60.0)

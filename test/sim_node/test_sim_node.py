@@ -328,12 +328,14 @@ def test_reset_and_diagnostics(ros_node, tmp_path):
         assert last()['collisions'] == '1'
         assert last()['world'] == 'open'
         assert reports[-1].status[0].level == b'\x02'
-        answer = ros_helpers.call(ros_node, Trigger, '/sim_node/reset')
+        answer = ros_helpers.call(
+            ros_node, Trigger, '/sim_node/reset', again=ros_helpers.REPEAT)
         assert answer.success
         peer.wait(lambda: last()['contact'] == 'false', 'the report')
         peer.wait(lambda: pose_from_odometry(peer.of(Odometry)[-1]).x == 4.87, 'the reset')
         assert set_parameters(ros_node, start_x=-3.0)[0].successful
-        answer = ros_helpers.call(ros_node, Trigger, '/sim_node/reset')
+        answer = ros_helpers.call(
+            ros_node, Trigger, '/sim_node/reset', again=ros_helpers.REPEAT)
         assert not answer.success
         assert 'start_x' in answer.message
 
