@@ -10,7 +10,7 @@ import numpy.typing as npt
 from control_field.grid import Grid
 from control_field.sight import BLOCKED, FREE, UNKNOWN
 from msgs_bridge.poses import (
-    check_frame, seconds_from_stamp, stamp_from_seconds, yaw_from_quaternion)
+    check_frame, MAX_PLACE, seconds_from_stamp, stamp_from_seconds, yaw_from_quaternion)
 
 #: How far a neighbourhood may lie off the workspace's cells, in cells, and its resolution off
 #: the workspace's, as a share. The message carries the resolution as float32.
@@ -18,8 +18,8 @@ ALIGNMENT_TOLERANCE: Final = 0.01
 RESOLUTION_TOLERANCE: Final = 1e-4
 #: How far a grid may be turned, [rad].
 MAX_TURN: Final = 1e-3
-#: Farther away cells cannot be told apart, in cells.
-_FAR: Final = 2.0**52
+#: Sides of cells that a grid may have, [m].
+RESOLUTIONS: Final = (1e-5, 1e5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,10 +175,21 @@ def _read(msg: Any, name: str) -> tuple[Grid, npt.NDArray[np.int8]]:
             raise ValueError(f'origin is turned by {yaw:.3f} rad, must be 0')
         grid = Grid(height, width, _short_float(msg.info.resolution),
                     origin.position.x, origin.position.y, msg.header.frame_id)
+        _check_size(grid)
     except ValueError as error:
         raise ValueError(f'{name}: {error}') from None
     cells = np.array(msg.data, dtype=np.int8).reshape(height, width)
     return grid, cells
+
+
+def _check_size(grid: Grid) -> None:
+    """Refuse a grid whose cells have no numbers that can be computed with."""
+    low, high = RESOLUTIONS
+    if not low <= grid.resolution <= high:
+        raise ValueError(f'resolution is {grid.resolution:g} m, must be {low:g} to {high:g}')
+    if not (abs(grid.origin_x) <= MAX_PLACE and abs(grid.origin_y) <= MAX_PLACE):
+        raise ValueError(f'origin is ({grid.origin_x:g}, {grid.origin_y:g}) m, must be within '
+                         f'{MAX_PLACE:g} m')
 
 
 def _short_float(value: float) -> float:
@@ -188,8 +199,6 @@ def _short_float(value: float) -> float:
 
 def _cell(offset: float, resolution: float, name: str) -> int:
     cells = offset / resolution
-    if not abs(cells) < _FAR:
-        raise ValueError(f'{name}: origin lies {cells:g} cells off that of the workspace')
     nearest = round(cells)
     if abs(cells - nearest) > ALIGNMENT_TOLERANCE:
         raise ValueError(f'{name}: origin lies {cells - nearest:+.3f} cells off those of the '

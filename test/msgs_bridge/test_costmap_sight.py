@@ -7,6 +7,7 @@ import pytest
 from control_field.grid import Grid
 from control_field.sight import BLOCKED, crop_neighbourhood, FREE, UNKNOWN
 from msgs_bridge.costmap_sight import neighbourhood_from_costmap
+from msgs_bridge.neighbourhoods import map_from_occupancy, occupancy_from_map
 
 GRID = Grid(20, 20, 0.25, -1.0, 2.0)
 
@@ -104,3 +105,11 @@ def test_another_frame_is_an_error_that_names_both():
 def test_a_shape_that_is_not_the_costmaps():
     with pytest.raises(ValueError, match='shape'):
         neighbourhood_from_costmap(GRID, np.zeros((3, 3), np.int8), (3, 3), GRID)
+
+
+@pytest.mark.parametrize('resolution', [1e-40, 1e-6, 1e6])
+def test_cells_of_no_use_are_refused_before_anything_is_computed(resolution):
+    msg = map_from_occupancy(np.zeros((4, 5), np.int8), Grid(4, 5, 0.25))
+    msg.info.resolution = resolution
+    with pytest.raises(ValueError, match='costmap: resolution is .*, must be 1e-05 to 100000'):
+        occupancy_from_map(msg, 'costmap')
