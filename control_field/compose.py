@@ -202,7 +202,7 @@ class _Composer:
         action = self.memory.action
         for row, col in np.argwhere(action >= 0).tolist():
             heading = int(action[row, col])
-            if self.shown[row, col] >= 0:
+            if self.shown[row, col] >= 0 and self.parameters.demonstration_advantage > 0.0:
                 self.centre[row, col] = self.shown[row, col]
             elif not self.parameters.rehearsal or self._worth_keeping(row, col, heading):
                 self.centre[row, col] = heading

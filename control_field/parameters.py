@@ -66,7 +66,8 @@ class Parameters:
     pruning: bool = parameter(
         True, 'full profile: drop prototypes without which no course is worse')
     demonstration_advantage: float = parameter(
-        0.4, 'full profile: share of its length that a demonstrated step is spared in rehearsal',
+        0.4, 'full profile: share of its length that a demonstrated step is spared in rehearsal; '
+        '0: a teacher counts no more than a trial, and shorter ways are taken',
         low=0.0, high=0.99)
     practice_advantage: float = parameter(
         0.3, 'full profile: share of its length that a step of a successful trial is spared',

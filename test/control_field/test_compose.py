@@ -146,6 +146,16 @@ def test_the_advantages_and_caution_change_the_way():
     assert len(fields) == 4
 
 
+def test_a_teacher_without_advantage_keeps_no_roundabout_way():
+    roundabout = leg((1, 1), (6, 1), (6, 6), (1, 6))
+    kept, free = (
+        taught(roundabout, (8, 8), np.zeros((8, 8), np.int8), demonstration_advantage=advantage)
+        for advantage in (0.4, 0.0))
+    assert kept.refresh.certificate.fidelity == 1.0
+    assert free.refresh.certificate.fidelity < 0.5
+    assert headings_of(free.refresh.field)[1, 1] == 0
+
+
 def test_a_demonstrated_cell_that_is_a_wall_is_no_prototype():
     learner = taught(leg((0, 0), (0, 5)), (3, 6))
     world = np.zeros((3, 6), np.int8)
