@@ -152,7 +152,7 @@ def test_a_teacher_without_advantage_keeps_no_roundabout_way():
         taught(roundabout, (8, 8), np.zeros((8, 8), np.int8), demonstration_advantage=advantage)
         for advantage in (0.4, 0.0))
     assert kept.refresh.certificate.fidelity == 1.0
-    assert free.refresh.certificate.fidelity < 0.5
+    assert free.refresh.certificate.fidelity < 0.7
     assert headings_of(free.refresh.field)[1, 1] == 0
 
 
