@@ -6,6 +6,7 @@ import sys
 from xml.etree import ElementTree as ET
 
 import pytest
+
 from ros_helpers import ROOT, run, start_node, wait_until
 
 ROOMS = ['control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',

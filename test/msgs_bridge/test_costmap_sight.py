@@ -111,5 +111,5 @@ def test_a_shape_that_is_not_the_costmaps():
 def test_cells_of_no_use_are_refused_before_anything_is_computed(resolution):
     msg = map_from_occupancy(np.zeros((4, 5), np.int8), Grid(4, 5, 0.25))
     msg.info.resolution = resolution
-    with pytest.raises(ValueError, match='costmap: resolution is .*, must be 1e-05 to 100000'):
+    with pytest.raises(ValueError, match=r'costmap: resolution is .*, must be 1e-05 to 100000'):
         occupancy_from_map(msg, 'costmap')
