@@ -24,8 +24,9 @@ from control_field.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.sight import masks_from_neighbourhood
+from control_field_node.answer import Answer
 from control_field_node.settings import Settings
-from control_field_node.supervisor import Answer, Supervisor
+from control_field_node.supervisor import Supervisor
 from experience_cli.demo import WAY
 from experience_cli.driver import Driver, points_from_cells
 from msgs_bridge.neighbourhoods import Neighbourhood

@@ -18,11 +18,12 @@ from std_srvs.srv import Trigger
 from control_field.limits import STANDSTILL, Velocity
 from control_field.parameters import Parameters
 from control_field.watch import StopReason
+from control_field_node.answer import Answer
 from control_field_node.commands import CommandWriter
 from control_field_node.lockstep import TickBook
 from control_field_node.reports import diagnostic_from_supervisor, Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
-from control_field_node.supervisor import Answer, Supervisor
+from control_field_node.supervisor import Supervisor
 from msgs_bridge import qos
 from msgs_bridge.neighbourhoods import neighbourhood_from_grid
 from msgs_bridge.node_main import run_node
@@ -275,6 +276,10 @@ class ControlFieldNode(Node):
             for rows in answer.rows:
                 self._experience.publish(cloud_from_decisions(rows, grid))
         self._tell_trial()
+        if answer.requested is not None:
+            stamp = self._time() if odometry is None else odometry.header.stamp
+            self._requests.publish(twist_stamped_from_velocity(
+                *answer.requested, stamp, self._settings.base_frame_id))
         if answer.velocity is not None:
             self._writer.send(answer.velocity, odometry or self._book.odometry)
 

@@ -7,7 +7,6 @@ the `Answer` it gets.
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 import math
 from typing import Final
 
@@ -17,10 +16,11 @@ from control_field.limits import STANDSTILL, Velocity, within_acceleration, with
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.watch import Freshness, PoseWatch, StopReason, TakeoverWatch
+from control_field_node.answer import Answer, NOTHING, STOP
 from control_field_node.localisation import Localisation
 from control_field_node.seen import cached_seen, Seen
 from control_field_node.settings import Settings
-from control_field_node.trial_run import ended_by, Move, Rows, TrialRun
+from control_field_node.trial_run import ended_by, Move, TrialRun
 from msgs_bridge.neighbourhoods import Neighbourhood
 from msgs_bridge.poses import Pose
 from msgs_bridge.trial_status import State, TrialStatus
@@ -29,28 +29,6 @@ from msgs_bridge.trial_status import State, TrialStatus
 _USUAL_STEP: Final = 0.05
 #: Age from which a stamp is taken to be of another clock, [s].
 _OTHER_CLOCK: Final = 60.0
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """
-    What to publish.
-
-    Parameters
-    ----------
-    velocity : tuple of float or None, [m/s] and [rad/s]
-        For `cmd_vel`; None: nothing.
-    rows : tuple of ndarray of DECISION_DTYPE
-        For `experience`, a message each.
-
-    """
-
-    velocity: Velocity | None = None
-    rows: tuple[Rows, ...] = ()
-
-
-NOTHING: Final = Answer()
-STOP: Final = Answer(STANDSTILL)
 
 
 class Supervisor:
@@ -325,7 +303,9 @@ class Supervisor:
         move = run.step(pose, seen, self.velocity[0])
         if move.outcome is not None:
             return self._end(move)
-        return Answer(self._gated(move.velocity, pose, seen, self._dt), move.rows)
+        velocity, reason = self._gated(move.velocity, pose, seen, self._dt)
+        return Answer(
+            velocity, move.rows, None if reason is GateReason.NONE else move.velocity)
 
     def _follow(self, run: TrialRun, pose: Pose, seen: Seen | None) -> Answer:
         self._pause(StopReason.TAKEN_OVER)
@@ -341,13 +321,15 @@ class Supervisor:
         return self._seen(self.localisation.see(self.neighbourhood), self.grid,
                           self.parameters.unknown_is_blocked)
 
-    def _gated(self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float) -> Velocity:
+    def _gated(
+        self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float,
+    ) -> tuple[Velocity, GateReason]:
         self.velocity, reason = gate(
             wanted, self.velocity, dt, (pose.x, pose.y, pose.yaw),
             None if seen is None else seen.sight, self.limits)
         if reason is not GateReason.NONE:
             self.counts[f'gate {reason}'] += 1
-        return self.velocity
+        return self.velocity, reason
 
     def saw_goal(self, x: float, y: float) -> None:
         """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
@@ -395,4 +377,4 @@ class Supervisor:
                 within_speed(wanted, self.limits), self.velocity, dt, self.limits)
             return Answer(self.velocity)
         seen = None if self._odometry.is_stale(now) else self._seen_now(now)
-        return Answer(self._gated(wanted, self.pose, seen, dt))
+        return Answer(self._gated(wanted, self.pose, seen, dt)[0])

@@ -20,9 +20,10 @@ class Close:
 
 @dataclass(frozen=True)
 class Abandon:
-    """Close the bag without learning; with a reason, write into it that it was aborted."""
+    """Close the bag without learning; with a reason, write that this trial was aborted."""
 
     reason: str
+    trial: int = 0
 
 
 @dataclass(frozen=True)

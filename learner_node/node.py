@@ -217,8 +217,8 @@ class LearnerNode(Node):
                 self._record(kind)
             case to.Close():
                 self._close_and_learn()
-            case to.Abandon(reason):
-                self._abandon(reason)
+            case to.Abandon(reason, trial):
+                self._abandon(reason, trial)
             case to.Discard():
                 self._recorder.discard()
             case to.Place(pose):
@@ -243,9 +243,9 @@ class LearnerNode(Node):
         if episode is not None:
             self._worker.do(lambda: self._library.learn(episode), self._on_lesson)
 
-    def _abandon(self, reason: str) -> None:
+    def _abandon(self, reason: str, trial: int) -> None:
         if reason and self._recorder.kind is not None:
-            self._write_status(State.ENDED, self._session.trial, Outcome.ABORTED, reason)
+            self._write_status(State.ENDED, trial, Outcome.ABORTED, reason)
         self._recorder.close()
 
     def _ask_to_start(self) -> None:

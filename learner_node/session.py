@@ -90,7 +90,7 @@ class Session:
         stops = self.phase in IN_TRIAL
         effects: Effects = [StopTrial()] if stops else []
         if self.is_recording:
-            effects.append(Abandon('the learner was stopped'))
+            effects.append(Abandon('the learner was stopped', self.trial))
         self._go(Phase.IDLE, now)
         return effects
 
@@ -384,7 +384,7 @@ class Session:
         if self.phase is Phase.STARTING:
             effects.append(Discard())
         elif self.phase in IN_TRIAL:
-            effects.append(Abandon('' if told else reason))
+            effects.append(Abandon('' if told else reason, self.trial))
         if self.phase in IN_TRIAL and self._peers.controller and not told:
             effects.append(StopTrial())
         self.trial = 0

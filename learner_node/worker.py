@@ -36,6 +36,7 @@ class Worker:
         """Wait for the jobs there are, [s]; tell whether all of them are done."""
         self._jobs.put(None)
         self._thread.join(patience)
+        self.wake = lambda: None  # who is still at work has nobody left to wake
         return not self._thread.is_alive()
 
     def _work(self) -> None:
