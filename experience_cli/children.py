@@ -11,7 +11,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from typing import Final
+from types import FrameType
+from typing import Any, Final, NoReturn
 
 from experience_cli.errors import UserError
 from msgs_bridge.processes import child_environment
@@ -40,14 +41,23 @@ class Children:
         self.folder = folder
         self._environment = child_environment({'PYTHONUNBUFFERED': '1', **environment})
         self._running: dict[str, subprocess.Popen[bytes]] = {}
+        self._interrupted = False
+        self._before: Any = None
 
     def __enter__(self) -> 'Children':
-        """Return the context."""
+        """Return the context; from now on Ctrl-C is noted until `check` has told of it."""
+        self._before = signal.signal(signal.SIGINT, self._interrupt)
         return self
 
     def __exit__(self, *error: object) -> None:
         """Stop every child."""
         self.stop()
+        signal.signal(signal.SIGINT, self._before)
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> NoReturn:
+        # Raised inside a destructor or a callback of an extension it would be lost.
+        self._interrupted = True
+        raise KeyboardInterrupt
 
     def start_node(self, name: str, parameters: Mapping[str, object]) -> None:
         """Start one of our nodes with ROS parameters."""
@@ -81,8 +91,12 @@ class Children:
         ------
         UserError
             If one has ended; with the last line it said.
+        KeyboardInterrupt
+            If somebody pressed Ctrl-C.
 
         """
+        if self._interrupted:
+            raise KeyboardInterrupt
         for name, child in self._running.items():
             if child.poll() is not None:
                 lines = self.log(name).read_text(errors='replace').strip().splitlines()

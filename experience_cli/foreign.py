@@ -78,11 +78,12 @@ def import_all(arguments: argparse.Namespace) -> Path:
         If an argument is wrong, or a bag cannot be read, teaches nothing or cannot be kept.
 
     """
-    from msgs_bridge.bag_folder import TaskFolder
+    from msgs_bridge.bag_folder import check_unused, TaskFolder
     from msgs_bridge.bag_import import import_demonstration
 
     folder = arguments.into.absolute()
     task = TaskFolder(folder.parent, folder.name)
+    check_unused(task.path)
     header = _header(arguments, task)
     for path in arguments.bags:
         episode = import_demonstration(_there(path), task, header, _names(arguments))

@@ -22,8 +22,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.references import find_whole_bag, task_of
     from experience_cli.relearning import relearnt_sentence
+    from msgs_bridge.bag_folder import check_unused
 
     task, number, kind = task_of(arguments.bag, arguments.bags)
+    check_unused(task.path)
     if arguments.undo:
         _check_kind(task, number, kind)
         episode = task.recall(number)

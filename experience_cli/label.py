@@ -23,11 +23,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.references import find_whole_bag
     from experience_cli.relearning import relearnt_sentence
-    from msgs_bridge.bag_folder import TaskFolder
+    from msgs_bridge.bag_folder import check_unused, TaskFolder
     from msgs_bridge.bag_label import label_from_text, write_label
 
     episode = find_whole_bag(arguments.bag, arguments.bags)
+    task = TaskFolder(episode.path.parent.parent, episode.path.parent.name)
+    check_unused(task.path)
     write_label(episode.path, label_from_text(arguments.label, arguments.bag))
     print(f'{episode.name}: labelled {arguments.label}')
-    print(relearnt_sentence(TaskFolder(episode.path.parent.parent, episode.path.parent.name)))
+    print(relearnt_sentence(task))
     return 0

@@ -8,7 +8,7 @@ from typing import Any
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from experience_cli.recording import Recording
-from msgs_bridge.bag_folder import BagError, EpisodeFolder
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, is_in_use
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_repair import needs_repair
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
@@ -82,7 +82,9 @@ def summary_of(folder: EpisodeFolder) -> Summary:
         is_cut = False
     except BagError as error:
         return Summary(**(about | {'state': 'unreadable', 'note': str(error)}))
-    if is_cut:
+    if is_cut and is_in_use(folder.path.parent):
+        about |= {'state': 'recording', 'note': 'a learner records it just now'}
+    elif is_cut:
         about |= {'state': 'cut', 'note': f'mend it with `experience repair {folder.path}`'}
     if folder.is_forgotten:
         about['state'] = 'forgotten'

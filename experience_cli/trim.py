@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.references import find_whole_bag
     from experience_cli.relearning import relearnt_sentence
-    from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
+    from msgs_bridge.bag_folder import check_unused, EpisodeKind, TaskFolder
 
     given = arguments.first is not None or arguments.last is not None
     if given == arguments.undo:
@@ -34,9 +34,11 @@ def run(arguments: argparse.Namespace) -> int:
     if episode.kind is not EpisodeKind.DEMO:
         raise UserError(f'{episode.name} is a trial: only a demonstration can be cut (`experience '
                         f'forget` un-teaches a trial)')
+    task = TaskFolder(episode.path.parent.parent, episode.path.parent.name)
+    check_unused(task.path)
     print(_restored(episode) if arguments.undo else
           trim(episode, arguments.first, arguments.last))
-    print(relearnt_sentence(TaskFolder(episode.path.parent.parent, episode.path.parent.name)))
+    print(relearnt_sentence(task))
     return 0
 
 

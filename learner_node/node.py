@@ -35,7 +35,7 @@ from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.topics import Recorded, recorded_topics, type_name
 from learner_node.warm_up import warm_up
 from learner_node.worker import Worker
-from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
+from msgs_bridge.bag_folder import BagError, check_unused, EpisodeKind, TaskFolder
 from msgs_bridge.node_main import exit_with, spin_until_signal, start_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import pose_from_odometry
@@ -72,9 +72,12 @@ class LearnerNode(Node):
         self._settings = declare_parameters_from(
             self, Settings, fixed=FIXED, on_change=self._on_settings)
         poses = self.declare_parameter('start_poses', Parameter.Type.DOUBLE_ARRAY).value
+        task = TaskFolder(self._settings.bags, self._settings.task)
+        check_unused(task.path)
+        starts = start_poses_from_list(poses, self._settings.grid)
         self._library = Library(
-            TaskFolder(self._settings.bags, self._settings.task), self._settings.grid, parameters,
-            start_poses_from_list(poses, self._settings.grid), fresh=self._settings.fresh)
+            task, self._settings.grid, parameters, starts, fresh=self._settings.fresh)
+        task.hold()
         self._session = Session(
             self._settings, lambda: self._library.next_start(self._settings.starts == 'spread'))
         self._recorder = Recorder(self._library.task, self._library.header)
@@ -83,8 +86,7 @@ class LearnerNode(Node):
         self._heard: set[str] = set()
         self._odometry_time = 0
         self._told: tuple[object, ...] = ()
-        #: What people were told last.
-        self.said = ''
+        self.said = ''  #: what people were told last
         self._make_topics()
         self._make_services()
         self._worker = Worker()

@@ -19,6 +19,8 @@ from typing import Final
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
 _EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
 _LOCK: Final = '.lock'
+#: Locked by the learner that records here, for as long as it lives.
+_IN_USE: Final = '.in_use'
 #: Folder within a task's folder for the bags that were forgotten.
 _FORGOTTEN: Final = '.forgotten'
 
@@ -137,6 +139,25 @@ class TaskFolder:
         self.path = self.root / task
         if self.path.resolve().parent != self.root.resolve():
             raise BagError(f'{self.path} leads out of {self.root}')
+
+    def hold(self) -> None:
+        """
+        Keep the folder to this process until that ends, however it ends.
+
+        Raises
+        ------
+        BagError
+            If another process holds it, or the folder cannot be written.
+
+        """
+        path = self.path / _IN_USE
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._held = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        except OSError as error:
+            raise BagError(error_line('write', path, error)) from None
+        if not _lock(self._held):
+            raise BagError(_taken(self.path))
 
     def episodes(self) -> list[EpisodeFolder]:
         """
@@ -270,6 +291,45 @@ class TaskFolder:
             yield
         finally:
             os.close(file)
+
+
+def is_in_use(folder: Path) -> bool:
+    """Tell whether a learner records into a task's folder."""
+    try:
+        file = os.open(folder / _IN_USE, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        return not _lock(file)
+    finally:
+        os.close(file)
+
+
+def check_unused(folder: Path) -> None:
+    """
+    Make sure that no learner records into a task's folder before bags in it are changed.
+
+    Raises
+    ------
+    BagError
+        If one does.
+
+    """
+    if is_in_use(folder):
+        raise BagError(_taken(folder))
+
+
+def _lock(file: int) -> bool:
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def _taken(folder: Path) -> str:
+    return (f'{folder} is in use by a learner that is running: stop it first, or ask it (its '
+            f'services drop and label bags)')
 
 
 def _episodes_in(folder: Path) -> list[EpisodeFolder]:
