@@ -147,7 +147,10 @@ class TeleopNode(Node):
         elif key in FACTORS:
             self._change_speeds(key)
         else:
-            self._driving.stop(now)
+            # Who starts a trial does not want to take it over at once.
+            stops = ACTIONS.get(key, Action.STOP) is Action.STOP
+            if stops or self._driving.command(now) is not None:
+                self._driving.stop(now)
             if key in ACTIONS and new:
                 self.executor.create_task(self._perform(ACTIONS[key]))
             elif new and key.lower() in MOVES and key:
