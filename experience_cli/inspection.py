@@ -37,6 +37,9 @@ def run(arguments: argparse.Namespace) -> int:
     except OSError as error:
         raise UserError(f'cannot write {out}: {error.strerror}') from None
     print(f'{last.name}: {lessons.refresh.certificate.sentence()}')
+    places = ', '.join(f'({x:g}, {y:g})' for x, y in lessons.teach_here(3))
+    if places:
+        print(f'one more demonstration would help most from {places} m')
     print(out)
     return 0
 

@@ -15,6 +15,10 @@ from msgs_bridge.bag_folder import EpisodeFolder
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
 
 
+#: Places to teach from are at least this many cells apart.
+_APART = 4
+
+
 @dataclass(frozen=True, eq=False)
 class Lesson:
     """
@@ -99,6 +103,15 @@ class Lessons:
             return Lesson(read.folder, read, None,
                           f'nothing was learnt: no demonstration came before it ({said})')
         return Lesson(read.folder, read, self._learner.add_trial(trial), said)
+
+    def teach_here(self, n: int) -> list[tuple[float, float]]:
+        """Return where one more demonstration would help most, (x, y) [m]; a few cells apart."""
+        chosen: list[tuple[int, int]] = []
+        for cell in self._learner.teach_here(self.grid.n_rows * self.grid.n_cols):
+            if len(chosen) < n and all(
+                    max(abs(cell[0] - row), abs(cell[1] - col)) >= _APART for row, col in chosen):
+                chosen.append(cell)
+        return [self.grid.world_from_cell(*cell) for cell in chosen]
 
     def promising_start(self, rank: int) -> StartPose | None:
         """Return where a trial teaches most, or next most and so on; None if nowhere."""

@@ -1,0 +1,34 @@
+"""What the fold over bags tells beside the field."""
+
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+
+from learner_node.lessons import Lessons
+from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.episodes import read_header
+from ros_helpers import ROOT
+
+
+@pytest.fixture(scope='module')
+def lessons():
+    task = TaskFolder(Path(ROOT) / 'bags', 'sample')
+    episodes = task.episodes()
+    header = read_header(episodes[0].path)
+    taught = Lessons(header.grid, header.parameters)
+    for episode in episodes:
+        taught.learn(episode)
+    return taught
+
+
+def test_places_to_teach_from_lie_apart_and_in_the_workspace(lessons):
+    places = [lessons.grid.cell_from_world(x, y) for x, y in lessons.teach_here(4)]
+    assert len(places) == 4
+    assert all(lessons.grid.contains(*place) for place in places)
+    assert all(max(abs(a - c), abs(b - d)) >= 4
+               for (a, b), (c, d) in combinations(places, 2))
+
+
+def test_no_more_places_than_asked_for(lessons):
+    assert len(lessons.teach_here(2)) == 2
