@@ -57,10 +57,14 @@ class NeighbourhoodMaker:
         self.settings = settings
         self.grid = settings.grid
         self._poses = PoseHistory()
-        self._message: Any = None
         self._stamp = 0.0
         self._read: Any = None
         self._made: tuple[tuple[int, int], Cells] | None = None
+
+    @property
+    def has_seen(self) -> bool:
+        """Whether a scan or a costmap was ever taken in."""
+        return self._read is not None
 
     def saw(self, msg: Any) -> None:
         """

@@ -59,15 +59,22 @@ class NeighbourhoodNode(Node):
             return
         self._neighbourhoods.publish(grid_from_neighbourhood(neighbourhood, self._maker.grid))
         problem = self._maker.problem(neighbourhood.stamp)
-        if problem:
+        if problem and self._maker.has_seen:
             self._stale(problem)
+        elif problem:
+            self._blind(problem)
 
     def _warn(self, text: str) -> None:
         logger = self.get_logger()  # type: ignore[no-untyped-call]
         logger.warning(text, throttle_duration_sec=_LOG_PERIOD)
 
+    # A throttle belongs to a line of source, and what is said once must not hide another thing:
+    # hence a line for what is refused, one for what is stale, one for what never came.
     def _stale(self, text: str) -> None:
-        # The throttle is one of a line of source: what is refused must not hide what is stale.
+        logger = self.get_logger()  # type: ignore[no-untyped-call]
+        logger.warning(text, throttle_duration_sec=_LOG_PERIOD)
+
+    def _blind(self, text: str) -> None:
         logger = self.get_logger()  # type: ignore[no-untyped-call]
         logger.warning(text, throttle_duration_sec=_LOG_PERIOD)
 
