@@ -36,7 +36,7 @@ check: setup
 	$(BIN)/python tools/parameter_tables.py --check
 
 bench: setup
-	$(BIN)/python -m benchmarks.run $(BENCH_ARGS)
+	$(BIN)/python -m benchmarks.speed $(BENCH_ARGS)
 
 evaluation: setup
 	$(BIN)/python -m benchmarks.evaluation $(EVALUATION_ARGS)
