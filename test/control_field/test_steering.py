@@ -4,7 +4,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 import pytest
 
-from control_field.limits import Limits, within_acceleration
+from control_field.limits import Limits, STANDSTILL, within_acceleration
 from control_field.steering import approach_speed, Leg, steer, wrapped
 
 BURGER = Limits()
@@ -94,6 +94,33 @@ def test_what_remains_is_enough_to_brake(remaining, top, acceleration, gain):
 def test_farther_is_never_slower(first, second):
     near, far = sorted((first, second))
     assert approach_speed(near, 0.22, 2.0, 6.0) <= approach_speed(far, 0.22, 2.0, 6.0)
+
+
+def test_near_the_end_speed_is_in_proportion_and_further_away_it_brakes_at_a_constant_rate():
+    assert approach_speed(0.01, 9.0, 2.0, 6.0) == pytest.approx(0.06)
+    speeds = [approach_speed(remaining, 9.0, 2.0, 6.0) for remaining in (0.3, 0.5)]
+    assert speeds[1] ** 2 - speeds[0] ** 2 == pytest.approx(2.0 * 2.0 * 0.2)
+    knee = 2.0 / 36.0
+    assert approach_speed(knee + 1e-9, 9.0, 2.0, 6.0) == pytest.approx(6.0 * knee)
+
+
+@given(coordinates, coordinates)
+def test_on_an_open_leg_the_robot_looks_to_its_end_wherever_it_is(x, y):
+    assume(math.hypot(x - 1.0, y - 2.0) > 0.01)
+    way = math.atan2(2.0 - y, 1.0 - x)
+    assert steer(x, y, way, Leg(0.0, 0.0, 1.0, 2.0, False), BURGER)[1] == pytest.approx(
+        0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize('exact', [True, False])
+def test_who_looks_the_other_way_turns_on_the_spot(exact):
+    v, w = steer(0.0, 0.0, 2.0, Leg(0.0, 0.0, 1.0, 0.0, exact), BURGER)
+    assert v == 0.0
+    assert w < 0.0
+
+
+def test_a_standstill_is_one():
+    assert STANDSTILL == (0.0, 0.0)
 
 
 @given(st.floats(-100.0, 100.0))

@@ -9,9 +9,9 @@ import pytest
 
 from bridge_helpers import poses, spoil
 from msgs_bridge.poses import (
-    check_frame, initialpose_from_pose, odometry_from_pose, Pose, pose_from_initialpose,
-    pose_from_odometry, pose_from_pose_stamped, pose_stamped_from_pose, seconds_from_stamp,
-    stamp_from_seconds, yaw_from_quaternion)
+    check_frame, covariance_from_variances, initialpose_from_pose, odometry_from_pose, Pose,
+    pose_from_initialpose, pose_from_odometry, pose_from_pose_stamped, pose_stamped_from_pose,
+    seconds_from_stamp, stamp_from_seconds, variances_from_covariance, yaw_from_quaternion)
 
 POSE = Pose(1.5, 2.0, 3.0, 0.5, 0.1, 0.2)
 
@@ -91,6 +91,16 @@ def test_a_length_that_is_nearly_one_does_not_change_the_yaw(yaw, length):
     assert read == pytest.approx(yaw, abs=1e-12)
 
 
+@given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
+def test_the_yaw_of_a_robot_that_leans_is_that_of_its_heading(yaw, pitch, roll):
+    (sy, cy), (sp, cp), (sr, cr) = (
+        (math.sin(angle / 2), math.cos(angle / 2)) for angle in (yaw, pitch, roll))
+    read = yaw_from_quaternion(
+        sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy)
+    assert read == pytest.approx(yaw, abs=1e-9)
+
+
 def test_frames_are_compared():
     check_frame('/odom', 'odom', 'odom')
     with pytest.raises(ValueError, match="odom: frame is 'map', must be 'odom'"):
@@ -103,6 +113,19 @@ def test_covariances_are_where_they_belong():
     assert [msg.pose.covariance[i] for i in (0, 7, 35)] == [1, 2, 3]
     assert [msg.twist.covariance[i] for i in (0, 7, 35)] == [4, 5, 6]
     assert sum(msg.pose.covariance) == 6
+    assert variances_from_covariance(msg.twist.covariance, 'odom') == (4, 5, 6)
+    assert variances_from_covariance(
+        initialpose_from_pose(POSE, (7, 8, 9)).pose.covariance, 'initialpose') == (7, 8, 9)
+    assert variances_from_covariance([0.0] * 36, 'odom') == (0, 0, 0)
+
+
+@pytest.mark.parametrize('place', [0, 1, 2])
+@pytest.mark.parametrize('value', [-1e-9, math.nan, math.inf])
+def test_variances_that_are_none_are_refused(place, value):
+    variances = [1.0, 1.0, 1.0]
+    variances[place] = value
+    with pytest.raises(ValueError, match='amcl_pose: covariance is'):
+        variances_from_covariance(covariance_from_variances(variances), 'amcl_pose')
 
 
 @pytest.mark.parametrize('x', [1e300, -1.7e308, 1.1e9])
