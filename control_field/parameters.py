@@ -1,9 +1,9 @@
 """Every parameter of the method, with unit, range and meaning, in one place."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, Field, field, fields
 import math
-from typing import Any
+from typing import Any, cast
 
 
 def parameter(
@@ -119,10 +119,12 @@ def check_fields(record: Any) -> None:
 
     """
     for spec in fields(record):
-        _check(spec.name, getattr(record, spec.name), spec.type, spec.metadata)
+        check_value(spec, getattr(record, spec.name))
 
 
-def _check(name: str, value: Any, kind: Any, metadata: Mapping[str, Any]) -> None:
+def check_value(spec: 'Field[Any]', value: Any) -> None:
+    """Check one value against the declaration of its field; ValueError as in `check_fields`."""
+    name, kind, metadata = spec.name, cast(Any, spec.type), spec.metadata
     kind = {'str': str, 'float': float, 'int': int, 'bool': bool}.get(kind, kind)
     fits = isinstance(value, kind) or (kind is float and isinstance(value, int))
     if not fits or (isinstance(value, bool) and kind is not bool):

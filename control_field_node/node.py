@@ -25,6 +25,7 @@ from control_field_node.reports import diagnostic_from_supervisor, Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.supervisor import Supervisor
 from msgs_bridge import qos
+from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.neighbourhoods import neighbourhood_from_grid
 from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
@@ -42,6 +43,11 @@ from msgs_bridge.velocities import twist_stamped_from_velocity, velocity_from_tw
 #: How often the node looks for what has not come, and tells how it stands, [s] of the wall clock.
 _WATCH_PERIOD: Final = 0.1
 _TELL_PERIOD: Final = 1.0
+
+PROGRAM: Final = Program(
+    'control_field_node', 'the controller: drives a robot by the control field that the learner '
+    'publishes,\ndecides cell by cell, and watches over safety (doc/safety.md).',
+    '-p v_max:=0.2 -p enable_stamped_cmd_vel:=true', DECISION_PARAMETERS + names_of(Settings))
 
 
 class ControlFieldNode(Node):
@@ -62,6 +68,7 @@ class ControlFieldNode(Node):
             self, Parameters, names=DECISION_PARAMETERS, on_change=self._on_parameters)
         self._settings = declare_parameters_from(
             self, Settings, fixed=FIXED, on_change=self._on_settings)
+        check_names(self)
         self.supervisor = Supervisor(self._settings, parameters, self._log)
         self._book = TickBook()
         self._writer = CommandWriter(self._settings, self._book, self._time)
@@ -76,6 +83,8 @@ class ControlFieldNode(Node):
         self.create_timer(_WATCH_PERIOD, self._watch, clock=steady)
         self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
         self._tell_trial()
+        self._log('info', f'waits for a control field; it drives by {self._writer.kind.__name__} '
+                  f'on {self._commands.topic_name}')
 
     def _make_publishers(self) -> None:
         self._commands = self.create_publisher(self._writer.kind, 'cmd_vel', qos.COMMAND)
@@ -354,7 +363,7 @@ def main(args: list[str] | None = None) -> None:
 
     """
     # The events executor needs 0.4 ms a tick where the usual one needs 0.9.
-    run_node('control_field_node', ControlFieldNode, args, EventsExecutor)
+    run_node(PROGRAM, ControlFieldNode, args, EventsExecutor)
 
 
 if __name__ == '__main__':

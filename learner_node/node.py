@@ -29,13 +29,15 @@ from learner_node.library import Library
 from learner_node.phases import IN_TRIAL, Peers, Phase
 from learner_node.publications import Publications
 from learner_node.recorder import Raw, Recorder, stamp_of
-from learner_node.reports import diagnostic_from_session, sentence_from_lesson
+from learner_node.reports import (
+    diagnostic_from_session, PROGRAM, sentence_at_start, sentence_from_lesson)
 from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.topics import Recorded, recorded_topics, type_name
 from learner_node.warm_up import warm_up
 from learner_node.worker import Worker
 from msgs_bridge.bag_folder import BagError, check_unused, EpisodeKind, TaskFolder
+from msgs_bridge.command_line import check_names
 from msgs_bridge.node_main import exit_with, spin_until_signal, start_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import pose_from_odometry
@@ -72,11 +74,12 @@ class LearnerNode(Node):
         self._settings = declare_parameters_from(
             self, Settings, fixed=FIXED, on_change=self._on_settings)
         poses = self.declare_parameter('start_poses', Parameter.Type.DOUBLE_ARRAY).value
+        check_names(self)
         task = TaskFolder(self._settings.bags, self._settings.task)
         check_unused(task.path)
-        starts = start_poses_from_list(poses, self._settings.grid)
+        grid = self._settings.grid
         self._library = Library(
-            task, self._settings.grid, parameters, starts, fresh=self._settings.fresh)
+            task, grid, parameters, start_poses_from_list(poses, grid), self._settings.fresh)
         task.hold()
         self._session = Session(
             self._settings, lambda: self._library.next_start(self._settings.starts == 'spread'))
@@ -98,8 +101,7 @@ class LearnerNode(Node):
     def _make_topics(self) -> None:
         self._publications = Publications(self, self._settings.frame_id)
         topics = recorded_topics(self._settings)
-        self._library.topics = {
-            topic.name: self.resolve_topic_name(topic.name) for topic in topics}
+        self._library.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
         for topic in topics:
             self.create_subscription(
                 topic.kind, topic.name, self._reader(topic), topic.profile, raw=True)
@@ -107,14 +109,13 @@ class LearnerNode(Node):
     def _make_services(self) -> None:
         self._desk = Desk(self, self._session, lambda: Future(executor=self.executor),
                           MutuallyExclusiveCallbackGroup())
-        controller = self._settings.controller
-        self._start = self.create_client(Trigger, f'{controller}/start_trial')
-        self._stop = self.create_client(Trigger, f'{controller}/stop_trial')
+        self._start, self._stop = (
+            self.create_client(Trigger, f'{self._settings.controller}/{name}_trial')
+            for name in ('start', 'stop'))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
         self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=steady)
-        self.create_timer(
-            _FLUSH_PERIOD, lambda: self._guard(self._recorder.flush), clock=steady)
+        self.create_timer(_FLUSH_PERIOD, lambda: self._guard(self._recorder.flush), clock=steady)
         self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
 
     def _on_settings(self, settings: Settings) -> None:
@@ -142,9 +143,8 @@ class LearnerNode(Node):
         """Return the time of arrival, [ns]; in lock-step the simulator's."""
         if topic == 'odom':
             self._odometry_time = stamp_of(cdr)
-        if self._settings.lockstep:
-            return self._odometry_time
-        return int(self.get_clock().now().nanoseconds)
+        return self._odometry_time if self._settings.lockstep else int(
+            self.get_clock().now().nanoseconds)
 
     def _saw_odometry(self, cdr: bytes) -> None:
         self.carry_out(self._session.heard_odometry(
@@ -257,8 +257,7 @@ class LearnerNode(Node):
                 self.carry_out(self._session.start_answered(
                     answer.success, answer.message, time.monotonic()))
 
-        if self._start.service_is_ready():
-            self._start.call_async(Trigger.Request()).add_done_callback(answered)
+        self._start.call_async(Trigger.Request()).add_done_callback(answered)
 
     def _say(self, text: str, warns: bool = False) -> None:
         self.said = text
@@ -297,8 +296,7 @@ class LearnerNode(Node):
 
     def relearn_after(self, change: str, *arguments: Any) -> None:
         """Let the library change a bag, and learn from all of them anew."""
-        self._worker.do(
-            partial(getattr(self._library, change), *arguments), self._on_changed)
+        self._worker.do(partial(getattr(self._library, change), *arguments), self._on_changed)
 
     def _on_changed(self, future: 'JobFuture[str]') -> None:
         try:
@@ -318,6 +316,7 @@ class LearnerNode(Node):
         except BagError as error:
             self.fatal = str(error)
             return
+        self._say(sentence_at_start(self._settings, self._library.task, self._library.refresh))
         self._learnt()
 
     def _on_lesson(self, future: 'JobFuture[Lesson]') -> None:
@@ -382,7 +381,7 @@ def main(args: list[str] | None = None) -> None:
     prepare()
     node = None
     try:
-        node = start_node('learner_node', LearnerNode, args)
+        node = start_node(PROGRAM, LearnerNode, args)
         spin_until_signal(node, lambda: node.fatal)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass

@@ -1,14 +1,35 @@
 """What the learner says about itself: on `/diagnostics`, in the log, in answers."""
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.learner import Refresh
+from control_field.parameters import Parameters
 from learner_node.lessons import Lesson
 from learner_node.phases import Phase
 from learner_node.session import Session
+from learner_node.settings import Settings
+from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.command_line import names_of, Program
+
+
+PROGRAM: Final = Program(
+    'learner_node', 'records demonstrations and trials, learns after each, publishes the control '
+    'field.', '-p task:=kitchen -p simulation:=true',
+    names_of(Parameters, Settings) + ('start_poses',))
+
+
+def sentence_at_start(settings: Settings, task: TaskFolder, refresh: Refresh | None) -> str:
+    """Say what the task is, what is known of it, and what to do next."""
+    begins = f'task {task.task} in {task.path.resolve()}: '
+    if refresh is None:
+        return (begins + 'nothing was learnt yet; show the way: s in teleop_node, or the service '
+                '~/record_demonstration')
+    service = '~/run_trials' if settings.simulation else f'{settings.controller}/start_trial'
+    return begins + (f'{refresh.certificate.sentence()}; let the robot try: t in teleop_node, or '
+                     f'the service {service}')
 
 
 def diagnostic_from_session(

@@ -7,6 +7,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import LaserScan
 
 from msgs_bridge import qos
+from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.neighbourhood_maker import NeighbourhoodMaker
 from msgs_bridge.neighbourhoods import grid_from_neighbourhood
 from msgs_bridge.node_main import run_node
@@ -14,6 +15,10 @@ from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.sight_settings import FIXED, SightSettings
 
 _LOG_PERIOD: Final = 10.0
+
+PROGRAM: Final = Program(
+    'neighbourhood_node', 'makes the 3x3 sight of a robot from its laser scan or a costmap.',
+    '-p source:=costmap -r costmap:=local_costmap/costmap', names_of(SightSettings))
 
 
 class NeighbourhoodNode(Node):
@@ -35,12 +40,22 @@ class NeighbourhoodNode(Node):
         super().__init__('neighbourhood_node', **options)
         self._maker = NeighbourhoodMaker(declare_parameters_from(
             self, SightSettings, fixed=FIXED, on_change=self._on_settings))
+        check_names(self)
         self._neighbourhoods = self.create_publisher(OccupancyGrid, 'neighbourhood', qos.SENSOR)
         scans = self._maker.settings.source == 'scan'
         self.create_subscription(
             LaserScan if scans else OccupancyGrid, 'scan' if scans else 'costmap', self._on_sight,
             qos.SENSOR)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
+        self._say_what_is_here()
+
+    def _say_what_is_here(self) -> None:
+        settings, named = self._maker.settings, self.resolve_topic_name
+        logger = self.get_logger()  # type: ignore[no-untyped-call]
+        logger.info(
+            f'{named("neighbourhood")} is made from {named(settings.source)} and {named("odom")}, '
+            f'in {settings.rows} x {settings.cols} cells of {settings.resolution:g} m from '
+            f'({settings.origin_x:g}, {settings.origin_y:g}) m in {settings.frame_id} on')
 
     def _on_settings(self, settings: SightSettings) -> None:
         self._maker.settings = settings
@@ -89,7 +104,7 @@ def main(args: list[str] | None = None) -> None:
         With code 2, after one line on stderr, if an argument or a parameter is wrong.
 
     """
-    run_node('neighbourhood_node', NeighbourhoodNode, args)
+    run_node(PROGRAM, NeighbourhoodNode, args)
 
 
 if __name__ == '__main__':

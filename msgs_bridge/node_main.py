@@ -13,10 +13,13 @@ import rclpy
 from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+from rclpy.impl.logging_severity import LoggingSeverity
+from rclpy.logging import get_logger_effective_level, set_logger_level
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import ok, try_shutdown
 
+from msgs_bridge.command_line import begin, Program
 from msgs_bridge.processes import prepare
 
 AnyNode = TypeVar('AnyNode', bound=Node)
@@ -49,7 +52,7 @@ _signals: Final = _Signals()
 
 
 def run_node(
-    name: str, kind: Callable[[], Node], args: list[str] | None = None,
+    program: Program, kind: Callable[[], Node], args: list[str] | None = None,
     executor: Callable[[], Any] = SingleThreadedExecutor,
 ) -> None:
     """
@@ -57,8 +60,8 @@ def run_node(
 
     Parameters
     ----------
-    name : str
-        Stands before a line about a mistake.
+    program : Program
+        What --help says.
     kind : callable
         Makes the node. If that has a method `close`, it is called while ROS is still there,
         whether a signal or an exception ends the node.
@@ -70,13 +73,14 @@ def run_node(
     Raises
     ------
     SystemExit
-        With code 2, after one line on stderr, if an argument or a parameter is wrong.
+        With code 2, after one line on stderr, if an argument or a parameter is wrong; with code
+        0 after the page of help.
 
     """
     prepare()
     node = None
     try:
-        node = start_node(name, kind, args)
+        node = start_node(program, kind, args)
         spin_until_signal(node, executor=executor())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
@@ -89,7 +93,9 @@ def run_node(
                 try_shutdown()
 
 
-def start_node(name: str, kind: Callable[[], AnyNode], args: list[str] | None) -> AnyNode:
+def start_node(
+    program: Program, kind: Callable[[], AnyNode], args: list[str] | None,
+) -> AnyNode:
     """
     Start ROS without its signal handlers, and make a node.
 
@@ -97,16 +103,15 @@ def start_node(name: str, kind: Callable[[], AnyNode], args: list[str] | None) -
     ------
     SystemExit
         With code 2, after one line on stderr, if an argument or a parameter is wrong, or ROS
-        cannot do what its environment asks for.
+        cannot do what its environment asks for; with code 0 after the page of help.
 
     """
     _signals.listen()
-    _check_domain(name)
+    name = program.name
     try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
-        exit_with(name, f'wrong ROS arguments: {_without_sources(error)}')
-    try:
+        begin(program, args)
+        _check_domain()
+        _start_ros(args)
         with warnings.catch_warnings():
             # Where no node can be made, rclpy warns of what it cannot tidy up on top.
             warnings.simplefilter('ignore', RuntimeWarning)
@@ -138,13 +143,25 @@ def exit_with(name: str, problem: str) -> NoReturn:
     raise SystemExit(2)
 
 
-def _check_domain(name: str) -> None:
+def _start_ros(args: list[str] | None) -> None:
+    """Start ROS; ValueError with one line, and nothing else said, if its arguments are wrong."""
+    set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say a part of it beforehand
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except (rcl.RCLError, rcl.UnknownROSArgsError) as error:
+        raise ValueError(f'wrong ROS arguments: {_without_sources(error)}') from None
+    finally:
+        if get_logger_effective_level('rcl') == LoggingSeverity.FATAL:
+            set_logger_level('rcl', LoggingSeverity.UNSET)
+
+
+def _check_domain() -> None:
     """Refuse a domain without ports; ROS would print a page about it."""
     domain = os.environ.get('ROS_DOMAIN_ID', '')
     if domain.isdecimal() and int(domain) > _MAX_DOMAIN:
-        exit_with(name, f'ROS_DOMAIN_ID is {domain}, must be in 0 ... {_MAX_DOMAIN}')
+        raise ValueError(f'ROS_DOMAIN_ID is {domain}, must be in 0 ... {_MAX_DOMAIN}')
 
 
 def _without_sources(error: Exception) -> str:
     """Return what ROS says, without the places in its sources."""
-    return str(error).split(', at /')[0]
+    return str(error).split(', at /')[0].removeprefix('failed to initialize rcl: ')

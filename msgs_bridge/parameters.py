@@ -11,7 +11,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from control_field.parameters import check_fields
+from control_field.parameters import check_fields, check_value
 
 Record = TypeVar('Record')
 
@@ -81,7 +81,10 @@ def _declare(node: Node, spec: 'Field[Any]', read_only: bool) -> Any:
         return _as_declared(spec, node.declare_parameter(
             spec.name, spec.default, descriptor_from_field(spec, read_only)).value)
     except ParameterException as error:
-        raise ValueError(f'parameter {_one_line(str(error))}') from None
+        # ROS looks at ranges first, in words of its own; ours name parameter, value and range.
+        given = node._parameter_overrides.get(spec.name)
+        check_value(spec, spec.default if given is None else given.value)
+        raise ValueError(f'{spec.name}: {_one_line(str(error))}') from None
 
 
 def _as_declared(spec: 'Field[Any]', value: Any) -> Any:

@@ -15,6 +15,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from msgs_bridge import qos
+from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.neighbourhoods import (
     grid_from_neighbourhood,
     map_from_occupancy,
@@ -40,6 +41,10 @@ _CARE_PERIOD: Final = 0.5
 #: How often a tick is published again for a reader that came late (lock-step).
 _REPEATS: Final = 4
 _LOG_PERIOD: Final = 5.0
+
+PROGRAM: Final = Program(
+    'sim_node', 'a simulated robot on a map: odometry, 3x3 sight, collisions, wheel slip.',
+    '-p world:=task1 -p speed_factor:=2.0', names_of(SimParameters))
 
 
 class SimNode(Node):
@@ -73,6 +78,7 @@ class SimNode(Node):
         super().__init__('sim_node', **options)
         self._settings = declare_parameters_from(
             self, SimParameters, fixed=FIXED, on_change=self._on_change)
+        check_names(self)
         self.add_on_set_parameters_callback(self._check_world)
         self._new_world: World | None = None
         self._simulation = Simulation(self._load(self._settings.world), self._settings)
@@ -85,6 +91,17 @@ class SimNode(Node):
         self._make_timers()
         self._publish_map()
         self._publish()
+        self._say_what_is_here()
+
+    def _say_what_is_here(self) -> None:
+        grid, topic = self._simulation.world.grid, self.resolve_topic_name('cmd_vel')
+        pace = ('in lock-step, time stands still until a command answers' if (
+            self._settings.lockstep) else f'in real time x {self._settings.speed_factor:g}')
+        self.get_logger().info(
+            f'world {self._simulation.world.name}, {grid.n_rows} x {grid.n_cols} cells of '
+            f'{grid.resolution:g} m, {pace}; the robot at ({self._settings.start_x:g}, '
+            f'{self._settings.start_y:g}) m drives by {self._command_type.__name__} on {topic}, '
+            f'which control_field_node passes on from teleop_node')
 
     def _load(self, name: str) -> World:
         return load_world(find_world(name), self._settings.frame_id)
@@ -305,7 +322,7 @@ def main(args: list[str] | None = None) -> None:
         With code 2, after one line on stderr, if an argument, a parameter or the world is wrong.
 
     """
-    run_node('sim_node', SimNode, args)
+    run_node(PROGRAM, SimNode, args)
 
 
 if __name__ == '__main__':

@@ -21,6 +21,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from control_field.limits import STANDSTILL, Velocity
 from msgs_bridge import qos
+from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.node_main import start_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import initialpose_from_pose, Pose, pose_from_odometry
@@ -46,6 +47,10 @@ _PATIENCE: Final = 60.0
 _NEAR: Final = 0.05
 _SET_BACK_TIME: Final = 3.0
 
+PROGRAM: Final = Program(
+    'teleop_node', 'keys, or services of the same names, to drive and to teach (doc/teaching.md).'
+    f'\n\n{HELP}', '-p speed:=0.1 -p topic:=cmd_vel', names_of(Settings))
+
 
 class TeleopNode(Node):
     """
@@ -68,6 +73,7 @@ class TeleopNode(Node):
         super().__init__('teleop_node', **options)
         self.settings = declare_parameters_from(
             self, Settings, fixed=FIXED, on_change=self._on_settings)
+        check_names(self)
         self.terminal = terminal if self.settings.keyboard else None
         self.is_done = False
         self._parser, self._presses = KeyParser(), Presses()
@@ -331,7 +337,7 @@ def main(args: list[str] | None = None) -> None:
     prepare()
     node = None
     try:
-        node = start_node('teleop_node', _make_node, args)
+        node = start_node(PROGRAM, _make_node, args)
         _run(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass

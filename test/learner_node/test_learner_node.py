@@ -18,7 +18,8 @@ from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import NothingToLearnError, read_episode
 from msgs_bridge.poses import odometry_from_pose, Pose
 from msgs_bridge.tables import field_from_cloud
-from ros_helpers import call, collect, node_command, Process, start_node, wait_until
+from ros_helpers import (
+    call, collect, node_command, Process, REPEAT, start_node, wait_until)
 
 LEARNER = 'learner_node.node'
 
@@ -53,7 +54,7 @@ class Robot:
         def is_recording():
             self.drive(0.6)
             return call(self.node, SetBool, 'learner_node/record_demonstration',
-                        SetBool.Request(data=True)).success
+                        SetBool.Request(data=True), again=REPEAT).success
         wait_until(is_recording, node=self.node, processes=[process], what='a recording')
 
     def cross(self, process, bag, until):
@@ -117,7 +118,14 @@ def test_a_signal_ends_it_cleanly(ros_domain, ros_node, tmp_path, number):
         client = ros_node.create_client(Trigger, 'learner_node/run_trials')
         wait_until(client.service_is_ready, node=ros_node, processes=[process])
         process.stop(number)
-    assert process.stderr == ''
+    assert [line for line in process.stderr.splitlines() if '[INFO]' not in line] == []
+
+
+def test_at_the_start_it_says_what_to_do_next(ros_domain, tmp_path):
+    with start(tmp_path) as process:
+        wait_until(lambda: '~/record_demonstration' in process.stderr, processes=[process])
+        [line] = [line for line in process.stderr.splitlines() if 'teleop_node' in line]
+    assert f"task task in {(tmp_path / 'bags' / 'task').resolve()}: nothing was learnt" in line
 
 
 def test_what_cannot_be_done_is_refused_with_a_reason(ros_domain, ros_node, tmp_path):

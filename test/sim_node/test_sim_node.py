@@ -241,14 +241,15 @@ class TestRealTime:
 class TestHostileInput:
     def test_commands_that_are_not_finite_move_nothing(self, ros_node, tmp_path):
         with simulator(ros_node, tmp_path, stamped=False) as peer:
-            for v, w in ((math.nan, 0.0), (0.0, math.inf), (-math.inf, 1.0)):
+            for v, w in 10 * ((math.nan, 0.0), (0.0, math.inf), (-math.inf, 1.0)):
                 peer.command(v, w)
                 after = peer.odometry()
             peer.wait(lambda: 'refused' in peer.process.stderr, 'the refusal')
             assert pose_from_odometry(after).x == 0.625
             assert after.twist.twist.angular.z == 0.0
             assert 'Traceback' not in peer.process.stderr
-            assert peer.process.stderr.count('refused') == 1  # throttled
+            # Throttled by time: how often it is said is up to the machine's load.
+            assert peer.process.stderr.count('refused') < 15
 
     @pytest.mark.parametrize(('change', 'word'), [
         (lambda m: setattr(m.pose.pose.position, 'x', math.nan), 'finite'),
@@ -379,5 +380,8 @@ class TestProcess:
         with simulator(ros_node, tmp_path, lockstep, lockstep=lockstep) as peer:
             peer.first_tick()
             peer.process.stop(number)
-            assert peer.process.stderr == ''
+            [line] = peer.process.stderr.splitlines()
+            assert 'world open, 20 x 20 cells of 0.25 m' in line
+            assert ('in lock-step' if lockstep else 'in real time x 1;') in line
+            assert 'on /cmd_vel' in line
             assert peer.process.stdout == ''

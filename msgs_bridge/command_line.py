@@ -1,0 +1,192 @@
+"""A node's command line: its page of help, and what nobody would ever have looked at."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from difflib import get_close_matches
+from pathlib import Path
+import sys
+import textwrap
+from typing import Any, Final
+
+import yaml  # type: ignore[import-untyped, unused-ignore]
+
+#: How alike a name for any node has to be to one of this node to be taken for a slip of the pen:
+#: names of different nodes are up to 0.89 alike.
+_SLIP: Final = 0.9
+
+PAGE: Final = """\
+{name}: {does}
+
+  {name} --ros-args {example}
+  {name} --ros-args --params-file FILE -r __ns:=/robot1 -r odom:=wheels/odom
+
+Parameters; doc/parameters.md tells default, unit, range and meaning of each:
+{parameters}"""
+
+
+@dataclass(frozen=True)
+class Program:
+    """
+    What a node says about itself before it is one.
+
+    Parameters
+    ----------
+    name : str
+        Of the executable; stands before a line about a mistake.
+    does : str
+        What it does, in a sentence.
+    example : str
+        ROS arguments that make sense.
+    parameters : tuple of str
+        Names of its parameters.
+
+    """
+
+    name: str
+    does: str
+    example: str
+    parameters: tuple[str, ...]
+
+    @property
+    def page(self) -> str:
+        """Return the page of help."""
+        names = textwrap.fill(', '.join(self.parameters), 98, initial_indent='  ',
+                              subsequent_indent='  ', break_on_hyphens=False)
+        return PAGE.format(name=self.name, does=self.does, example=self.example, parameters=names)
+
+
+def names_of(*kinds: Any) -> tuple[str, ...]:
+    """Return the names of the fields of dataclasses."""
+    return tuple(spec.name for kind in kinds for spec in fields(kind))
+
+
+def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the plain arguments and those of ROS, which stand between --ros-args and --."""
+    plain: list[str] = []
+    ros: list[str] = []
+    target = plain
+    for argument in arguments:
+        if target is plain and argument == '--ros-args':
+            target = ros
+        elif target is ros and argument == '--':
+            target = plain
+        else:
+            target.append(argument)
+    return plain, ros
+
+
+class Given:
+    """What the command line gives a node; nothing before `take`."""
+
+    def __init__(self) -> None:
+        self.plain: list[str] = []
+        self._ros: list[str] = []
+
+    def take(self, args: Sequence[str] | None) -> None:
+        """Take arguments apart, by default those of the process; the program's may be first."""
+        has_program = args is None or (len(args) > 0 and not args[0].startswith('-'))
+        self.plain, self._ros = split_arguments((sys.argv if args is None else args)[has_program:])
+
+    @property
+    def wants_help(self) -> bool:
+        """Tell whether the page of help is asked for."""
+        return '-h' in self.plain or '--help' in self.plain
+
+    def unknown(self, names: Collection[str]) -> tuple[list[str], list[str]]:
+        """
+        Sort names that a node has no parameter of.
+
+        Returns
+        -------
+        mistaken : list of str
+            Given to this node: by ``-p``, or under its name in a file.
+        shared : list of str
+            Given in a file to any node; another one may have them.
+
+        """
+        singly = {name for rule in self._values_of('-p', '--param')
+                  for name in [rule.partition(':=')[0].rpartition(':')[2]]}
+        for_all = {name for path in self._values_of('--params-file')
+                   for name in names_for_all(Path(path))}
+        mistaken = [name for name in names if name in singly or name not in for_all]
+        return mistaken, [name for name in names if name not in mistaken]
+
+    def _values_of(self, *options: str) -> Iterator[str]:
+        for option, value in zip(self._ros, self._ros[1:], strict=False):
+            if option in options:
+                yield value
+
+
+def names_for_all(path: Path) -> set[str]:
+    """Return the names in a parameter file's sections whose last part is a wildcard."""
+    names: set[str] = set()
+    with suppress(OSError, ValueError, yaml.YAMLError):  # ROS says what is wrong with it
+        sections = yaml.safe_load(path.read_text())
+        for section, content in sections.items() if isinstance(sections, Mapping) else ():
+            if '*' in str(section).rpartition('/')[2] and isinstance(content, Mapping):
+                names.update(_flat(content.get('ros__parameters')))
+    return names
+
+
+def _flat(values: Any, before: str = '') -> Iterator[str]:
+    """Yield the full names in a tree of parameters."""
+    for name, value in values.items() if isinstance(values, Mapping) else ():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f'{before}{name}.')
+        else:
+            yield f'{before}{name}'
+
+
+#: The command line of this process, once it has begun as a node.
+_given: Final = Given()
+
+
+def begin(program: Program, args: list[str] | None) -> None:
+    """
+    Look at the command line before there is a node.
+
+    Raises
+    ------
+    ValueError
+        If there is an argument that nothing would look at.
+    SystemExit
+        With code 0, after the page of help, where that is asked for.
+
+    """
+    _given.take(args)
+    if _given.wants_help:
+        print(program.page)
+        raise SystemExit(0)
+    if _given.plain:
+        raise ValueError(
+            f'what is {_given.plain[0]!r}? Parameters are given as --ros-args -p NAME:=VALUE, '
+            f'{program.name} --help lists them')
+
+
+def check_names(node: Any) -> None:
+    """
+    Look for parameters that were given and that this node does not have; call it once declared.
+
+    Raises
+    ------
+    ValueError
+        If one was given to this node: a limit that is misspelt would be none.
+
+    """
+    names = [name for name in node._parameter_overrides if not node.has_parameter(name)]
+    mistaken, shared = _given.unknown(names)
+    known = sorted(node.get_parameters_by_prefix(''))
+    if mistaken:
+        raise ValueError('; '.join(f'there is no parameter {_with_hint(name, known)}'
+                                   for name in mistaken) + ' (--help lists all)')
+    for name in shared:
+        if get_close_matches(name, known, 1, _SLIP):
+            node.get_logger().warning(
+                f'a parameter file gives {node.get_name()}, too, {_with_hint(name, known)}')
+
+
+def _with_hint(name: str, known: Collection[str]) -> str:
+    """Return a name, and which ones may have been meant."""
+    near = get_close_matches(name, known, 2)
+    return f'{name!r}' + (f' (is {" or ".join(near)} meant?)' if near else '')
