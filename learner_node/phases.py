@@ -12,8 +12,13 @@ QUIET: Final = 0.1
 MAX_SETTLING: Final = 0.3
 #: Time after which a request that was not answered is made again, [s].
 RETRY: Final = 0.3
-#: How often the same request is made before the run is given up.
+#: Ticks after which a request to start a trial that nobody has answered was lost. Made again any
+#: sooner it may start two trials; and ticks, not seconds, because each of them comes after a look
+#: at what has arrived, however long this process was held up.
+LOST: Final = 60
+#: How often the same request is made before the run is given up, and for how long, [s].
 MAX_REQUESTS: Final = 30
+MAX_ASKING: Final = 10.0
 #: After how many the robot is sent to another start: that one may lie in an obstacle.
 PLACE_REQUESTS: Final = 4
 

@@ -25,6 +25,8 @@ from learner_node.effects import (
 )
 from learner_node.phases import (
     IN_TRIAL,
+    LOST,
+    MAX_ASKING,
     MAX_REQUESTS,
     MAX_SETTLING,
     obstacle,
@@ -66,7 +68,7 @@ class Session:
         self._status: TrialStatus | None = None
         self._counts: Counter[int] = Counter()
         self._began = self._heard = self._asked = -math.inf
-        self._n_asked = 0
+        self._n_asked = self._n_silent = 0
         self._stamp = 0.0
         self._told = ''
 
@@ -90,7 +92,7 @@ class Session:
         stops = self.phase in IN_TRIAL
         effects: Effects = [StopTrial()] if stops else []
         if self.is_recording:
-            effects.append(Abandon('the learner was stopped', self.trial))
+            effects += [Abandon('the learner was stopped', self.trial)]
         self._go(Phase.IDLE, now)
         return effects
 
@@ -216,6 +218,9 @@ class Session:
             return self._saw_ended(status, now)
         if self.phase is Phase.TRIAL:
             return self._break_off('the controller started anew', now)
+        # A controller that begins has not got what the one before it was asked.
+        if self.phase is Phase.STARTING:
+            self._n_silent, self._asked = LOST, now
         return self._proceed(now)
 
     def _saw_running(
@@ -260,7 +265,7 @@ class Session:
         """Take in the controller's answer to a request to start."""
         if self.phase is not Phase.STARTING or accepted:
             return []
-        self._asked = now  # the next request comes after a while
+        self._n_silent, self._asked = LOST, now  # the next request comes after a while
         if self._n_asked < MAX_REQUESTS:
             return []
         return self._break_off(f'the controller does not start it: {message}', now)
@@ -297,9 +302,9 @@ class Session:
                 f'decisions arrived', now)
         if self.phase is Phase.FINISHING:
             return self._finish(now)
-        if now - self._asked > RETRY:
-            return self._ask_again(now)
-        return []
+        self._n_silent += 1
+        waits = self.phase is Phase.STARTING and self._n_silent < LOST
+        return self._ask_again(now) if now - self._asked > RETRY and not waits else []
 
     def _settle(self, now: float) -> Effects:
         waited = now - self._began
@@ -326,7 +331,7 @@ class Session:
         if self.phase not in (Phase.PLACING, Phase.STARTING):
             return []
         placing = self.phase is Phase.PLACING
-        if self._n_asked >= MAX_REQUESTS:
+        if self._n_asked >= MAX_REQUESTS or now - self._began > MAX_ASKING:
             return self._break_off('the robot was not set back' if placing else
                                    'the controller does not answer', now)
         if placing and self._n_asked % PLACE_REQUESTS == 0:
@@ -347,7 +352,7 @@ class Session:
         self.phase, self._began = phase, now
 
     def _ask(self, request: Effect, now: float) -> Effects:
-        self._asked = now
+        self._asked, self._n_silent = now, 0
         self._n_asked += 1
         return [request]
 

@@ -14,7 +14,7 @@ from learner_node.effects import (
     StartTrial,
     StopTrial,
 )
-from learner_node.phases import MAX_REQUESTS, Peers, Phase, SessionError
+from learner_node.phases import LOST, MAX_REQUESTS, Peers, Phase, SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings, StartPose
 from msgs_bridge.bag_folder import EpisodeKind
@@ -260,6 +260,36 @@ class TestRetries:
         assert Discard() in play.log
         assert any(isinstance(effect, Say) and 'broken off' in effect.text for effect in play.log)
         assert play.session.n_left == 1
+
+    def test_a_start_that_may_yet_be_answered_is_not_asked_for_twice(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        play('start_answered', True, '')
+        assert play.wait(0.05 * LOST - 0.1) == []
+        assert play.wait(0.3) == [StartTrial()]  # it was lost
+
+    def test_a_learner_that_was_held_up_looks_at_what_has_come_first(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        play.now += 8.0
+        assert play('tick') == []
+        assert play('saw_status', running()) == []
+        assert play.phase is Phase.TRIAL
+
+    def test_a_controller_that_begins_is_asked_anew(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        assert play('saw_status', idle()) == []
+        assert play.wait(0.4) == [StartTrial()]
+
+    def test_a_start_that_nobody_answers_is_given_up(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        effects = play.wait(12.1)
+        assert effects.count(StartTrial()) == 3
+        assert any(isinstance(effect, Say) and 'does not answer' in effect.text
+                   for effect in effects)
+        assert Discard() in effects
 
     def test_a_trial_on_an_old_field_is_broken_off(self, play):
         play('run_trials', 1)
