@@ -9,6 +9,7 @@ from control_field import compiled
 from control_field.headings import headings_from_vectors
 from control_field.records import ControlField
 from control_field.sight import BLOCKED
+from control_field.words import counted
 
 Rules = tuple[bool, bool, int]
 
@@ -53,8 +54,9 @@ class Certificate:
     def sentence(self) -> str:
         """Return the certificate in one sentence."""
         return (f'the goal is reached from {self.basin:.1%} of {self.n_reachable} known free '
-                f'cells ({self.proven:.1%} over seen ground only), {len(self.sinks)} sinks, '
-                f'fidelity {self.fidelity:.1%}, {self.n_prototypes} prototypes, '
+                f'cells ({self.proven:.1%} over seen ground only), '
+                f'{counted(len(self.sinks), "sink")}, '
+                f'fidelity {self.fidelity:.1%}, {counted(self.n_prototypes, "prototype")}, '
                 f'coherence at least {self.coherence_min:.2f}')
 
 

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.records import Demonstration
+from control_field.words import counted
 
 #: A cell is left only this far beyond its edge, as a share of its side: a diagonal drive that
 #: grazes a corner is a diagonal step, and jitter on an edge, or a drive along it, is no step.
@@ -54,16 +55,16 @@ class DemonstrationReport:
 
     def __str__(self) -> str:
         """Return one sentence; what did not happen is left out."""
-        parts = [f'{self.n_cells} cells from {self.n_poses} poses']
-        for count, what in (
-                (self.n_idle_start, 'poses of standing still at the start dropped'),
-                (self.n_idle_end, 'poses of standing still at the end dropped'),
-                (self.n_standing, 'poses of standing still in between not learnt'),
-                (self.n_outside, 'poses outside the workspace dropped'),
-                (self.n_filled, 'cells filled in between poses far apart'),
-                (self.n_crossings, 'cells crossed more than once (the last time wins)')):
+        parts = [f'{counted(self.n_cells, "cell")} from {counted(self.n_poses, "pose")}']
+        for count, noun, what in (
+                (self.n_idle_start, 'pose', 'of standing still at the start dropped'),
+                (self.n_idle_end, 'pose', 'of standing still at the end dropped'),
+                (self.n_standing, 'pose', 'of standing still in between not learnt'),
+                (self.n_outside, 'pose', 'outside the workspace dropped'),
+                (self.n_filled, 'cell', 'filled in between poses far apart'),
+                (self.n_crossings, 'cell', 'crossed more than once (the last time wins)')):
             if count:
-                parts.append(f'{count} {what}')
+                parts.append(f'{counted(count, noun)} {what}')
         return ', '.join(parts)
 
 
@@ -109,9 +110,9 @@ def demonstration_from_poses(
         n_poses, n_outside, n_idle[0], n_idle[1], n_standing, int(filled.sum()),
         len(cells) - len({tuple(cell) for cell in cells}), len(cells))
     if len(cells) < 2:
-        raise ValueError(f'nothing to learn from this drive: it leads through {len(cells)} cells '
-                         f'of {grid.resolution} m ({report}); drive at least from one cell into '
-                         f'the next')
+        raise ValueError(f'nothing to learn from this drive: it leads through '
+                         f'{counted(len(cells), "cell")} of {grid.resolution} m ({report}); drive '
+                         f'at least from one cell into the next')
     blocked, unknown = _sights(at, sight_stamps, sight_blocked, sight_unknown)
     blocked[filled], unknown[filled] = 0, 255
     return Demonstration(np.array(cells, dtype=np.int32), at, blocked, unknown, episode), report

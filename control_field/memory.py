@@ -117,8 +117,7 @@ class Memory:
         moved = rows[rows['kind'] != Kind.BLOCKED]
         if len(moved) == 0:
             return 0
-        alone = bool((rows['kind'] == Kind.FIELD).all())
-        if trial.outcome == Outcome.STOPPED or (alone and trial.outcome == Outcome.GOAL):
+        if not trial.n_reinforcements:
             self._learn_taught(moved, trial.episode)
             return 0
         self._apply_online(rows)
@@ -131,7 +130,7 @@ class Memory:
         if reached:
             self._learn_path(cells[kept], stamps[kept], trial.episode, False)
         self._learn_taught(moved, trial.episode)
-        return trial.n_online_reinforcements + 1
+        return trial.n_reinforcements
 
     def _check_decisions(self, rows: npt.NDArray[np.void]) -> None:
         """Refuse what would lead the compiled kernels out of their arrays."""

@@ -132,6 +132,19 @@ class Trial:
         """Return how often a reward other than zero was given under way."""
         return int((self.decisions['reward'] != 0).sum())
 
+    @property
+    def n_reinforcements(self) -> int:
+        """
+        Return how many rewards are learnt from: those under way and R_goal.
+
+        None if the field alone led to the goal, or the trial was stopped or broken off.
+        """
+        kinds = self.decisions['kind']
+        alone = self.outcome == Outcome.GOAL and bool((kinds == Kind.FIELD).all())
+        if alone or self.outcome in (Outcome.STOPPED, Outcome.ABORTED) or not self.n_steps:
+            return 0
+        return self.n_online_reinforcements + 1
+
 
 @dataclass(frozen=True, eq=False)
 class Prototypes:
@@ -147,8 +160,8 @@ class Prototypes:
     q : ndarray of float64, shape (n,)
         Q-value of that action there.
     episodes : ndarray of int32, shape (n,)
-        Bag that each came from; negative numbers are prototypes that the learner added itself
-        after the episode of that number.
+        Number of the bag that each came from; a negative one, -n, is a prototype that the learner
+        added itself when it had learnt from n bags, whatever their numbers.
     stamps : ndarray of float64, shape (n,), [s]
         Second of that bag; NaN for the learner's own.
     demonstrated : ndarray of bool, shape (n,)

@@ -3,9 +3,17 @@
 import argparse
 import os
 import sys
+import time
+from typing import Final
 
+from control_field.words import counted
 from experience_cli.errors import UserError
 from experience_cli.progress import Progress
+
+#: How long what is waited for is no news, [s].
+_AT_ONCE: Final = 1.5
+#: A node that has not appeared after this time was not started, [s].
+_PATIENCE: Final = 60.0
 
 
 def attach(task: str, arguments: argparse.Namespace) -> int:
@@ -24,12 +32,12 @@ def attach(task: str, arguments: argparse.Namespace) -> int:
     from experience_cli.node import DemoNode
 
     progress = Progress(task, sys.stdout)
-    progress.show('waiting for simulator, controller and learner')
     with DemoNode(_domain(), lambda: None, arguments.namespace) as node, progress:
-        node.wait_for_peers()
+        node.wait_for_peers(_Waiting(progress), _PATIENCE)
         node.set_parameter('learner_node', 'auto_trials', arguments.trials)
         if int(node.learner['revision']) > 0:
-            progress.keep(f'the learner knows the way ({node.learner["revision"]} bags)')
+            bags = counted(int(node.learner['revision']), 'bag')
+            progress.keep(f'the learner knows the way ({bags})')
         else:
             node.set_parameter('sim_node', 'world', 'open')
             teach(node, progress)
@@ -37,6 +45,30 @@ def attach(task: str, arguments: argparse.Namespace) -> int:
         progress.keep(f'the trials are over: {node.learner["prototypes"]} prototypes, '
                       f'basin {float(node.learner["basin"]):.1%}')
     return 0
+
+
+class _Waiting:
+    """
+    Says what is waited for; where no line can change, only what is not there at once.
+
+    Parameters
+    ----------
+    progress : Progress
+
+    """
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._began = time.monotonic()
+        self._told = ''
+
+    def __call__(self, what: str) -> None:
+        """Take in what is waited for."""
+        self._progress.show(f'waiting for {what}')
+        if (not self._progress.is_live and what != self._told
+                and time.monotonic() - self._began > _AT_ONCE):
+            self._told = what
+            self._progress.keep(f'waiting for {what}')
 
 
 def _domain() -> int | None:

@@ -39,6 +39,8 @@ class Side:
         It was made with.
     frame_known : bool
         Whether the frame is known (a saved field does not say).
+    revision_known : bool
+        Whether it is known from how many bags it was learnt.
 
     """
 
@@ -47,6 +49,7 @@ class Side:
     prototypes: Prototypes
     parameters: Parameters
     frame_known: bool = True
+    revision_known: bool = True
 
     @cached_property
     def headings(self) -> npt.NDArray[np.int8]:
@@ -127,18 +130,27 @@ def _side_from_arrays(path: Path, arrays: Mapping[str, npt.NDArray[Any]]) -> Sid
     prototypes = Prototypes(
         cells=cells[order], headings=headings_from_vectors(actions[:, 0], actions[:, 1])[order],
         q=arrays['q'].astype(np.float64)[order], episodes=np.zeros(n, dtype=np.int32),
-        stamps=np.full(n, np.nan), demonstrated=np.zeros(n, dtype=np.bool_))
+        stamps=np.full(n, np.nan),
+        demonstrated=arrays.get('demonstrated', np.zeros(n)).astype(np.bool_)[order])
     length = np.hypot(vx, arrays['vy'])
-    goal = arrays.get('goal')
     flags = np.zeros(grid.shape, dtype=np.uint8)
     flags[tuple(prototypes.cells.T)] = CellFlag.PROTOTYPE
     field = ControlField(
-        grid=grid, revision=0, goal=(0, 0) if goal is None else tuple(map(int, goal)),
+        grid=grid, revision=int(arrays.get('revision', 0)), goal=_goal(grid, arrays),
         vx=vx.astype(np.float32), vy=arrays['vy'].astype(np.float32),
         coherence=np.minimum(length, 1.0).astype(np.float32),
         q=arrays.get('q_matrix', np.zeros((*grid.shape, N_HEADINGS))).astype(np.float32),
         known=arrays.get('known', np.full(grid.shape, -1)).astype(np.int8), flags=flags)
-    return Side(str(path), field, prototypes, Parameters(), frame_known=False)
+    return Side(str(path), field, prototypes, Parameters(), frame_known=False,
+                revision_known='revision' in arrays)
+
+
+def _goal(grid: Grid, arrays: Mapping[str, npt.NDArray[Any]]) -> tuple[int, int]:
+    """Return the goal's cell: `learn` writes row and column, `evaluate` a place in metres."""
+    goal = arrays.get('goal', np.zeros(2, dtype=np.int64))
+    if np.issubdtype(goal.dtype, np.floating):
+        return grid.cell_from_world(float(goal[0]), float(goal[1]))
+    return int(goal[0]), int(goal[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +228,8 @@ def _side_json(side: Side) -> dict[str, Any]:
     certificate = side.certificate
     judged = bool((side.field.known == 0).any())
     return {
-        'name': side.name, 'revision': side.field.revision, 'goal': list(side.field.goal),
+        'name': side.name, 'revision': side.field.revision if side.revision_known else None,
+        'goal': list(side.field.goal),
         'prototypes': len(side.prototypes),
         'basin': certificate.basin if judged else None,
         'proven': certificate.proven if judged else None, 'sinks': certificate.sinks.tolist(),

@@ -53,7 +53,8 @@ def lines_from(about: dict[str, Any]) -> list[str]:
     rows = [('', first['name'], second['name'])]
     for key, title in (('revision', 'episodes learnt'), ('prototypes', 'prototypes'),
                        ('known_cells', 'cells seen')):
-        rows.append((title, str(first[key]), str(second[key])))
+        rows.append((title, *('not saved' if side[key] is None else str(side[key])
+                              for side in (first, second))))
     for key in ('basin', 'proven', 'fidelity'):
         rows.append((key, *('-' if side[key] is None else f'{side[key]:.1%}'
                             for side in (first, second))))
@@ -63,13 +64,15 @@ def lines_from(about: dict[str, Any]) -> list[str]:
 
 
 def _difference_lines(about: dict[str, Any]) -> list[str]:
+    from control_field.words import counted
+
     changes = ', '.join(f'{len(cells)} {name}' for name, cells in about['prototypes'].items())
     n, total = about['courses_differ'], about['cells']
     angle, most = about['mean_angle_degrees'], about['largest_angle_degrees']
     turned = '' if angle is None else f', {angle:.1f} degrees in the mean, {most:.0f} at most'
     equal = ' (the vectors are equal)' if about['vectors_equal'] else turned
     return [
-        f'courses: {n} of {total} cells differ ({n / total:.1%}){equal}',
+        f'courses: {n} of {counted(total, "cell")} differ ({n / total:.1%}){equal}',
         f'prototypes: {changes}',
-        f'remembered map: {about["remembered_map_differs"]} cells differ',
+        f'remembered map: {about["remembered_map_differs"]} of {counted(total, "cell")} differ',
         f'Q-matrix: at most {about["largest_q_difference"]:.3g} apart']

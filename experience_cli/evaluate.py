@@ -3,13 +3,12 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import fields
-from functools import partial
 import json
 import math
 from pathlib import Path
 import re
 import tempfile
-from typing import Any, NoReturn, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
@@ -45,21 +44,17 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter)
     # argparse takes '-2,3' for an option unless it looks like a negative number.
     parser._negative_number_matcher = re.compile(r'^-\.?\d')
-    # One line, without the usage before it, as for every other mistake.
-    parser.error = partial(_refuse, parser)  # type: ignore[method-assign]
     _add_task(parser)
     _add_method(parser)
     _add_output(parser)
     return parser
 
 
-def _refuse(parser: argparse.ArgumentParser, message: str) -> NoReturn:
-    parser.exit(2, f'{parser.prog}: {message} (see {parser.prog} --help)\n')
-
-
 def _add_task(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
-    add('--world', required=True, metavar='FILE', help='map_server .yaml or MovingAI .map')
+    add('--world', required=True, metavar='FILE',
+        help='map_server .yaml or MovingAI .map, or the name of a world that comes along, as '
+        'task1')
     add('--goal', metavar='X,Y', type=_point, help='[m]; with --demo-bag the end of the drive')
     add('--demo-start', metavar='X,Y', type=_point, action='append', default=[],
         help='[m]; once for every demonstration; trials with fixed starts start at the first')
@@ -67,6 +62,8 @@ def _add_task(parser: argparse.ArgumentParser) -> None:
         help='shortest: knows the map; blind: drives straight through the open workspace, and its '
              'sight is that of the open workspace; detour: knows the map and goes 1.3 to 2 times '
              'as far (default: shortest)')
+    add('--demo-steps', metavar='N', type=_count(1, 1_000_000),
+        help='show a random way without loops of exactly N steps, instead of a teacher')
     add('--demo-bag', metavar='BAG', help='take the demonstration from a bag')
     add('--trials', metavar='K', type=_count(0, 100_000), default=10, help='(default: 10)')
     add('--starts', choices=('spread', 'fixed'), default='spread',
@@ -166,7 +163,9 @@ def _courses(experiment: 'Experiment', seeds: Sequence[int], n_jobs: int) -> 'li
     try:
         return run_all([(experiment, seed) for seed in seeds], n_jobs, 'evaluate')
     except NoWayError as error:
-        raise UserError(f'--teacher {experiment.teacher}: {error}') from error
+        how = (f'--teacher {experiment.teacher}' if experiment.demo_steps is None
+               else f'--demo-steps {experiment.demo_steps}')
+        raise UserError(f'{how}: {error}') from error
 
 
 def _writable(name: str | None, option: str) -> Path | None:
@@ -228,13 +227,13 @@ def _value(text: str, kind: str) -> Any:
 def _experiment(arguments: argparse.Namespace) -> 'Experiment':
     from experience_cli.evaluation.experiment import Experiment
     from experience_cli.evaluation.registry import METHODS
-    from sim_node.world import load_world, WorldError
+    from sim_node.world import find_world, load_world, WorldError
     if arguments.method not in METHODS:
         raise UserError(f'--method {arguments.method}: there is no such method, there are: '
                         f'{", ".join(METHODS)}')
     parameters = _parameters(arguments)
     try:
-        world = load_world(arguments.world)
+        world = load_world(find_world(arguments.world))
     except WorldError as error:
         raise UserError(f'--world {error}') from error
     demonstrations: tuple[Demonstration, ...] = ()
@@ -254,7 +253,7 @@ def _experiment(arguments: argparse.Namespace) -> 'Experiment':
     experiment = Experiment(
         world.grid, world.occupancy, goal, starts, arguments.trials,
         arguments.starts == 'spread', arguments.teacher, arguments.method, parameters,
-        demonstrations, arguments.start_radius)
+        demonstrations, arguments.start_radius, arguments.demo_steps)
     _check_places(experiment)
     return experiment
 

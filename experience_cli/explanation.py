@@ -13,6 +13,7 @@ from control_field.headings import STEP_COL, STEP_ROW
 from control_field.limits import Limits, STANDSTILL, Velocity
 from control_field.provenance import Voices, voices_at
 from control_field.records import ControlField, Kind, Prototypes
+from control_field.words import counted
 from experience_cli.errors import UserError
 from experience_cli.recording import Recording
 from learner_node.lessons import Lessons
@@ -297,7 +298,7 @@ class Sources:
     def text(self, number: int, stamp: float, demonstrated: bool) -> str:
         """Return where a prototype comes from."""
         if number < 0:
-            return f'the learner itself, after {-number} episodes'
+            return f'the learner itself, once {counted(-number, "bag")} had been learnt from'
         second = self.second(number, stamp)
         when = f'stamp {stamp:.2f} s, its bag is gone' if second is None else f'{second:.2f} s'
         return f'{self._task.task}/{number:04d} at {when} ({"shown" if demonstrated else "tried"})'

@@ -16,7 +16,8 @@ def save_field(path: Path, refresh: Refresh, grid: Grid) -> None:
 
     Arrays: ``vx``, ``vy`` (rows x cols, row 0 at the lowest y), ``centres`` (n, 2) [m],
     ``actions`` (n, 2) unit vectors, ``q`` (n,), ``origin`` (2,) [m], ``resolution`` [m],
-    ``q_matrix`` (rows, cols, 8), ``known`` (rows, cols), ``goal`` (2,) row and column.
+    ``q_matrix`` (rows, cols, 8), ``known`` (rows, cols), ``goal`` (2,) row and column,
+    ``revision`` (from how many bags it was learnt), ``demonstrated`` (n,).
 
     Raises
     ------
@@ -33,6 +34,7 @@ def save_field(path: Path, refresh: Refresh, grid: Grid) -> None:
                 actions=UNIT[prototypes.headings], q=prototypes.q,
                 origin=np.array([grid.origin_x, grid.origin_y]),
                 resolution=np.array(grid.resolution), q_matrix=field.q, known=field.known,
-                goal=np.array(field.goal))
+                goal=np.array(field.goal), revision=np.array(field.revision),
+                demonstrated=prototypes.demonstrated)
     except OSError as error:
         raise UserError(f'cannot write {path}: {error.strerror}') from None

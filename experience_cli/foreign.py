@@ -51,6 +51,7 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
 
     """
     from control_field.learner import Learner
+    from control_field.words import counted
     from msgs_bridge.bag_import import roles_of_topics
     from msgs_bridge.episodes import open_bag, read_foreign_demonstration
 
@@ -62,7 +63,7 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
             path, header.grid, topics, number)
         refresh = learner.add_demonstration(demonstration)
         if not arguments.quiet:
-            taught = (f'{len(refresh.prototypes)} prototypes, '
+            taught = (f'{counted(len(refresh.prototypes), "prototype")}, '
                       f'basin {refresh.certificate.basin:.1%}')
             print('; '.join([f'{path} demo  {report}', *notes, taught]))
     return learner

@@ -20,7 +20,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from experience_cli.references import find_whole_bag, task_of
+    from experience_cli.references import find_whole_bag, named, task_of
     from experience_cli.relearning import relearnt_sentence
     from msgs_bridge.bag_folder import check_unused
 
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
         find_whole_bag(arguments.bag, arguments.bags)
         episode = task.forget(number)
         print(f'{episode.name} is forgotten (kept in {episode.path}; `experience forget --undo '
-              f'{arguments.bag}` brings it back)')
+              f'{named(arguments.bag, arguments.bags)}` brings it back)')
     print(relearnt_sentence(task))
     return 0
 

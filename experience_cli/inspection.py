@@ -21,15 +21,13 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.episodes import episodes_from_paths, episodes_up_to
-    from learner_node.lessons import Lessons
-    from msgs_bridge.episodes import read_header
+    from experience_cli.relearning import fold
 
     last = episodes_from_paths([arguments.bag])[-1]
-    header = read_header(last.path)
-    lessons = Lessons(header.grid, header.parameters)
-    lesson = [lessons.learn(episode) for episode in episodes_up_to(last)][-1]
-    if lessons.refresh is None:
+    lessons, each = fold(episodes_up_to(last))
+    if lessons is None or lessons.refresh is None:
         raise UserError(f'{arguments.bag}: nothing was learnt up to there')
+    lesson = [lesson for lesson in each if lesson.read is not None][-1]
     out = arguments.out or last.path.parent / f'{last.path.name}.png'
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

@@ -45,19 +45,21 @@ def run(arguments: argparse.Namespace) -> int:
 def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     """Learn from bags of ours."""
     from experience_cli.episodes import episodes_from_paths
+    from experience_cli.relearning import last_header
     from learner_node.lessons import Lessons
-    from msgs_bridge.episodes import read_header
 
     try:
         episodes = episodes_from_paths(paths)
     except BagError as error:
         raise UserError(f'{error}; bags of other recorders are learnt with --odom-topic') from None
-    header = read_header(episodes[-1].path)
+    header = last_header(episodes)
+    if header is None:
+        raise UserError(f'nothing was learnt: {episodes[-1].path} holds nothing to learn from')
     lessons = Lessons(header.grid, header.parameters)
     differing = []
     for episode in _with_progress(episodes):
         if arguments.check and recorded_differs(episode, lessons):
-            differing.append(episode.name)
+            differing.append(episode)
         lesson = lessons.learn(episode)
         if not arguments.quiet:
             _print(line_from_lesson(lesson))
@@ -65,9 +67,19 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
         raise UserError('nothing was learnt: there is no demonstration in these bags')
     _finish(arguments, lessons.refresh, lessons.field())
     if differing:
-        print(f'experience learn: the field recorded in {", ".join(differing)} differs from the '
-              f'relearnt one', file=sys.stderr)
+        print(f'experience learn: {_difference(episodes, differing)}', file=sys.stderr)
     return 1 if differing else 0
+
+
+def _difference(episodes: list[Any], differing: list[Any]) -> str:
+    """Say which recorded fields differ, and what people have changed before those bags since."""
+    from experience_cli.changes import changes_before
+
+    names = ', '.join(episode.name for episode in differing)
+    said = (f'the field{"s" if len(differing) > 1 else ""} recorded in {names} '
+            f'differ{"s" if len(differing) == 1 else ""} from the relearnt one')
+    changes = changes_before(episodes, differing[0].number)
+    return f'{said}; since then {", ".join(changes)}' if changes else said
 
 
 def _finish(arguments: argparse.Namespace, refresh: Any, field: Any) -> None:
@@ -93,13 +105,16 @@ def _print(line: str) -> None:
 
 def line_from_lesson(lesson: Any) -> str:
     """Say in a line what a bag taught."""
+    from control_field.words import counted
+
     refresh = lesson.refresh
     said = f'{lesson.episode.name} {lesson.episode.kind:<5} {lesson.note}'
     if refresh is None:
         return said
     kept = '' if refresh.pushed else f', not pushed: {refresh.reason}'
-    return (f'{said}; {len(refresh.prototypes)} prototypes, {refresh.reinforcements} '
-            f'reinforcements, basin {refresh.certificate.basin:.1%}{kept}')
+    return (f'{said}; {counted(len(refresh.prototypes), "prototype")}, '
+            f'{counted(refresh.reinforcements, "reinforcement")}, '
+            f'basin {refresh.certificate.basin:.1%}{kept}')
 
 
 def field_bytes(field: Any) -> bytes:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import importlib
 import os
 import sys
-from typing import Final
+from typing import Final, NoReturn
 
 from experience_cli.errors import UserError
 from msgs_bridge.bag_folder import BagError
@@ -22,9 +22,18 @@ COMMANDS: Final = (
     'trim', 'forget', 'repair')
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line, without the usage before it."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with exit code 2."""
+        line = ' '.join(message.split())
+        self.exit(2, f'{self.prog}: {line} (see {self.prog} --help)\n')
+
+
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the whole command line."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog='experience', description='Teach a robot by driving it once, and let it try.')
     subparsers = top.add_subparsers(dest='command', metavar='COMMAND', required=True)
     for name in COMMANDS:

@@ -21,6 +21,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from experience_cli.driver import Driver
 from experience_cli.errors import UserError
+from experience_cli.peers import (
+    absent_nodes, mistyped, start_hint, what_is_missing)
 from msgs_bridge import qos
 from msgs_bridge.poses import pose_from_odometry
 from msgs_bridge.trial_status import trial_from_status, TrialStatus
@@ -32,7 +34,6 @@ PATIENCE: Final = 60.0
 _PATIENT: Final = 2.0
 #: Ticks that the driver stands still at the end, so that the robot has surely stopped.
 _STANDING: Final = 3
-_COMMAND_TYPE: Final = 'geometry_msgs/msg/TwistStamped'
 
 
 class DemoNode:
@@ -170,21 +171,57 @@ class DemoNode:
         if not result.successful:
             raise UserError(f'{node}: {result.reason}')
 
-    def wait_for_peers(self) -> None:
-        """Wait until simulator, controller and learner have found each other."""
-        def found() -> bool:
-            heard = self.learner.get('heard', '').split()
-            return (self.odometry is not None and self.learner.get('phase') == 'idle'
-                    and {'odom', 'neighbourhood', 'trial'} <= set(heard)
-                    and self._node.count_subscribers('cmd_vel') >= 3
-                    and self._node.count_subscribers('initialpose') >= 2)
+    def wait_for_peers(
+        self, tell: Callable[[str], None] = lambda what: None, patience: float = math.inf,
+    ) -> None:
+        """
+        Wait until simulator, controller and learner have found each other.
 
-        self.wait_until(found, 'simulator, controller and learner')
-        kinds = {info.topic_type for info in self._node.get_subscriptions_info_by_topic(
-            self._node.resolve_topic_name('cmd_vel'))}
-        if _COMMAND_TYPE not in kinds:
-            raise UserError(f'cmd_vel is read as {" and ".join(sorted(kinds))}, must be '
-                            f'{_COMMAND_TYPE}: start the nodes with enable_stamped_cmd_vel: true')
+        Parameters
+        ----------
+        tell : callable
+            Is told what is waited for, again and again.
+        patience : float, [s]
+            How long a node may not be there at all.
+
+        Raises
+        ------
+        UserError
+            If a node does not come, or reads `cmd_vel` as another type.
+
+        """
+        began = time.monotonic()
+
+        def found() -> bool:
+            absent = self._absent()
+            if absent and time.monotonic() - began > patience:
+                raise UserError(self._not_there(absent))
+            wrong = mistyped(self._node.get_subscriptions_info_by_topic(
+                self._node.resolve_topic_name('cmd_vel')))
+            if wrong:
+                raise UserError(wrong)
+            tell(what_is_missing(absent, self.odometry is not None, self.learner))
+            return not absent and self._is_complete()
+
+        self.wait_until(found, 'simulator, controller and learner', PATIENCE + 1.0)
+
+    def _is_complete(self) -> bool:
+        heard = self.learner.get('heard', '').split()
+        return (self.odometry is not None and self.learner.get('phase') == 'idle'
+                and {'odom', 'neighbourhood', 'trial'} <= set(heard)
+                and self._node.count_subscribers('cmd_vel') >= 3
+                and self._node.count_subscribers('initialpose') >= 2)
+
+    def _absent(self) -> list[str]:
+        namespace = self._node.get_namespace()
+        return absent_nodes(name for name, where in self._node.get_node_names_and_namespaces()
+                            if where == namespace)
+
+    def _not_there(self, absent: list[str]) -> str:
+        namespace = self._node.get_namespace()
+        where = f'in ROS domain {self._context.get_domain_id()}, namespace {namespace}'
+        return (f'there is no {" and no ".join(absent)} {where}: start what is missing with '
+                f'{start_hint(absent, namespace)}; without --attach the demo starts its own nodes')
 
     def drive(self, driver: Driver, tell: Callable[[float], None]) -> None:
         """

@@ -25,7 +25,8 @@ class Progress:
     def __init__(self, title: str, stream: TextIO) -> None:
         self._title = title
         self._stream = stream
-        self._is_live = stream.isatty()
+        #: Whether a line can change.
+        self.is_live = stream.isatty()
         self._shown = ''
         self._last = 0.0
 
@@ -41,7 +42,7 @@ class Progress:
     def show(self, text: str) -> None:
         """Show a line until the next one comes."""
         now = time.monotonic()
-        if not self._is_live or text == self._shown or now - self._last < _PERIOD:
+        if not self.is_live or text == self._shown or now - self._last < _PERIOD:
             return
         self._wipe()
         self._shown, self._last = text, now

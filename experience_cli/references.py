@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 import re
+import shlex
 from typing import Final
 
 from experience_cli.errors import UserError
@@ -24,6 +25,11 @@ def add_bags(parser: argparse.ArgumentParser) -> None:
     """Add the option that says where all bags are."""
     parser.add_argument('--bags', type=Path, metavar='FOLDER',
                         help=f'the folder of all tasks ({BAGS})')
+
+
+def named(text: str, bags: Path | None) -> str:
+    """Return how a bag is named in a command that is to be copied, as the user named it."""
+    return shlex.quote(text) + (f' --bags {shlex.quote(str(bags))}' if bags is not None else '')
 
 
 def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
@@ -72,7 +78,7 @@ def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
         raise UserError(f'there is no task folder {task.path}')
     if any(episode.number == number for episode in task.forgotten()):
         raise UserError(f'{task.task}/{number:04d} was forgotten; `experience forget --undo '
-                        f'{text}` brings it back')
+                        f'{named(text, bags)}` brings it back')
     episode = task.find(number)
     if kind and kind != episode.kind:
         raise UserError(f'{task.task}/{number:04d} is a {episode.kind}, no {kind}')
@@ -103,7 +109,7 @@ def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
     BagReader(episode.bag)
     if needs_repair(episode.path):
         raise UserError(f'{episode.path} was not closed: it is still being recorded, or was cut '
-                        f'off; mend it with `experience repair {episode.path}`')
+                        f'off; mend it with `experience repair {shlex.quote(str(episode.path))}`')
     read_label(episode.path)
     return episode
 

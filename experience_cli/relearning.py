@@ -3,6 +3,7 @@
 from control_field.learner import Refresh
 from learner_node.lessons import Lesson, Lessons
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder
+from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import NothingToLearnError, read_header
 
 
@@ -22,15 +23,29 @@ def fold(episodes: list[EpisodeFolder]) -> tuple[Lessons | None, list[Lesson]]:
         If one cannot be read, or is of another grid, frame or version.
 
     """
-    lessons = None
+    header = last_header(episodes)
+    if header is None:
+        return None, []
+    lessons = Lessons(header.grid, header.parameters)
+    return lessons, [lessons.learn(episode) for episode in episodes]
+
+
+def last_header(episodes: list[EpisodeFolder]) -> EpisodeHeader | None:
+    """
+    Return what the last of some bags says of itself, leaving out those that hold nothing.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, or is none of ours.
+
+    """
     for episode in reversed(episodes):
         try:
-            header = read_header(episode.path)
+            return read_header(episode.path)
         except NothingToLearnError:
             continue
-        lessons = Lessons(header.grid, header.parameters)
-        break
-    return lessons, [lessons.learn(episode) for episode in episodes] if lessons else []
+    return None
 
 
 def relearnt(task: TaskFolder) -> Refresh | None:

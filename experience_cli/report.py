@@ -12,6 +12,7 @@ import numpy.typing as npt
 from control_field.learner import Refresh
 from control_field.records import ControlField, Outcome, Trial
 from control_field.simulation import GridWorld
+from control_field.words import counted
 from learner_node.lessons import Lesson, Lessons
 from msgs_bridge.bag_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.bag_records import BagReader
@@ -105,14 +106,16 @@ class TaskReport:
         """Say in what it falls short of the paper's result."""
         n = sum(trial.collisions for trial in self.trials)
         if n or self.other_starts['collisions']:
-            yield f'{self.name}: {n + self.other_starts["collisions"]} collisions, must be 0'
+            yield (f'{self.name}: {counted(n + self.other_starts["collisions"], "collision")}, '
+                   f'must be 0')
         for trial in self.trials:
             if trial.trial >= MASTERED and trial.outcome != Outcome.GOAL:
                 yield (f'{self.name}: trial {trial.trial} ended with {trial.outcome}, must reach '
                        f'the goal from trial {MASTERED} on')
             if trial.trial > MASTERED and trial.reinforcements:
-                yield (f'{self.name}: trial {trial.trial} used {trial.reinforcements} '
-                       f'reinforcements, must use none after trial {MASTERED}')
+                yield (f'{self.name}: trial {trial.trial} used '
+                       f'{counted(trial.reinforcements, "reinforcement")}, must use none after '
+                       f'trial {MASTERED}')
 
 
 def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
@@ -213,6 +216,7 @@ def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
     yield ''
     for report in reports:
         other = report.other_starts
-        yield (f'{report.name}: from {other["starts"]} other starts the goal is reached '
-               f'{other["reached"]} times, {other["collisions"]} collisions; '
+        collisions = counted(other['collisions'], 'collision')
+        yield (f'{report.name}: from {counted(other["starts"], "other start")} the goal is '
+               f'reached {counted(other["reached"], "time")}, {collisions}; '
                f'{report.final.certificate.sentence()}')

@@ -62,7 +62,7 @@ def _content(folder: Any, start: float) -> dict[str, Any]:
         return {}
     if isinstance(episode.record, Demonstration):
         return {'demonstration': _demonstration(episode)}
-    return {'decisions': _decisions(episode.record.decisions, start)}
+    return {'decisions': _decisions(episode.record, start)}
 
 
 def _demonstration(episode: Any) -> dict[str, Any]:
@@ -72,15 +72,17 @@ def _demonstration(episode: Any) -> dict[str, Any]:
     return {'start_cell': cells[0], 'goal_cell': cells[-1], 'report': asdict(episode.report)}
 
 
-def _decisions(rows: Any, start: float) -> dict[str, Any]:
+def _decisions(trial: Any, start: float) -> dict[str, Any]:
     from collections import Counter
 
     from control_field.records import Kind
 
+    rows = trial.decisions
     kinds = Counter(Kind(int(kind)).name.lower() for kind in rows['kind'])
     return {
         'count': len(rows), 'kinds': dict(sorted(kinds.items())),
-        'reinforcements': int((rows['reward'] != 0).sum()),
+        'reinforcements': trial.n_reinforcements,
+        'online_reinforcements': trial.n_online_reinforcements,
         'reward': int(rows['reward'].sum(dtype=int)),
         'start_cell': [int(rows[name][0]) for name in ('row', 'col')] if len(rows) else None,
         'last_cell': [int(rows[name][-1]) for name in ('next_row', 'next_col')] if (
@@ -131,6 +133,8 @@ def _changed(parameters: dict[str, Any]) -> list[str]:
 
 
 def _content_lines(about: dict[str, Any]) -> list[str]:
+    from control_field.words import counted
+
     if 'demonstration' in about:
         shown = about['demonstration']
         start, goal = tuple(shown['start_cell']), tuple(shown['goal_cell'])
@@ -139,8 +143,9 @@ def _content_lines(about: dict[str, Any]) -> list[str]:
         return []
     made = about['decisions']
     kinds = ', '.join(f'{n} {kind}' for kind, n in made['kinds'].items())
-    counts = (f'{made["count"]} decisions: {kinds or "none"}; {made["reinforcements"]} '
-              f'reinforcements, in sum {made["reward"]:+d}')
+    counts = (f'{counted(made["count"], "decision")}: {kinds or "none"}; '
+              f'{counted(made["reinforcements"], "reinforcement")} to learn from, '
+              f'{made["online_reinforcements"]} given under way, in sum {made["reward"]:+d}')
     return ['', counts] + [
         f'  {event["at"]:7.2f} s  cell {tuple(event["cell"])}  {event["kind"]} '
         f'{event["heading"]}, reward {event["reward"]:+d}' for event in made['notable']]

@@ -78,7 +78,7 @@ def summary_of(folder: EpisodeFolder) -> Summary:
                   'label': str(read_label(folder.path) or '')}
         about |= _learnt(folder)
     except NothingToLearnError as error:
-        about |= {'state': 'cut', 'note': str(error)}
+        about |= {'state': 'cut' if is_cut else 'not kept', 'note': str(error)}
         is_cut = False
     except BagError as error:
         return Summary(**(about | {'state': 'unreadable', 'note': str(error)}))

@@ -23,7 +23,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from experience_cli.references import find_whole_bag
+    from experience_cli.references import find_whole_bag, named
     from experience_cli.relearning import relearnt_sentence
     from msgs_bridge.bag_folder import check_unused, EpisodeKind, TaskFolder
 
@@ -36,8 +36,12 @@ def run(arguments: argparse.Namespace) -> int:
                         f'forget` un-teaches a trial)')
     task = TaskFolder(episode.path.parent.parent, episode.path.parent.name)
     check_unused(task.path)
-    print(_restored(episode) if arguments.undo else
-          trim(episode, arguments.first, arguments.last))
+    if arguments.undo:
+        print(_restored(episode))
+    else:
+        print(f'{trim(episode, arguments.first, arguments.last)} (the whole recording is kept '
+              f'beside it; `experience trim --undo {named(arguments.bag, arguments.bags)}` puts '
+              f'it back)')
     print(relearnt_sentence(task))
     return 0
 
@@ -67,7 +71,7 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
         If the bag cannot be read or written.
 
     """
-    from msgs_bridge.bag_trim import cut_copy, drop_draft, replace_recording, whole_path
+    from msgs_bridge.bag_trim import cut_copy, drop_draft, replace_recording
     from msgs_bridge.episodes import NothingToLearnError, read_episode
 
     span = _span(episode, first, last)
@@ -85,9 +89,7 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
     finally:
         drop_draft(draft.parent)
     start, goal = (tuple(cell) for cell in left.record.cells[[0, -1]].tolist())
-    return (f'{episode.name} is cut: {left.report}, from cell {start} to {goal} (the whole '
-            f'recording is kept in {whole_path(episode).name}, `experience trim --undo '
-            f'{episode.name}` puts it back)')
+    return f'{episode.name} is cut: {left.report}, from cell {start} to {goal}'
 
 
 def _make(folder: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 
+from control_field.words import counted
 from learner_node.effects import Effects
 from learner_node.phases import SessionError
 from learner_node.session import Session
@@ -78,7 +79,8 @@ class Desk:
     def _on_run(self, _: Any, response: Any) -> Any:
         n = self._session.settings.auto_trials
         return self._at_once(response, partial(
-            self._node.change_trials, partial(self._session.run_trials, n)), f'{n} trials are run')
+            self._node.change_trials, partial(self._session.run_trials, n)),
+            f'{counted(n, "trial")} to run')
 
     def _on_stop(self, _: Any, response: Any) -> Any:
         return self._at_once(

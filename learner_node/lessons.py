@@ -10,6 +10,7 @@ from control_field.headings import heading_from_step
 from control_field.learner import Learner, Refresh
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Outcome, Trial
+from control_field.words import counted
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import EpisodeFolder
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
@@ -86,7 +87,9 @@ class Lessons:
         try:
             read = read_episode(episode.path, self.grid)
         except NothingToLearnError as error:
-            return Lesson(episode, None, None, f'nothing was learnt: {error}')
+            # The bag is named where this is said.
+            why = str(error).removeprefix(f'{episode.path}: ')
+            return Lesson(episode, None, None, f'nothing was learnt: {why}')
         note = '; '.join([*([str(read.report)] if read.report else []), *read.notes])
         if isinstance(read.record, Trial):
             return self._learn_trial(read, read.record, note)
@@ -95,7 +98,8 @@ class Lessons:
         return Lesson(episode, read, refresh, note)
 
     def _learn_trial(self, read: Episode, trial: Trial, note: str) -> Lesson:
-        said = f'{trial.outcome} after {trial.n_steps} steps' + (f', {note}' if note else '')
+        steps = counted(trial.n_steps, 'step')
+        said = f'{trial.outcome} after {steps}' + (f', {note}' if note else '')
         if trial.outcome is Outcome.ABORTED:
             return Lesson(read.folder, read, None, f'nothing was learnt: {said}')
         self.n_trials += 1

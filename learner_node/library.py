@@ -7,6 +7,7 @@ from control_field.grid import Grid
 from control_field.learner import Refresh
 from control_field.parameters import Parameters
 from control_field.records import ControlField
+from control_field.words import counted
 from learner_node.lessons import Lesson, Lessons
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
@@ -96,8 +97,8 @@ class Library:
                   for lesson in lessons if lesson.refresh is None]
         if lessons:
             n_demos = sum(lesson.episode.kind is EpisodeKind.DEMO for lesson in lessons)
-            lines.append(f'{self.task.path}: relearnt from {n_demos} demonstrations and '
-                         f'{len(lessons) - n_demos} trials')
+            lines.append(f'{self.task.path}: relearnt from {counted(n_demos, "demonstration")} '
+                         f'and {counted(len(lessons) - n_demos, "trial")}')
         return lines
 
     def learn(self, episode: EpisodeFolder) -> Lesson:

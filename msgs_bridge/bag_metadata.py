@@ -184,7 +184,8 @@ def with_custom_data(text: str, values: Mapping[str, str], path: Path) -> str:
 
     block = _CUSTOM.search(text)
     if block is None:
-        raise BagError(f'{path} has no custom_data: mend the bag with `experience repair`')
+        raise BagError(f'{path} has no custom_data: mend the bag with `experience repair '
+                       f'{path.parent}`')
     lines = _indented(yaml.safe_dump(dict(values), default_style='"', width=2**31), len(
         block[1]) + 2) + '\n' if values else ''
     head = f'{block[1]}custom_data:' + ('\n' if lines else ' ~\n')

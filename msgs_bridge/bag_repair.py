@@ -4,11 +4,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 import os
 from pathlib import Path
+from typing import Final
 
+from control_field.words import counted
 from msgs_bridge.bag_file import HEADER_NAME, McapFile
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line, mcap_path, TaskFolder
 from msgs_bridge.bag_metadata import BagSummary, NAME, sync_folder, TopicSummary, write_metadata
 from msgs_bridge.bag_records import BagReader
+
+#: Ending of the file as it was found, where bytes of it had to be dropped.
+CUT: Final = '.mcap.cut'
 
 
 @dataclass(frozen=True)
@@ -49,16 +54,23 @@ class RepairReport:
     def __str__(self) -> str:
         """Say it in one line."""
         if not self.changed:
-            return f'{self.folder}: whole, {self.n_messages} messages'
+            return f'{self.folder}: whole, {counted(self.n_messages, "message")}'
         if not self.damage:
             return f'{self.folder}: {NAME} was missing, written anew; no message lost'
-        found = f'{self.folder}: mended, {self.damage}; {self.n_messages} messages kept'
+        if not self.n_messages and not self.complete:
+            return f'{self.folder}: no message could be saved, {self.damage}; {self._lost()}'
+        found = (f'{self.folder}: mended, {self.damage}; {counted(self.n_messages, "message")} '
+                 f'kept')
         if self.complete:
             return f'{found}, no message lost'
         last = '' if self.last_time is None else f', the last at {self.last_time / 1e9:.3f} s'
-        lost = (f'{self.n_lost_bytes} bytes were not readable and are kept in {self.kept.name}'
-                if self.kept else 'what came after is missing')
-        return f'{found}{last}; {lost}'
+        return f'{found}{last}; {self._lost()}'
+
+    def _lost(self) -> str:
+        if self.kept is None:
+            return 'what came after is missing'
+        return (f'{counted(self.n_lost_bytes, "byte")} could not be read, the file as it was is '
+                f'kept in {self.kept.name}')
 
 
 def needs_repair(folder: Path | str) -> bool:
@@ -105,7 +117,7 @@ def repair_bag(folder: Path | str) -> RepairReport:
         reader = BagReader(path)
         kept = None
         if reader.damage:
-            kept = path.with_suffix('.mcap.cut') if reader.n_lost_bytes else None
+            kept = path.with_suffix(CUT) if reader.n_lost_bytes else None
             summary = _rewrite(reader, path, kept)
         else:
             summary = summary_of_file(path, path.name)

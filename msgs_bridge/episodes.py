@@ -11,6 +11,7 @@ import numpy.typing as npt
 from control_field.demonstration import demonstration_from_poses, DemonstrationReport
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
+from control_field.words import counted
 from msgs_bridge.bag_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, mcap_path, TaskFolder)
 from msgs_bridge.bag_label import read_label
@@ -233,8 +234,15 @@ def _header(bag: BagReader) -> EpisodeHeader:
             except BagError as error:
                 raise BagError(f'{bag.path}: {error}') from None
     if not bag.channels:
-        raise NothingToLearnError(f'{bag.path} is empty: its recorder was stopped at once')
+        raise NothingToLearnError(f'{bag.path} {_why_void(bag)}')
     raise BagError(f'{bag.path} is no bag of ours: it does not say on which grid it was recorded')
+
+
+def _why_void(bag: BagReader) -> str:
+    """Say why nothing is in a bag."""
+    if bag.n_lost_bytes or bag.path.with_suffix('.mcap.cut').exists():
+        return 'was cut off so early that no message is left in it'
+    return 'is empty: its recorder was stopped at once'
 
 
 def _demonstration(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
@@ -296,7 +304,7 @@ def _read_drive(
 ) -> tuple[Demonstration, DemonstrationReport, tuple[str, ...]]:
     poses = pose_table(_messages(bag, 'odom', names), grid.frame_id)
     sights = sight_table(_messages(bag, 'neighbourhood', names), grid)
-    notes = [f'{table.n_refused} messages refused, the first: {table.refusal}'
+    notes = [f'{counted(table.n_refused, "message")} refused, the first: {table.refusal}'
              for table in (poses, sights) if table.n_refused]
     if not len(poses.stamps):
         raise NothingToLearnError(
@@ -304,7 +312,7 @@ def _read_drive(
     at, n_before = _in_order(poses.stamps)
     seen, _ = _in_order(sights.stamps)
     if n_before:
-        notes.append(f'the clock jumped back, {n_before} poses before it dropped')
+        notes.append(f'the clock jumped back, {counted(n_before, "pose")} before it dropped')
     record, report = demonstration_from_poses(
         grid, poses.stamps[at], poses.xy[at], sights.stamps[seen], sights.blocked[seen],
         sights.unknown[seen], number)
@@ -316,7 +324,7 @@ def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Epi
         _messages(bag, 'experience', header.topics), header.grid)
     number, ended = _own_trial(_messages(bag, 'trial', header.topics), rows)
     own = rows[rows['trial'] == number]
-    notes = [f'{n_refused} messages refused, the first: {refusal}'] if n_refused else []
+    notes = [f'{counted(n_refused, "message")} refused, the first: {refusal}'] if n_refused else []
     if ended is not None and ended.decisions > len(own):
         notes.append(f'{ended.decisions - len(own)} of {ended.decisions} decisions are missing')
     outcome = ended.outcome if ended is not None and ended.outcome else Outcome.ABORTED

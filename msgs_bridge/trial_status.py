@@ -9,6 +9,7 @@ from typing import Any, Final
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.records import Outcome
+from control_field.words import counted
 
 #: ``name`` of the status.
 NAME: Final = 'trial'
@@ -100,9 +101,10 @@ class TrialStatus:
         if self.state is State.IDLE:
             return 'no trial is running'
         if self.outcome is None:
-            return f'trial {self.trial} is {self.state}, {self.steps} steps'
+            return f'trial {self.trial} is {self.state}, {counted(self.steps, "step")}'
         why = f': {self.reason}' if self.reason else ''
-        return f'trial {self.trial} ended after {self.steps} steps, {self.outcome}{why}'
+        steps = counted(self.steps, 'step')
+        return f'trial {self.trial} ended after {steps}, {self.outcome}{why}'
 
     @property
     def level(self) -> bytes:

@@ -119,8 +119,7 @@ def read_shades(path: Path) -> tuple[Shades, Shades]:
         except WorldError:
             raise
         except _BROKEN as error:
-            raise WorldError(path, 'is no complete PGM or PNG image, write it anew '
-                                   f'({type(error).__name__})') from error
+            raise WorldError(path, 'is no complete PGM or PNG image, write it anew') from error
 
 
 def _check_length(path: Path, file: BinaryIO, image: Image.Image) -> None:

@@ -165,4 +165,4 @@ def test_a_drive_around_a_block_and_back_is_cut_down_to_the_way_out():
     demonstration, report = learn(along(drive))
     assert cells_of(demonstration) == drive
     assert report.n_crossings == 1
-    assert '1 cells crossed more than once' in str(report)
+    assert '1 cell crossed more than once' in str(report)

@@ -2,10 +2,12 @@
 
 from contextlib import ExitStack
 import sys
+import time
 
 import pytest
 
 from control_field.records import Outcome
+from experience_cli.main import main
 from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
 from msgs_bridge.episodes import read_episode
 from ros_helpers import Process, start_node
@@ -58,6 +60,31 @@ def test_it_teaches_and_tries_and_leaves_the_nodes_alone(
         assert 'knows the way (2 bags)' in process.stdout
         assert whole(task)[2:] == [EpisodeKind.TRIAL], '\n'.join(
             node.report() for node in nodes)
+
+
+@pytest.mark.parametrize(('namespace', 'place'), [('/', ''), ('/r1', '-r __ns:=/r1 ')])
+def test_nodes_that_are_not_there_are_named_with_what_starts_them(
+    ros_domain, monkeypatch, capsys, namespace, place,
+):
+    monkeypatch.setattr('experience_cli.attach._PATIENCE', 2.0)
+    began = time.monotonic()
+    assert main(['demo', '--attach', '--namespace', namespace]) == 2
+    assert time.monotonic() - began < 20.0
+    said = capsys.readouterr()
+    assert 'waiting for sim_node, control_field_node and learner_node' in said.out
+    [line] = said.err.splitlines()
+    for words in ('no sim_node and no control_field_node and no learner_node',
+                  f'`sim_node --ros-args {place}-p enable_stamped_cmd_vel:=true`'):
+        assert words in line
+
+
+def test_a_node_that_reads_another_type_is_named_with_the_parameter(ros_domain, tmp_path, capsys):
+    with start_node('sim_node.node', tmp_path, {**PARAMETERS['sim_node'], 'lockstep': False,
+                                                'enable_stamped_cmd_vel': False}):
+        assert main(['demo', '--attach']) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert 'sim_node reads cmd_vel as geometry_msgs/msg/Twist,' in line
+    assert '-p enable_stamped_cmd_vel:=true' in line
 
 
 @pytest.mark.parametrize(('arguments', 'words'), [

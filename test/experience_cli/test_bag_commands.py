@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import shutil
 
 import pytest
@@ -94,8 +95,13 @@ def test_show_tells_the_decisions_of_a_trial(task, experience):
     made = json.loads(experience('show', FIRST, '--json'))['decisions']
     record = read_episode(task.find(2).path).record
     assert made['count'] == len(record.decisions) == sum(made['kinds'].values())
-    assert made['reinforcements'] == record.n_online_reinforcements == len(made['notable'])
+    assert made['online_reinforcements'] == record.n_online_reinforcements == len(made['notable'])
     assert 'blocked' in experience('show', FIRST)
+    # What is learnt from is what `learn` counts.
+    learnt = next(line for line in experience('learn', 'bags/sample').splitlines()
+                  if line.startswith(FIRST))
+    assert f', {made["reinforcements"]} reinforcements,' in learnt
+    assert f'; {made["reinforcements"]} reinforcements to learn from' in experience('show', FIRST)
     assert json.loads(experience('show', SECOND, '--json'))['decisions']['notable'] == []
 
 
@@ -224,6 +230,26 @@ def test_other_readers_read_a_cut_bag(task, experience):
 def test_a_cut_that_would_leave_nothing_changes_nothing(task, mistake):
     files = files_of(task.root)
     assert 'left as it was' in mistake('trim', DEMO, '--to', '0.4')
+    assert files_of(task.root) == files
+
+
+# What is to be copied
+
+
+def copied(text):
+    """Return the words of the command that a text offers."""
+    return shlex.split(text.split('`')[1])[1:]
+
+
+def test_commands_that_are_offered_can_be_copied(task, experience, mistake, tmp_path):
+    files, there = files_of(task.root), ('--bags', str(task.root))
+    os.chdir('/')
+    assert main(copied(experience('trim', DEMO, '--from', '2', *there))) == 0
+    experience('forget', FIRST, *there)
+    offered = copied(mistake('show', FIRST, *there))
+    assert offered == ['forget', '--undo', FIRST, *there]
+    experience(*offered)
+    assert main(copied(experience('forget', str(task.path / '0002')))) == 0
     assert files_of(task.root) == files
 
 

@@ -39,6 +39,27 @@ def test_a_field_does_not_differ_from_itself(task, diff):
     assert 'the vectors are equal' in diff('bags/sample', 'bags/sample', '--bags', 'bags')
 
 
+def test_a_saved_field_is_compared_with_all_that_it_tells(task, diff, capsys):
+    assert main(['learn', '--quiet', 'bags/sample', '--save', 'field.npz']) == 0
+    capsys.readouterr()
+    found = diff('bags/sample', 'field.npz')
+    same = set(found['first']) - {'name'}
+    assert {key: found['first'][key] for key in same} == {
+        key: found['second'][key] for key in same}
+    assert found['first']['revision'] == 3
+
+
+def test_a_field_that_does_not_tell_its_bags_is_said_to(task, diff, capsys):
+    assert main(['evaluate', '--world', 'task1', '--goal', '3.5,2.5', '--demo-start', '1,1',
+                 '--trials', '1', '--seeds', '1', '--save-field', 'field.npz']) == 0
+    capsys.readouterr()
+    found = diff('bags/sample', 'field.npz')
+    assert found['second']['revision'] is None
+    assert found['second']['goal'] == [10, 14]
+    text = diff('bags/sample', 'field.npz', '--bags', 'bags')
+    assert 'not saved' in text
+
+
 def test_the_numbers_are_those_of_the_fields(task, diff):
     recorded, final = Recording(task.find(2)), fold(task.episodes())[0].refresh
     found = diff(FIRST, 'bags/sample')

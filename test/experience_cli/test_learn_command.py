@@ -19,6 +19,7 @@ from msgs_bridge.episodes import read_header
 from msgs_bridge.tables import cloud_from_field
 from msgs_bridge.trial_status import State
 from ros_helpers import run
+from sample_helpers import sample_copy
 
 
 @pytest.fixture
@@ -109,6 +110,29 @@ class TestLearn:
         assert '0002' in capsys.readouterr().err
         assert field_bytes(field) != b''
 
+    @pytest.mark.parametrize(('words', 'said'), [
+        (['label', 'sample/0002', 'failure'], 'sample/0002 was labelled failure'),
+        (['trim', 'sample/0001', '--from', '3'], 'sample/0001 was cut'),
+        (['forget', 'sample/0002'], 'sample/0002 was forgotten')])
+    def test_check_names_what_people_have_changed_since(
+        self, tmp_path, monkeypatch, capsys, words, said,
+    ):
+        sample_copy(tmp_path)
+        monkeypatch.chdir(tmp_path)
+        assert main(words) == 0
+        assert main(['learn', '--check', 'bags/sample']) == 1
+        [line] = capsys.readouterr().err.splitlines()
+        assert 'differ' in line
+        assert line.endswith(f'; since then {said}')
+
+    def test_passes_over_a_last_bag_that_is_empty(self, task, capsys):
+        start_bag(task, 'trial', {}).close()
+        last = task.episodes()[-1]
+        last.bag.write_bytes(b'')
+        assert main(['learn', str(task.path)]) == 0
+        assert 'nothing was learnt' in capsys.readouterr().out
+        assert main(['inspect', str(task.path)]) == 0
+
     def test_wants_a_demonstration(self, task, capsys):
         add_trial(task)
         assert 'no demonstration' in mistake(capsys, 'learn', task.episodes()[1].path)
@@ -167,11 +191,17 @@ def test_help_names_every_command(capsys):
         assert name in text
 
 
-def test_wrong_arguments_are_exit_code_2(capsys):
-    for arguments in ([], ['dance'], ['learn'], ['demo', '--trials', 'many']):
-        with pytest.raises(SystemExit, match='2'):
-            main(arguments)
-        assert 'Traceback' not in capsys.readouterr().err
+@pytest.mark.parametrize('arguments', [
+    [], ['dance'], ['learn'], ['demo', '--trials', 'many'], ['show', 'a/0001', '--dance'],
+    ['label', 'a/0001', 'splendid'], ['explain', 'a/0001', '--at', 'noon'],
+    ['trim', 'a/0001', '--from'], ['evaluate', '--goal', '1'],
+    ['evaluate', '--world', 'a', '--seeds', '0']])
+def test_wrong_arguments_are_one_line_and_exit_code_2(capsys, arguments):
+    with pytest.raises(SystemExit, match='2'):
+        main(arguments)
+    [line] = capsys.readouterr().err.splitlines()
+    assert line.startswith('experience')
+    assert '--help' in line
 
 
 @pytest.mark.parametrize(('arguments', 'words'), [

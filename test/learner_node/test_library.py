@@ -33,7 +33,7 @@ class TestLibrary:
     def test_begins_with_the_bags_that_it_finds(self, task):
         library = library_of(task)
         assert library.refresh.field.revision == 1
-        assert '1 demonstrations' in library.lines[-1]
+        assert '1 demonstration and 0 trials' in library.lines[-1]
 
     def test_relearning_changes_nothing(self, task):
         library = library_of(task)

@@ -13,6 +13,7 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from bridge_helpers import demonstration_bag, trial_bag, write_drive
+from control_field.words import counted
 from msgs_bridge.bag_folder import BagError, mcap_path, TaskFolder
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.bag_repair import needs_repair, repair_bag, repair_task
@@ -94,7 +95,13 @@ def test_cut_anywhere(whole, tmp_path, part):
     assert report.changed
     if report.kept:
         assert report.kept.read_bytes() == mcap_path(whole).read_bytes()[:int(part * (size - 1))]
-        assert f'{report.n_lost_bytes} bytes were not readable and are kept in' in str(report)
+        assert f'{counted(report.n_lost_bytes, "byte")} could not be read, the file' in str(report)
+
+
+def test_of_a_recording_that_was_cut_at_once_nothing_could_be_saved(whole, tmp_path):
+    folder = copy_cut(whole, tmp_path, 100)
+    assert 'no message could be saved' in str(repair_bag(folder))
+    assert (folder / '0001_demo_0.mcap.cut').stat().st_size == 100
 
 
 def cut_at(whole, tmp_path, distance):

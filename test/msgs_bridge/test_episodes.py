@@ -66,9 +66,9 @@ class TestDemonstrations:
             bag.write('/neighbourhood', OCCUPANCY,
                       raw_sight(3.0, 1, 1, np.zeros((3, 3)), Grid(20, 20, 0.5)), 0)
         notes = read_episode(bag.folder, GRID).notes
-        assert notes[0] == ("1 messages refused, the first: "
+        assert notes[0] == ("1 message refused, the first: "
                             "/odom: frame is 'map', must be 'odom'")
-        assert notes[1].startswith('1 messages refused, the first: /neighbourhood: resolution')
+        assert notes[1].startswith('1 message refused, the first: /neighbourhood: resolution')
 
     def test_late_and_doubled_messages_change_nothing(self, tmp_path):
         header = EpisodeHeader('demo', 'task1', GRID).to_mapping()
@@ -122,6 +122,16 @@ class TestDemonstrations:
         said = []
         assert list(read_task(task, GRID, said.append)) == []
         assert len(said) == 3
+
+
+    def test_a_bag_of_a_few_bytes_is_said_to_be_cut_off(self, tmp_path):
+        folder = demonstration_bag(tmp_path)
+        bag = mcap_path(folder)
+        bag.write_bytes(bag.read_bytes()[:100])
+        for _ in range(2):
+            with pytest.raises(NothingToLearnError, match='was cut off so early'):
+                read_episode(folder, GRID)
+            repair_bag(folder)
 
 
 class TestTrials:
