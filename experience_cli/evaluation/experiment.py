@@ -23,7 +23,8 @@ from experience_cli.evaluation.fields import field_columns
 from experience_cli.evaluation.judging import judge
 from experience_cli.evaluation.methods import Method, Task
 from experience_cli.evaluation.registry import make_method
-from experience_cli.evaluation.teachers import demonstrate, heading_table, NoWayError
+from experience_cli.evaluation.teachers import (
+    demonstrate, demonstration_from_path, heading_table, longer_path, NoWayError)
 
 #: How often a process looks whether its parent still lives, [s].
 _LOOK_EVERY = 0.5
@@ -58,6 +59,8 @@ class Experiment:
         Used instead of a teacher if there are any.
     start_radius : float, [m]
         Only cells this near to the first demonstration's start are judged.
+    demo_steps : int, optional
+        Instead of a teacher, a random way without loops of exactly so many steps.
     judged_after : tuple of int, optional
         Numbers of trials after which it is judged; after every trial if not given.
 
@@ -74,6 +77,7 @@ class Experiment:
     parameters: Parameters = field(default_factory=Parameters)
     demonstrations: tuple[Demonstration, ...] = ()
     start_radius: float = float('inf')
+    demo_steps: int | None = None
     judged_after: tuple[int, ...] | None = None
 
     def reachable(self) -> npt.NDArray[np.bool_]:
@@ -155,7 +159,7 @@ def _run_seed(experiment: Experiment, seed: int) -> Course:
         spent = _Spent(steps, collisions, practice.reinforcements, practice.seconds)
         if experiment.judged_after is None or number in experiment.judged_after:
             after.append(_row(method, task, judged, shown, number, spent))
-    return Course(seed, after, field_columns(method, task))
+    return Course(seed, after, field_columns(method, task, shown))
 
 
 def _seconds(act: Callable[[Demonstration], None], demonstration: Demonstration) -> float:
@@ -178,6 +182,10 @@ def _demonstrations(experiment: Experiment, world: GridWorld, rng: np.random.Gen
                     ) -> list[Demonstration]:
     if experiment.demonstrations:
         return list(experiment.demonstrations)
+    if experiment.demo_steps is not None:
+        return [demonstration_from_path(
+            world, longer_path(world, start, experiment.goal, experiment.demo_steps, rng), episode)
+            for episode, start in enumerate(experiment.demo_starts, start=1)]
     return [demonstrate(world, experiment.teacher, start, experiment.goal, rng, episode)
             for episode, start in enumerate(experiment.demo_starts, start=1)]
 

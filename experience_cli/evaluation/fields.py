@@ -12,15 +12,24 @@ from experience_cli.evaluation.methods import FieldMethod, Method, Task
 Columns = dict[str, npt.NDArray[np.generic]]
 
 
-def field_columns(method: Method, task: Task) -> Columns:
+def field_columns(method: Method, task: Task, shown: npt.NDArray[np.int8]) -> Columns:
     """
     Return what is written of a method as it stands, by name.
 
     ``vx, vy`` (n_rows, n_cols), row 0 at the lowest y; ``centres`` (n, 2) [m]; ``actions`` (n, 2)
     unit vectors; ``q, weights`` (n,); ``q_matrix`` (n_rows, n_cols, 8); ``known`` (n_rows,
-    n_cols): the remembered map; ``reachable`` (n_rows, n_cols): free cells of the true world with
-    a way to the goal; ``goal`` (x, y) [m], ``origin`` (x, y) [m], ``resolution`` [m], ``power``,
-    ``window`` [cells], ``corner_cutting``, ``moves``.
+    n_cols): the remembered map; ``shown`` (n_rows, n_cols): demonstrated headings, -1 for none;
+    ``reachable`` (n_rows, n_cols): free cells of the true world with a way to the goal; ``goal``
+    (x, y) [m], ``origin`` (x, y) [m], ``resolution`` [m], ``power``, ``window`` [cells],
+    ``corner_cutting``, ``moves``.
+
+    Parameters
+    ----------
+    method : Method
+    task : Task
+    shown : ndarray of int8, shape (n_rows, n_cols)
+        Demonstrated headings for a method that has no memory of its own of what was shown.
+
     """
     grid, parameters = task.grid, task.parameters
     columns: Columns = {
@@ -29,7 +38,7 @@ def field_columns(method: Method, task: Task) -> Columns:
         'resolution': np.array(grid.resolution), 'power': np.array(parameters.power),
         'window': np.array(parameters.effective_window),
         'corner_cutting': np.array(parameters.corner_cutting),
-        'moves': np.array(parameters.moves), 'reachable': task.reachable}
+        'moves': np.array(parameters.moves), 'reachable': task.reachable, 'shown': shown}
     return columns | (_of_field(method) if isinstance(method, FieldMethod) else _of_other(method))
 
 
@@ -40,7 +49,7 @@ def _of_field(method: FieldMethod) -> Columns:
         'vx': field.vx, 'vy': field.vy, 'q_matrix': field.q, 'known': field.known,
         'centres': field.grid.world_from_cells(prototypes.cells),
         'actions': UNIT[prototypes.headings], 'q': prototypes.q,
-        'weights': refresh.composition.weights}
+        'weights': refresh.composition.weights, 'shown': method.learner.memory.shown}
 
 
 def _of_other(method: Method) -> Columns:

@@ -6,7 +6,7 @@ import numpy.typing as npt
 from control_field import compiled
 from control_field.certificate import fidelity_of
 from control_field.simulation import Runs
-from experience_cli.evaluation.methods import Method, Notes, Task
+from experience_cli.evaluation.methods import FieldMethod, Method, Notes, Task
 
 #: The metrics in the order of tables: name -> meaning.
 METRICS = {
@@ -26,6 +26,9 @@ METRICS = {
                 'still does what was shown',
     'basin': 'share of the known free, reachable cells whose flow reaches the goal on the '
              'remembered map',
+    'flow_steps': "steps along the flow from the first demonstration's start to the goal; not "
+                  'defined where it does not get there',
+    'greedy_steps': 'the same, taking the first of the greatest Q-values at every cell',
     'seconds_learning': 'seconds spent learning from the last trial (or demonstrations), on this '
                         'machine',
 }
@@ -85,7 +88,8 @@ def judge(method: Method, task: Task, judged: npt.NDArray[np.bool_],
         'hidden_neurons': float(notes.hidden_neurons),
         'hidden_neurons_share': notes.hidden_neurons / int(task.reachable.sum()),
         'fidelity': _fidelity(notes, task, headings, shown), 'basin': notes.basin,
-        'seconds_learning': 0.0}
+        'flow_steps': _n_steps(task, headings),
+        'greedy_steps': _n_steps(task, greedy_headings(method)), 'seconds_learning': 0.0}
 
 
 def flow_lengths(task: Task, headings: npt.NDArray[np.int8]) -> npt.NDArray[np.float64]:
@@ -93,6 +97,20 @@ def flow_lengths(task: Task, headings: npt.NDArray[np.int8]) -> npt.NDArray[np.f
     lengths: npt.NDArray[np.float64] = compiled.flow_lengths(
         task.world.truth, headings, *task.goal, task.world.rules)
     return lengths
+
+
+def greedy_headings(method: Method) -> npt.NDArray[np.int8]:
+    """Return the heading of greatest Q-value a cell; of tables of values that is their course."""
+    if isinstance(method, FieldMethod):
+        return method.refresh.field.q.argmax(axis=2).astype(np.int8)
+    return method.headings()
+
+
+def _n_steps(task: Task, headings: npt.NDArray[np.int8]) -> float:
+    """Return the steps from the demonstration's start to the goal of the truth; else NaN."""
+    n = int(compiled.flow_reaches(
+        task.world.truth, headings, *task.first_start, *task.goal, task.world.rules))
+    return float(n) if n >= 0 else float('nan')
 
 
 def _n_collisions(runs: Runs) -> float:

@@ -78,6 +78,7 @@ def _config(experiment: Experiment, seeds: list[int], world: str, demo_bag: str 
         'goal': list(grid.world_from_cell(*experiment.goal)),
         'demo_starts': [list(grid.world_from_cell(*cell)) for cell in experiment.demo_starts],
         'teacher': 'bag' if demo_bag else experiment.teacher, 'demo_bag': demo_bag,
+        'demo_steps': experiment.demo_steps,
         'method': experiment.method, 'profile': experiment.parameters.profile,
         'starts': 'spread' if experiment.spread else 'fixed', 'trials': experiment.n_trials,
         'start_radius': (experiment.start_radius if math.isfinite(experiment.start_radius)

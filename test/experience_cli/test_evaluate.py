@@ -25,42 +25,71 @@ def run(world, *more, goal='8.5,8.5', start='1.5,1.5'):
                  '--trials', '2', '--seeds', '2', *more])
 
 
-def optimum_and_ends(world, field):
-    """Follow the field as the help says, with nothing of ours; return who gets home, and SPL."""
+STEPS = [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)]
+
+
+def step(free, cell, heading):
+    row, col = cell[0] + STEPS[heading][0], cell[1] + STEPS[heading][1]
+    inside = 0 <= row < SIZE and 0 <= col < SIZE
+    beside = inside and free[row, col] and free[cell[0], col] and free[row, cell[1]]
+    return (row, col) if beside else None
+
+
+def cells_of(mask):
+    return [(int(row), int(col)) for row, col in np.argwhere(mask)]
+
+
+def least_costs(free, goal):
+    """Bellman and Ford: slow and plainly right."""
+    cost = {goal: 0.0}
+    for _ in range(free.size):
+        for cell in cells_of(free):
+            for heading in range(8):
+                after = step(free, cell, heading)
+                if after in cost:
+                    length = cost[after] + np.hypot(*STEPS[heading])
+                    cost[cell] = min(cost.get(cell, np.inf), length)
+    return cost
+
+
+def follow(free, headings, goal, cell):
+    """Return the headings taken to the goal, None if it is not reached."""
+    taken, seen = [], set()
+    while cell != goal:
+        if cell is None or cell in seen:
+            return None
+        seen.add(cell)
+        taken.append(headings[cell])
+        cell = step(free, cell, headings[cell])
+    return taken
+
+
+def numbers_from_outside(world, field):
+    """Work the numbers out as the document says, with nothing of ours."""
     lines = world.read_text().splitlines()[4:][::-1]
     free = np.array([[mark == '.' for mark in line] for line in lines])
-    steps = [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)]
-
-    def step(cell, heading):
-        d_row, d_col = steps[heading]
-        row, col = cell[0] + d_row, cell[1] + d_col
-        inside = 0 <= row < SIZE and 0 <= col < SIZE
-        beside = inside and free[row, col] and free[cell[0], col] and free[row, cell[1]]
-        return (row, col) if beside else None
-
+    headings = np.floor(np.arctan2(field['vy'], field['vx']) / (np.pi / 4) + 0.5).astype(int) % 8
     x, y = field['goal']
     goal = (int(y), int(x))
-    cost = {goal: 0.0}
-    for _ in range(free.size):  # Bellman and Ford: slow and plainly right
-        for cell in [(int(r), int(c)) for r, c in np.argwhere(free)]:
-            for heading in range(8):
-                after = step(cell, heading)
-                if after in cost:
-                    length = cost[after] + np.hypot(*steps[heading])
-                    cost[cell] = min(cost.get(cell, np.inf), length)
-    home = {}
-    for cell in cost:
-        at, length, seen = cell, 0.0, set()
-        while at != goal and at is not None and at not in seen:
-            seen.add(at)
-            angle = np.arctan2(field['vy'][at], field['vx'][at])
-            heading = int(np.floor(angle / (np.pi / 4) + 0.5)) % 8
-            length += np.hypot(*steps[heading])
-            at = step(at, heading)
-        home[cell] = length if at == goal else None
-    spl = [0.0 if home[cell] is None else cost[cell] / max(home[cell], 1e-12) if cost[cell] else 1
-           for cell in cost]
-    return np.mean([length is not None for length in home.values()]), np.mean(spl)
+    cost = least_costs(free, goal)
+    assert sorted(cost) == cells_of(field['reachable'])
+    home = {cell: follow(free, headings, goal, cell) for cell in cost}
+    lengths = {cell: sum(np.hypot(*STEPS[heading]) for heading in taken)
+               for cell, taken in home.items() if taken is not None}
+    not_blocked = field['known'] != 100
+    known = [cell for cell in least_costs(not_blocked, goal) if field['known'][cell] == 0]
+    basin = [follow(not_blocked, headings, goal, cell) is not None for cell in known]
+    shown = [headings[cell] == field['shown'][cell] for cell in cells_of(field['shown'] >= 0)
+             if not_blocked[cell] and step(not_blocked, cell, field['shown'][cell])]
+    return {
+        'field_success': len(lengths) / len(cost),
+        'field_success_spl': sum(cost[cell] / length if length else 1.0
+                                 for cell, length in lengths.items()) / len(cost),
+        'hidden_neurons': len(field['centres']),
+        'hidden_neurons_share': len(field['centres']) / len(cost),
+        'basin': np.mean(basin), 'fidelity': np.mean(shown),
+        'flow_steps': len(home[1, 1]),
+        'greedy_steps': len(follow(free, field['q_matrix'].argmax(axis=2), goal, (1, 1)))}
 
 
 def test_anybody_can_check_the_numbers_from_the_field_file(world, tmp_path, capsys):
@@ -69,11 +98,9 @@ def test_anybody_can_check_the_numbers_from_the_field_file(world, tmp_path, caps
     assert 'field_success' in capsys.readouterr().out
     report = json.loads((tmp_path / 'a.json').read_text())
     field = np.load(tmp_path / 'field.npz')
-    success, spl = optimum_and_ends(world, field)
     last = report['after'][-1]
-    assert last['field_success']['values'][0] == pytest.approx(success)
-    assert last['field_success_spl']['values'][0] == pytest.approx(spl)
-    assert last['hidden_neurons']['values'][0] == len(field['centres'])
+    for name, value in numbers_from_outside(world, field).items():
+        assert last[name]['values'][0] == pytest.approx(value), name
 
 
 def test_report_has_an_entry_for_every_number_of_trials(world, tmp_path):
@@ -139,6 +166,7 @@ def test_negative_coordinates_are_taken_as_coordinates(tmp_path, start, capsys):
     (['--set', 'nothing'], 'NAME=VALUE'),
     (['--set', 'seed=3'], '--seed0'),
     (['--demo-bag', '/nowhere/bag'], 'no such bag'),
+    (['--demo-steps', '3'], 'no way of 3 steps'),
     (['--world', '/nowhere/a.map'], 'no such file'),
 ])
 def test_a_mistake_is_one_clear_line(world, arguments, hint, capsys):
@@ -179,6 +207,22 @@ def test_a_teacher_without_a_detour_says_so(tmp_path, capsys):
 def test_start_radius_narrows_what_is_judged(world, tmp_path):
     assert run(world, '--start-radius', '1.0', '--json', str(tmp_path / 'a.json')) == 0
     assert json.loads((tmp_path / 'a.json').read_text())['config']['n_starts'] == 5
+
+
+def test_the_greedy_way_through_the_dyna_maze_becomes_the_shortest_and_the_field_is_faithful(
+        tmp_path):
+    assert main(['evaluate', '--world', 'dyna', '--set', 'moves=4', '--goal', '8.5,5.5',
+                 '--demo-start', '0.5,3.5', '--demo-steps', '16', '--trials', '3', '--seeds', '4',
+                 '--json', str(tmp_path / 'a.json')]) == 0
+    report = json.loads((tmp_path / 'a.json').read_text())
+    assert report['config']['demo_steps'] == 16
+    for entry in report['after']:
+        assert entry['flow_steps']['values'] == [16.0] * 4
+        assert entry['fidelity']['values'] == [1.0] * 4
+    for steps, greedy in zip(*(report['after'][-1][name]['values']
+                               for name in ('steps', 'greedy_steps')), strict=True):
+        assert steps <= 50
+        assert greedy == 14.0
 
 
 def test_moves_without_diagonals_hold_for_teacher_and_field(world, tmp_path):

@@ -10,6 +10,7 @@ from experience_cli.evaluation import generators
 from experience_cli.evaluation.places import choose_places
 from experience_cli.evaluation.teachers import (
     demonstrate, heading_table, longer_path, NoWayError, path_length, shortest_path)
+from sim_node.world import find_world, load_world
 
 FAMILIES = tuple(generators.FAMILIES)
 worlds = st.tuples(st.sampled_from(FAMILIES), st.integers(8, 20), st.integers(0, 99))
@@ -51,6 +52,7 @@ def test_dyna_maze_is_the_one_of_the_book():
     world = GridWorld(generators.dyna_maze(), Parameters(moves=4))
     assert world.cost_to(generators.DYNA_GOAL)[generators.DYNA_START] == 14.0
     assert (world.truth == 0).sum() == 47
+    np.testing.assert_array_equal(load_world(find_world('dyna')).occupancy, world.truth)
 
 
 @given(worlds, st.integers(0, 99))
