@@ -80,14 +80,14 @@ class Peer:
         for publisher, msg in messages if order == 'sight first' else reversed(messages):
             publisher.publish(msg)
 
-    def call(self, name):
+    def call(self, name, **options):
         return ros_helpers.call(
-            self.node, Trigger, f'{self.prefix}control_field_node/{name}', deadline=3.0)
+            self.node, Trigger, f'{self.prefix}control_field_node/{name}', **options)
 
     def accepts_start(self):
         """Call; a request on the heels of discovery may be lost, and is repeated then."""
         try:
-            answer = self.call('start_trial')
+            answer = self.call('start_trial', deadline=3.0)
         except AssertionError:
             return False
         return answer.success or 'already running' in answer.message

@@ -20,7 +20,8 @@ from msgs_bridge.tables import cloud_from_field
 from msgs_bridge.trial_status import trial_from_status
 from ros_helpers import call, collect, node_command, Process, run, start_node, wait_until
 
-TIMEOUT = 0.5
+#: Long enough for a busy machine to halt in between, [s].
+TIMEOUT, PATIENCE = 1.5, 10.0
 SPEED = 0.15
 ACCELERATION = 0.5
 STAMPED = {'enable_stamped_cmd_vel': True}
@@ -59,7 +60,8 @@ class Drive:
     def __init__(self, node, folder, stack, code=None):
         self.node = node
         command = node_command('control_field_node.node', folder, {
-            **STAMPED, 'a_max': ACCELERATION})
+            **STAMPED, 'a_max': ACCELERATION, 'odom_timeout': PATIENCE,
+            'neighbourhood_timeout': PATIENCE})
         if code:
             command[2] = code
         self.sim = stack.enter_context(start_node(

@@ -92,9 +92,12 @@ def calls_of(tree, calls):
 def test_what_is_done_is_not_done_again(tree):
     calls = make_stub(tree)
     assert calls_of(tree, calls) == (0, 4)  # the folder, the builder, the rest, the project
-    start = time.monotonic()
-    assert calls_of(tree, calls) == (0, 0)
-    assert time.monotonic() - start < 1.0
+    took = []
+    for _ in range(5):  # one of them is not held up by what else the machine does
+        start = time.monotonic()
+        assert calls_of(tree, calls) == (0, 0)
+        took.append(time.monotonic() - start)
+    assert min(took) < 1.0
     assert (tree / '.venv/share/experience_controller/config').readlink() == tree / 'config'
 
 

@@ -47,7 +47,7 @@ class Robot:
 
     def silence(self, process):
         """Wait until nothing has come for a while."""
-        self.wait(lambda: time.monotonic() - self.heard[-1][0] > 0.3, process, 'silence')
+        self.wait(lambda: time.monotonic() - self.heard[-1][0] > 0.6, process, 'silence')
         self.heard.clear()
         self.messages.clear()
 
@@ -62,7 +62,8 @@ def teleop(folder, parameters=None, **options):
 class TestHoldToMove:
     def test_it_moves_for_as_long_as_the_key_comes_and_then_stands(self, ros_node, tmp_path):
         robot = Robot(ros_node)
-        with teleop(tmp_path) as process:
+        # A machine that halts for less than this lets no key go.
+        with teleop(tmp_path, {'hold_time': 1.0}) as process:
             robot.ready(process)
             for _ in range(10):
                 last = time.monotonic()
@@ -71,7 +72,7 @@ class TestHoldToMove:
             robot.wait(lambda: robot.heard[-1][1] == (0.0, 0.0), process, 'the standstill')
             stopped = next(at for at, velocity in robot.heard if velocity == (0.0, 0.0))
             assert {velocity for at, velocity in robot.heard if at < stopped} == {(0.2, 0.0)}
-            assert 0.25 < stopped - last < 0.45
+            assert 0.95 < stopped - last < 2.0
             robot.silence(process)  # others may drive now
 
     def test_space_stops_at_once(self, ros_node, tmp_path):
@@ -84,7 +85,7 @@ class TestHoldToMove:
             pressed = time.monotonic()
             process.type(' ')
             robot.wait(lambda: robot.heard[-1][1] == (0.0, 0.0), process, 'the standstill')
-            assert robot.heard[-1][0] - pressed < 0.25
+            assert robot.heard[-1][0] - pressed < 0.8
 
     def test_speeds_are_keys_and_parameters(self, ros_node, tmp_path):
         robot = Robot(ros_node)
@@ -157,8 +158,9 @@ class TestServices:
         ros_node.create_service(Trigger, 'learner_node/drop_last', answer)
         with teleop(tmp_path) as process:
             def is_done():
-                process.type('d')
-                ros_helpers.spin_some(ros_node, 1.0)  # a key that is held counts once
+                if not asked:
+                    process.type('d')
+                ros_helpers.spin_some(ros_node, 0.1)  # a key that is held counts once
                 return 'drop last: dropped 0001_demo' in process.read()
             ros_helpers.wait_until(is_done, node=ros_node, processes=[process], what='the answer')
             assert len(asked) == 1
