@@ -81,7 +81,7 @@ def write_section(path: Path, name: str, text: str) -> None:
         If the document has no such section.
 
     """
-    start, end = f'<!-- {name}: written by make evaluation -->', f'<!-- end of {name} -->'
+    start, end = f'<!-- {name}: written by a benchmark -->', f'<!-- end of {name} -->'
     document = path.read_text()
     if start not in document or end not in document:
         raise ValueError(f'{path} has no section between {start} and {end}')

@@ -3,17 +3,22 @@ Measure how good the method is, row by row: ``python -m benchmarks.how_good --wo
 
 For any folder of maps: MovingAI maps are sorted into families by their name (empty, random, room,
 maze), map_server maps are taken for BARN worlds. Goal and start are drawn anew for every seed.
+With ``--own`` over worlds of the same families that are generated, another one for every seed.
+The paper's tasks and the Dyna maze are measured besides, unless ``--own`` or ``--only`` is given.
 """
 
 import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+import math
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.evaluation_tables import write_section
-from benchmarks.paper_tasks import dyna_steps, paper_experiment
+from benchmarks.own_tasks import OWN, own_barn_tasks, own_tasks, Tasks
+from benchmarks.paper_tasks import dyna_courses, DYNA_LEAST, n_steps_until, paper_experiment
 from control_field.parameters import Parameters
 from experience_cli.evaluation.experiment import (
     Course, Experiment, has_demonstration, run_all)
@@ -23,7 +28,10 @@ from sim_node.world import load_world
 #: Start and goal of the BARN worlds, [m], and how near to the start is judged.
 BARN_START, BARN_GOAL, BARN_RADIUS = (-2.0, 3.0), (-2.0, 13.0), 0.5
 DOC = Path(__file__).resolve().parent.parent / 'doc' / 'evaluation.md'
-FAMILIES = ('random', 'room', 'maze')
+#: What field_success must be after 10 trials, by the beginning of a world's name, and how large
+#: the worlds are that this was asked for, [cells].
+LARGEST_ASKED = 32
+FAMILIES = {'random': 0.90, 'room': 0.75, 'maze': 0.85}
 
 
 @dataclass(frozen=True)
@@ -37,7 +45,7 @@ class Target:
     value : float
         Measured; a median over the seeds unless the name says otherwise.
     must : float
-        What it must be.
+        What it must be; NaN if nothing was asked for.
     at_most : bool
         Whether it must be so at most, else at least.
     spread : str
@@ -53,6 +61,8 @@ class Target:
 
     def line(self) -> str:
         """Return the row as Markdown."""
+        if math.isnan(self.must):
+            return f'| {self.name} | {self.value:.4g} | {self.spread} | | |'
         good = self.value <= self.must if self.at_most else self.value >= self.must
         sign = '<=' if self.at_most else '>='
         return (f'| {self.name} | {self.value:.4g} | {self.spread} | {sign} {self.must:g} | '
@@ -66,66 +76,79 @@ def median(name: str, values: Sequence[float], must: float, at_most: bool = Fals
                   f'{array.min():.4g} to {array.max():.4g}')
 
 
-def tasks_on(path: Path, n_seeds: int, **options: object) -> list[tuple[Experiment, int]]:
+def tasks_on(path: Path, n_seeds: int) -> Tasks:
     """Return an experiment a seed on a world, goal and start drawn by the seed."""
     world = load_world(path)
     tasks = []
     for seed in range(n_seeds):
         goal, start = choose_places(world.occupancy, np.random.default_rng(seed))
-        experiment = Experiment(world.grid, world.occupancy, goal, [start], 0)
-        tasks.append((replace(experiment, **options), seed))  # type: ignore[arg-type]
+        tasks.append((Experiment(world.grid, world.occupancy, goal, [start], 0), seed))
     return tasks
+
+
+def barn_tasks_on(path: Path, n_seeds: int) -> Tasks:
+    """Return an experiment a seed on a BARN world."""
+    world = load_world(path)
+    experiment = Experiment(
+        world.grid, world.occupancy, world.grid.cell_from_world(*BARN_GOAL),
+        [world.grid.cell_from_world(*BARN_START)], 0)
+    return [(experiment, seed) for seed in range(n_seeds)]
+
+
+def with_options(tasks: Tasks, **options: object) -> Tasks:
+    """Return the tasks with other values in their experiments."""
+    return [(replace(experiment, **options), seed)  # type: ignore[arg-type]
+            for experiment, seed in tasks]
 
 
 def at(courses: Sequence[Course], trials: int, name: str) -> list[float]:
     """Return a metric of all seeds after so many trials."""
-    return [course.after[trials][name] for course in courses]
+    return [row[name] for course in courses for row in course.after if row['trials'] == trials]
 
 
-def empty_rows(path: Path, n_seeds: int, n_jobs: int) -> list[Target]:
+def empty_rows(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
     """Measure an empty world without any trial."""
-    courses = run_all(tasks_on(path, n_seeds), n_jobs, path.stem)
-    return [median(f'{path.stem}, 0 trials, field_success', at(courses, 0, 'field_success'), 0.99)]
+    courses = run_all(tasks, n_jobs, name)
+    return [median(f'{name}, 0 trials, field_success', at(courses, 0, 'field_success'), 0.99)]
 
 
-def family_rows(path: Path, family: str, n_seeds: int, n_jobs: int) -> list[Target]:
-    """Measure a world with obstacles over 30 trials."""
-    courses = run_all(tasks_on(path, n_seeds, n_trials=30), n_jobs, path.stem)
-    first = {'random': 0.90, 'room': 0.75, 'maze': 0.85}[family]
-    rows = [median(f'{path.stem}, {k} trials, field_success', at(courses, k, 'field_success'),
-                   must) for k, must in ((10, first), (20, 0.95), (30, 0.99))]
+def family_rows(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
+    """Measure worlds with obstacles over 30 trials."""
+    courses = run_all(with_options(tasks, n_trials=30), n_jobs, name)
+    musts = [next(must for family, must in FAMILIES.items() if name.startswith(family)),
+             0.95, 0.99]
+    if max(tasks[0][0].grid.shape) > LARGEST_ASKED:
+        musts = [math.nan] * 3
+    rows = [median(f'{name}, {k} trials, field_success', at(courses, k, 'field_success'), must)
+            for k, must in zip((10, 20, 30), musts, strict=True)]
     worst = max(max(row['collisions'] for row in course.after) for course in courses)
     return [
         *rows,
-        median(f'{path.stem}, 30 trials, prototypes of the free cells',
+        median(f'{name}, 30 trials, prototypes of the free cells',
                at(courses, 30, 'hidden_neurons_share'), 0.35, at_most=True),
-        median(f'{path.stem}, 10 trials, success', at(courses, 10, 'success'), 0.999),
-        median(f'{path.stem}, 10 trials, success_spl', at(courses, 10, 'success_spl'), 0.90),
-        Target(f'{path.stem}, collisions, worst', worst, 0, at_most=True)]
+        median(f'{name}, 10 trials, success', at(courses, 10, 'success'), 0.999),
+        median(f'{name}, 10 trials, success_spl', at(courses, 10, 'success_spl'), 0.90),
+        Target(f'{name}, collisions, worst', worst, 0, at_most=True)]
 
 
-def detour_rows(path: Path, n_seeds: int, n_jobs: int) -> list[Target]:
+def detour_rows(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
     """Measure how faithful the field stays to a teacher who goes another way."""
-    tasks = [task for task in tasks_on(path, n_seeds, n_trials=10, teacher='detour')
+    tasks = [task for task in with_options(tasks, n_trials=10, teacher='detour')
              if has_demonstration(*task)]
-    courses = run_all(tasks, n_jobs, f'{path.stem} detour')
-    return [median(f'{path.stem}, detour teacher ({len(tasks)} seeds), {k} trials, fidelity',
+    courses = run_all(tasks, n_jobs, f'{name} detour')
+    return [median(f'{name}, detour teacher ({len(tasks)} seeds), {k} trials, fidelity',
                    at(courses, k, 'fidelity'), 0.95) for k in (0, 10)]
 
 
-def barn_rows(path: Path, n_seeds: int, n_jobs: int) -> list[Target]:
-    """Measure a BARN world: blind teacher, five trials, starts near the start."""
-    world = load_world(path)
+def barn_rows(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
+    """Measure BARN worlds: blind teacher, five trials, starts near the start."""
     rows = []
     for starts in ('spread', 'fixed'):
-        experiment = Experiment(
-            world.grid, world.occupancy, world.grid.cell_from_world(*BARN_GOAL),
-            [world.grid.cell_from_world(*BARN_START)], 5, starts == 'spread', 'blind',
-            start_radius=BARN_RADIUS)
-        courses = run_all([(experiment, seed) for seed in range(n_seeds)], n_jobs, path.stem)
+        courses = run_all(with_options(tasks, n_trials=5, spread=starts == 'spread',
+                                       teacher='blind', start_radius=BARN_RADIUS), n_jobs, name)
         worst = max(max(row['collisions'] for row in course.after) for course in courses)
-        rows += [median(f'{path.stem}, {starts} starts, success', at(courses, 5, 'success'), 0.95),
-                 Target(f'{path.stem}, {starts} starts, collisions, worst', worst, 0, True)]
+        rows += [median(f'{name}, {starts} starts, success', at(courses, 5, 'success'), 0.95),
+                 Target(f'{name}, {starts} starts, collisions, worst', worst, 0, True)]
     return rows
 
 
@@ -149,51 +172,73 @@ def paper_rows(n_seeds: int, n_jobs: int) -> list[Target]:
     return rows
 
 
-def dyna_rows(n_seeds: int) -> list[Target]:
-    """Measure the Dyna maze: steps driven until the greedy path has 14 steps."""
-    steps = [dyna_steps(seed) for seed in range(n_seeds)]
-    return [Target(f'Dyna maze, steps until the greedy path of the {name} is 14, worst seed',
-                   max(values), 50, True, f'{min(values):.4g} to {max(values):.4g}')
-            for name, values in zip(('Q-matrix', 'field'), zip(*steps, strict=True), strict=True)]
+def dyna_rows(n_seeds: int, n_jobs: int) -> list[Target]:
+    """Measure the Dyna maze: steps driven until a path of the least length is found."""
+    courses = dyna_courses(n_seeds, n_jobs)
+    steps = [n_steps_until(course, 'greedy_steps', DYNA_LEAST) for course in courses]
+    rows = [
+        Target(f'Dyna maze, steps until the greedy path of the Q-matrix is {DYNA_LEAST}, worst '
+               f'seed', max(steps), 50, True, f'{min(steps):.4g} to {max(steps):.4g}'),
+        median('Dyna maze, 12 trials, fidelity of the field', at(courses, 12, 'fidelity'), 0.95)]
+    for starts in ('spread', 'fixed'):
+        courses = dyna_courses(n_seeds, n_jobs, starts == 'spread', demonstration_advantage=0.0)
+        within = [n_steps_until(course, 'flow_steps', DYNA_LEAST) <= 50 for course in courses]
+        rows.append(Target(
+            f'Dyna maze, demonstration advantage 0, {starts} starts: share of the seeds whose '
+            f'field takes {DYNA_LEAST} steps within 50', float(np.mean(within)), math.nan))
+    return rows
 
 
-def rows_of(path: Path, n_seeds: int, n_jobs: int) -> list[Target]:
-    """Measure all rows that a map file stands for."""
-    if path.suffix == '.yaml':
-        return barn_rows(path, n_seeds, n_jobs)
-    if path.stem.startswith('empty'):
-        return empty_rows(path, n_seeds, n_jobs) + detour_rows(path, n_seeds, n_jobs)
-    for family in FAMILIES:
-        if path.stem.startswith(family):
-            return (family_rows(path, family, n_seeds, n_jobs)
-                    + detour_rows(path, n_seeds, n_jobs))
+def rows_of(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
+    """Measure all rows that worlds stand for, by the family they are named after."""
+    if name.startswith('barn'):
+        return barn_rows(name, tasks, n_jobs)
+    if name.startswith('empty'):
+        return empty_rows(name, tasks, n_jobs) + detour_rows(name, tasks, n_jobs)
+    if name.startswith(tuple(FAMILIES)):
+        return family_rows(name, tasks, n_jobs) + detour_rows(name, tasks, n_jobs)
     return []
+
+
+def tasks_of(folder: Path | None, own: bool, n_seeds: int, only: str) -> dict[str, Tasks]:
+    """Return the tasks that are measured, by name."""
+    tasks: dict[str, Tasks] = {}
+    for path in sorted(folder.iterdir()) if folder else []:
+        if path.suffix in ('.map', '.yaml') and only in path.name:
+            barn = path.suffix == '.yaml'
+            name = path.stem if not barn or path.stem.startswith('barn') else f'barn, {path.stem}'
+            tasks[name] = barn_tasks_on(path, n_seeds) if barn else tasks_on(path, n_seeds)
+    if own:
+        tasks |= {name: own_tasks(name, n_seeds) for name in OWN if only in name}
+        if only in 'barn-like':
+            tasks['barn-like'] = own_barn_tasks(n_seeds)
+    return tasks
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table, row by row as they come."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--worlds', type=Path, help='a folder of maps')
-    parser.add_argument('--only', default='', help='only files whose name holds this')
+    parser.add_argument('--own', action='store_true', help='on worlds that are generated')
+    parser.add_argument('--only', default='', help='only worlds whose name holds this')
     parser.add_argument('--seeds', type=int, default=20)
     parser.add_argument('--jobs', type=int, default=2)
     parser.add_argument('--write', action='store_true', help='write it into doc/evaluation.md')
     options = parser.parse_args(arguments)
     lines = ['| what | median | over the seeds | must | met |', '|---|---|---|---|---|']
     print('\n'.join(lines))
-    paths = sorted(options.worlds.iterdir()) if options.worlds else []
     measures: list[Callable[[], list[Target]]] = [
-        lambda path=path: rows_of(path, options.seeds, options.jobs)  # type: ignore[misc]
-        for path in paths if path.suffix in ('.map', '.yaml') and options.only in path.name]
-    if not options.only:
-        measures += [lambda: paper_rows(5 * options.seeds, options.jobs),
-                     lambda: dyna_rows(options.seeds)]
+        partial(rows_of, name, tasks, options.jobs) for name, tasks in tasks_of(
+            options.worlds, options.own, options.seeds, options.only).items()]
+    if not options.only and not options.own:
+        measures += [partial(paper_rows, 5 * options.seeds, options.jobs),
+                     partial(dyna_rows, options.seeds, options.jobs)]
     for measure in measures:
         for row in measure():
             lines.append(row.line())
             print(row.line(), flush=True)
     if options.write:
-        write_section(DOC, 'how good', '\n'.join(lines))
+        write_section(DOC, 'other maps' if options.own else 'how good', '\n'.join(lines))
     return 0
 
 

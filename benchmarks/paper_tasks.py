@@ -5,14 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from control_field import compiled
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.simulation import GridWorld
-from experience_cli.evaluation.experiment import Experiment
+from experience_cli.evaluation.experiment import Course, Experiment, run_all
 from experience_cli.evaluation.generators import DYNA_GOAL, dyna_maze, DYNA_START
-from experience_cli.evaluation.methods import FieldMethod, Task
-from experience_cli.evaluation.teachers import demonstration_from_path, longer_path
+from experience_cli.evaluation.teachers import demonstration_from_path
 from sim_node.world import load_world
 
 WORLDS = Path(__file__).resolve().parent.parent / 'config' / 'worlds'
@@ -50,34 +48,31 @@ def paper_experiment(name: str, parameters: Parameters, n_trials: int) -> Experi
         start_radius=0.0)
 
 
-def dyna_steps(seed: int, n_trials: int = 12) -> tuple[float, float]:
+def dyna_courses(n_seeds: int, n_jobs: int, spread: bool = True, n_trials: int = 12,
+                 **parameters: object) -> list[Course]:
     """
-    Teach the Dyna maze with a demonstration of 16 steps, drawn by the seed, and practise.
+    Teach the Dyna maze with a demonstration of 16 steps, drawn by each seed, and practise.
 
-    Returns
-    -------
-    q_matrix, field : float
-        Steps driven in trials until the greedy path from the start has 14 steps, by the greatest
-        Q-value and by the field; inf if it did not come to that.
+    ``experience evaluate --world dyna --set moves=4 --goal 8.5,5.5 --demo-start 0.5,3.5
+    --demo-steps 16 --trials 12`` does the same.
+
+    Parameters
+    ----------
+    n_seeds, n_jobs : int
+    spread : bool
+        Trials start where they teach most, else at the start.
+    n_trials : int
+    parameters : object
+        Learning parameters, by name.
 
     """
-    parameters = Parameters(moves=4, seed=seed)
     occupancy = dyna_maze()
-    world = GridWorld(occupancy, parameters)
-    grid = Grid(occupancy.shape[0], occupancy.shape[1], 1.0)
-    rng = np.random.default_rng(seed)
-    task = Task(world, grid, DYNA_GOAL, DYNA_START, True, np.isfinite(world.cost_to(DYNA_GOAL)),
-                parameters)
-    method = FieldMethod(task, rng)
-    path = longer_path(world, DYNA_START, DYNA_GOAL, DYNA_STEPS, rng)
-    method.teach(demonstration_from_path(world, path, 1))
-    n_steps, found = 0, [math.inf, math.inf]
-    for number in range(1, n_trials + 1):
-        greedy = method.refresh.field.q.argmax(axis=2).astype(np.int8)
-        for index, headings in enumerate((greedy, method.headings())):
-            if compiled.flow_reaches(world.truth, headings, *DYNA_START, *DYNA_GOAL,
-                                     world.rules) == DYNA_LEAST:
-                found[index] = min(found[index], n_steps)
-        practice = method.practise(number)
-        n_steps += practice.steps if practice else 0
-    return found[0], found[1]
+    experiment = Experiment(
+        Grid(*occupancy.shape, 1.0), occupancy, DYNA_GOAL, [DYNA_START], n_trials, spread,
+        parameters=Parameters.from_mapping({'moves': 4, **parameters}), demo_steps=DYNA_STEPS)
+    return run_all([(experiment, seed) for seed in range(n_seeds)], n_jobs, 'Dyna maze')
+
+
+def n_steps_until(course: Course, metric: str, value: float) -> float:
+    """Return the steps driven in trials until a metric had a value first; inf without that."""
+    return next((row['steps'] for row in course.after if row[metric] == value), math.inf)

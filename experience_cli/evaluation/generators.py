@@ -32,9 +32,10 @@ def random_world(size: int, rng: np.random.Generator, share: float = 0.12) -> Oc
     return np.where(rng.random((size, size)) < share, BLOCKED, FREE).astype(np.int8)
 
 
-def rooms_world(size: int, rng: np.random.Generator, room: int = 5) -> Occupancy:
+def rooms_world(size: int, rng: np.random.Generator, room: int = 5, closed: float = 0.0,
+                ) -> Occupancy:
     """
-    Return square rooms behind walls one cell thick; every wall between two rooms has a door.
+    Return square rooms behind walls one cell thick, with doors between them.
 
     Parameters
     ----------
@@ -43,6 +44,8 @@ def rooms_world(size: int, rng: np.random.Generator, room: int = 5) -> Occupancy
         Places the doors.
     room : int, [cells]
         Inner side of a room.
+    closed : float
+        Share of the walls between two rooms that have no door, 0 to 1.
 
     """
     cells = np.full((size, size), FREE, dtype=np.int8)
@@ -52,8 +55,10 @@ def rooms_world(size: int, rng: np.random.Generator, room: int = 5) -> Occupancy
     for wall in range(room, size, pitch):
         for first in range(0, size, pitch):
             n = min(room, size - first)
-            cells[wall, first + int(rng.integers(n))] = FREE
-            cells[first + int(rng.integers(n)), wall] = FREE
+            for door in ((wall, first + int(rng.integers(n))),
+                         (first + int(rng.integers(n)), wall)):
+                if closed == 0.0 or rng.random() >= closed:
+                    cells[door] = FREE
     return cells
 
 
@@ -113,6 +118,35 @@ def corridors_world(size: int, rng: np.random.Generator, width: int = 3) -> Occu
     for wall in range(width, size, width + 1):
         cells[wall, :] = BLOCKED
         cells[wall, rng.choice(size, size=2, replace=False)] = FREE
+    return cells
+
+
+def cylinders_world(n_rows: int, n_cols: int, rng: np.random.Generator, share: float = 0.25,
+                    ) -> Occupancy:
+    """
+    Return a walled lane with open ends; between them clumps, grown by a cellular automaton.
+
+    Like the worlds of BARN (Perille et al., 2020): cells are filled at random, then four times
+    over a cell with five filled neighbours or more is filled, one with one or none is cleared.
+
+    Parameters
+    ----------
+    n_rows, n_cols : int, [cells]
+        The clumps stand in the middle third of the rows.
+    rng : numpy.random.Generator
+    share : float
+        Of cells filled at random, 0 to 1.
+
+    """
+    third = n_rows // 3
+    filled = rng.random((third, n_cols - 2)) < share
+    for _ in range(4):
+        around = sum(np.pad(filled.astype(int), 1)[row:row + third, col:col + n_cols - 2]
+                     for row in range(3) for col in range(3)) - filled
+        filled = (around >= 5) | (filled & (around >= 2))
+    cells = np.full((n_rows, n_cols), BLOCKED, dtype=np.int8)
+    cells[1:-1, 1:-1] = FREE
+    cells[third:2 * third, 1:-1][filled] = BLOCKED
     return cells
 
 

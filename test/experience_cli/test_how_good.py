@@ -1,15 +1,19 @@
 """The benchmark tasks of the quality table hold what the table says."""
 
+import numpy as np
 import pytest
 
-from benchmarks.how_good import median, n_reinforced, Target
-from benchmarks.paper_tasks import dyna_steps, paper_experiment
+from benchmarks.how_good import main, median, n_reinforced, Target
+from benchmarks.own_tasks import OWN, own_barn_tasks, own_tasks
+from benchmarks.paper_tasks import dyna_courses, n_steps_until, paper_experiment
 from control_field.parameters import Parameters
 from experience_cli.evaluation.experiment import run_seed
 
 
 def test_dyna_maze_is_solved_within_fifty_steps():
-    assert max(dyna_steps(seed)[0] for seed in range(10)) <= 50
+    courses = dyna_courses(10, 1)
+    assert max(n_steps_until(course, 'greedy_steps', 14) for course in courses) <= 50
+    assert n_steps_until(courses[0], 'greedy_steps', 13) == np.inf
 
 
 @pytest.mark.parametrize('profile', ['paper', 'full'])
@@ -23,3 +27,23 @@ def test_the_papers_tasks_need_few_trials_with_reinforcements(name, profile):
 def test_a_row_says_whether_it_is_met():
     assert median('a', [0.5, 1.0, 0.9], 0.8).line().endswith('>= 0.8 | yes |')
     assert Target('b', 2.0, 1.0, at_most=True).line().endswith('<= 1 | **no** |')
+
+
+def test_where_nothing_was_asked_for_nothing_is_met():
+    assert median('a', [0.5], float('nan')).line().endswith('| 0.5 | 0.5 to 0.5 | | |')
+
+
+@pytest.mark.parametrize('tasks', [*(own_tasks(name, 3) for name in OWN), own_barn_tasks(3)])
+def test_own_worlds_differ_and_lead_to_the_goal(tasks):
+    experiments = [experiment for experiment, _ in tasks]
+    for experiment in experiments:
+        assert experiment.reachable()[experiment.demo_starts[0]]
+        assert experiment.reachable().sum() > 0.8 * (experiment.occupancy == 0).sum()
+    assert len({(e.occupancy.tobytes(), e.goal, e.demo_starts[0]) for e in experiments}) == 3
+
+
+def test_generated_worlds_are_measured_like_maps(capsys):
+    assert main(['--own', '--only', 'empty', '--seeds', '2', '--jobs', '1']) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert sum('empty, 32 x 32' in line for line in lines) == 3
+    assert all(line.endswith('| yes |') for line in lines[2:])
