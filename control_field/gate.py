@@ -37,6 +37,17 @@ class GateReason(StrEnum):
     NO_SIGHT = 'no_sight'          #: no forward motion: the sight does not show where it is
     NOT_FINITE = 'not_finite'      #: stopped: NaN or infinity in command, pose or time
 
+    @property
+    def sentence(self) -> str:
+        """Say why a robot that is to drive stands; empty where the gate only ramps."""
+        return _SENTENCES.get(self, '')
+
+
+_SENTENCES: Final = {
+    GateReason.BLOCKED: 'blocked or unseen cells are in the way',
+    GateReason.NO_SIGHT: 'no fresh odometry and neighbourhood show where it is',
+    GateReason.NOT_FINITE: 'command, pose or time is no number'}
+
 
 @dataclass(frozen=True, slots=True)
 class Sight:

@@ -74,6 +74,7 @@ class ControlFieldNode(Node):
         self._writer = CommandWriter(self._settings, self._book, self._time)
         self._peers = Peers()
         self._told: tuple[object, ...] = ()
+        self._told_held = ''
         self._teleop_at: float | None = None
         self._make_publishers()
         self._make_subscriptions()
@@ -314,11 +315,12 @@ class ControlFieldNode(Node):
             self._end_teleop()
         if self.count_publishers('cmd_vel') != self._peers.n_publishers:
             self._look_at_peers()
+        if self.supervisor.held != self._told_held:  # a person wonders why nothing moves
+            self._tell()
 
     def _end_teleop(self) -> None:
         """Stop the robot when a person lets go of the keys outside a trial."""
-        if self.supervisor.run is None and self.supervisor.velocity != STANDSTILL:
-            self.supervisor.velocity = STANDSTILL
+        if self.supervisor.let_go():
             self._publish(Answer(STANDSTILL))
 
     def _look_at_peers(self) -> None:
@@ -337,6 +339,7 @@ class ControlFieldNode(Node):
 
     def _tell(self) -> None:
         self._look_at_peers()
+        self._told_held = self.supervisor.held
         status = diagnostic_from_supervisor(
             self.supervisor, self.get_fully_qualified_name(), self._peers)
         self._diagnostics.publish(

@@ -84,7 +84,7 @@ def diagnostic_from_supervisor(
     problem = supervisor.problem
     values: dict[str, Any] = {
         'state': status.state, 'trial': status.trial, 'revision': status.revision,
-        'stop_reason': _reason(supervisor) or '',
+        'stop_reason': _reason(supervisor) or '', 'held': supervisor.held,
         'field_refused': supervisor.refusal, 'other_publishers': ', '.join(sorted(peers.others)),
         'speed': f'{supervisor.velocity[0]:.3f}', 'turn_rate': f'{supervisor.velocity[1]:.3f}',
         **_localisation(supervisor),

@@ -56,6 +56,7 @@ class Supervisor:
         self.problem: StopReason | None = None
         self.ended_by: StopReason | None = None
         self.refusal = ''
+        self.held = ''
         self.counts: Counter[str] = Counter()
         self.velocity: Velocity = STANDSTILL
         self.pose: Pose | None = None
@@ -69,6 +70,7 @@ class Supervisor:
         self._odometry, self._sight = Freshness(0.0), Freshness(0.0)
         self._poses = PoseWatch(settings.rules)
         self._dt = _USUAL_STEP
+        self._driven: float | None = None
         self._bad_until = -math.inf
         self._refused: set[str] = set()
         self.change_settings(settings)
@@ -179,7 +181,7 @@ class Supervisor:
         self._ended = TrialStatus(
             State.ENDED, run.trial, move.outcome, move.reason, run.policy.n_steps,
             run.policy.n_decisions, run.policy.n_reinforcements, run.revision, self._stamp)
-        self.run, self.problem, self.ended_by = None, None, move.stop
+        self.run, self.problem, self.ended_by, self.held = None, None, move.stop, ''
         self._log('info' if move.stop is None else 'warning', self._ended.sentence)
         if silent:
             return Answer(None, move.rows)
@@ -329,7 +331,16 @@ class Supervisor:
             None if seen is None else seen.sight, self.limits)
         if reason is not GateReason.NONE:
             self.counts[f'gate {reason}'] += 1
+        self.held = reason.sentence if wanted[0] and not self.velocity[0] else ''
         return self.velocity, reason
+
+    def let_go(self) -> bool:
+        """Take in that nobody drives by hand any more; tell whether the robot is to be stopped."""
+        if self.run is not None:
+            return False
+        drove, self.velocity, self.held = self.velocity != STANDSTILL, STANDSTILL, ''
+        self._driven = None
+        return drove
 
     def saw_goal(self, x: float, y: float) -> None:
         """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
@@ -372,9 +383,16 @@ class Supervisor:
         if self.run is not None:
             self._takeover.saw_foreign(now)
             self._pause(StopReason.TAKEN_OVER)
+        wanted = within_acceleration(
+            within_speed(wanted, self.limits), self.velocity, dt, self.limits)
         if self.neighbourhood is None or self.pose is None:
-            self.velocity = within_acceleration(
-                within_speed(wanted, self.limits), self.velocity, dt, self.limits)
-            return Answer(self.velocity)
+            self.velocity = wanted
+            return Answer(wanted)
         seen = None if self._odometry.is_stale(now) else self._seen_now(now)
-        return Answer(self._gated(wanted, self.pose, seen, dt)[0])
+        return Answer(self._gated(wanted, self.pose, seen, self._dt + self._since(dt))[0])
+
+    def _since(self, dt: float) -> float:
+        """Return the time since a person's last command, in that of the stamps if it is more."""
+        assert self.pose is not None
+        last, self._driven = self._driven, self.pose.stamp
+        return dt if last is None else max(dt, self.pose.stamp - last)

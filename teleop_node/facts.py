@@ -19,16 +19,17 @@ class Gathered:
 
     Parameters
     ----------
-    learner : str
-        Full name of the learner node.
+    learner, controller : str
+        Full names of the nodes.
 
     """
 
-    def __init__(self, learner: str) -> None:
+    def __init__(self, learner: str, controller: str) -> None:
         """Start with nothing known."""
-        self._name = f'{learner.lstrip("/")}: learner'
+        self._learner = f'{learner.lstrip("/")}: learner'
+        self._controller = f'{controller.lstrip("/")}: controller'
         self._facts = Facts()
-        self._heard = self._began = -math.inf
+        self._heard = self._told = self._began = -math.inf
 
     def saw_trial(self, status: TrialStatus) -> None:
         """Take in how the trial stands; how the last one ended stays, until there is another."""
@@ -37,7 +38,7 @@ class Gathered:
             return
         self._facts = replace(
             self._facts, trial=status.trial, trial_state=str(status.state), steps=status.steps,
-            outcome=str(status.outcome or ''))
+            outcome=str(status.outcome or ''), reason=status.reason)
 
     @property
     def is_trying(self) -> bool:
@@ -45,10 +46,14 @@ class Gathered:
         return self._facts.trial_state in (State.RUNNING, State.PAUSED)
 
     def saw_diagnostics(self, array: Any, now: float) -> None:
-        """Take in what nodes say about themselves; only the learner is listened to."""
+        """Take in what nodes say about themselves; others than these two are passed over."""
         for status in array.status:
-            if status.name == self._name:
-                self._saw_learner({pair.key: pair.value for pair in status.values}, now)
+            values = {pair.key: pair.value for pair in status.values}
+            if status.name == self._learner:
+                self._saw_learner(values, now)
+            elif status.name == self._controller:
+                self._told = now
+                self._facts = replace(self._facts, held=values.get('held', ''))
 
     def _saw_learner(self, values: Mapping[str, str], now: float) -> None:
         phase = values.get('phase', '')
@@ -65,6 +70,8 @@ class Gathered:
         """Return the facts at a time."""
         facts = replace(self._facts, speeds=speeds, problem=problem, seconds=(
             now - self._began if self._facts.phase == 'demonstration' else 0.0))
+        if now - self._told > SILENCE:
+            facts = replace(facts, held='')
         return replace(facts, phase='') if now - self._heard > SILENCE else facts
 
 

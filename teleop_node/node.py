@@ -85,7 +85,8 @@ class TeleopNode(Node):
         self._arrivals: list[Future] = []
         self._problem = ''
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._gathered = Gathered(self._full_name(self.settings.learner))
+        self._gathered = Gathered(
+            self._full_name(self.settings.learner), self._full_name(self.settings.controller))
         self._teaching = Teaching(self, self.settings.learner, self.settings.controller)
         self._make_topics()
         self._make_services()
@@ -153,10 +154,10 @@ class TeleopNode(Node):
         elif key in FACTORS:
             self._change_speeds(key)
         else:
-            # Who starts a trial does not want to take it over at once.
-            stops = ACTIONS.get(key, Action.STOP) is Action.STOP
-            if stops or self._driving.command(now) is not None:
-                self._driving.stop(now)
+            if key not in ACTIONS or ACTIONS[key] is Action.STOP:
+                self.halt()
+            else:
+                self.let_go()
             if key in ACTIONS and new:
                 self.executor.create_task(self._perform(ACTIONS[key]))
             elif new and key.lower() in MOVES and key:
@@ -315,8 +316,14 @@ class TeleopNode(Node):
         self._began = self._pose
 
     def halt(self) -> None:
-        """Stop driving."""
+        """Stop the robot, whoever drives it."""
         self._driving.stop(time.monotonic())
+
+    def let_go(self) -> None:
+        """Stop driving; who does not drive stays silent, and takes no trial over."""
+        now = time.monotonic()
+        if self._driving.command(now) is not None:
+            self._driving.stop(now)
 
     def quit(self) -> None:
         """End the program."""

@@ -6,6 +6,7 @@ import math
 from typing import Final
 
 from control_field.limits import Velocity
+from control_field.words import counted
 
 _DOING: Final[Mapping[str, str]] = {
     '': 'no learner', 'idle': 'ready', 'demonstration': 'RECORDING', 'settling': 'keeping',
@@ -33,6 +34,8 @@ class Facts:
         ``running``, ``paused`` or ``ended``.
     outcome : str
         How it ended.
+    reason : str
+        Why it was paused or stopped.
     steps : int
         Of that trial.
     prototypes : int
@@ -43,6 +46,8 @@ class Facts:
         Of the keys.
     problem : str
         What a person has to mend before the robot moves.
+    held : str
+        Why the gate lets it stand that is told to drive.
 
     """
 
@@ -52,12 +57,14 @@ class Facts:
     trial: int = 0
     trial_state: str = ''
     outcome: str = ''
+    reason: str = ''
     steps: int = 0
     prototypes: int = -1
     basin: float = math.nan
     fidelity: float = math.nan
     speeds: Velocity = (0.0, 0.0)
     problem: str = ''
+    held: str = ''
 
 
 def line_from_facts(facts: Facts, width: int) -> str:
@@ -78,7 +85,8 @@ def line_from_facts(facts: Facts, width: int) -> str:
 
     """
     parts = [part for part in (
-        facts.problem, _doing(facts), _trial(facts), _field(facts),
+        facts.problem, facts.held and f'HELD: {facts.held}', _doing(facts), _trial(facts),
+        _field(facts),
         f'{facts.speeds[0]:.2f} m/s {facts.speeds[1]:.1f} rad/s') if part]
     while len(parts) > 1 and len(_SEPARATOR.join(parts)) > width:
         del parts[-1]
@@ -97,13 +105,15 @@ def _trial(facts: Facts) -> str:
     if not facts.trial:
         return 'no trial yet'
     how = facts.outcome or facts.trial_state
-    return f'trial {facts.trial} {how}, {facts.steps} steps'
+    if facts.trial_state == 'paused' and facts.reason:
+        how += f' ({facts.reason})'
+    return f'trial {facts.trial} {how}, {counted(facts.steps, "step")}'
 
 
 def _field(facts: Facts) -> str:
     if facts.prototypes < 0:
         return 'no field yet'
-    text = f'{facts.prototypes} prototypes'
+    text = counted(facts.prototypes, 'prototype')
     if math.isfinite(facts.basin) and math.isfinite(facts.fidelity):
         text += f', basin {share(facts.basin)}, fidelity {share(facts.fidelity)}'
     return text

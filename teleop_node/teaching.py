@@ -32,7 +32,10 @@ class Peers(Protocol):
         """Take in that a demonstration begins where the robot is now."""
 
     def halt(self) -> None:
-        """Stop driving."""
+        """Stop the robot, whoever drives it."""
+
+    def let_go(self) -> None:
+        """Stop driving; a trial under way is not taken over by that."""
 
     def quit(self) -> None:
         """End the program."""
@@ -68,8 +71,11 @@ class Teaching:
             Action.QUIT: self._quit}
 
     async def perform(self, action: Action) -> Answer:
-        """Carry out an action; the robot is stopped first, whatever it is."""
-        self._peers.halt()
+        """Carry out an action; keys that are held are let go of first, whatever it is."""
+        if action is Action.STOP:
+            self._peers.halt()
+        else:
+            self._peers.let_go()
         if action in (Action.STOP, Action.QUIT):
             return await self._steps[action]()
         if self._busy:

@@ -231,6 +231,43 @@ def test_teleop_goes_through_the_gate():
     assert bench.velocity == STANDSTILL
 
 
+def test_what_holds_a_person_back_is_said_until_it_is_over():
+    world = np.zeros(GRID.shape, np.int8)
+    world[5, 4] = 100
+    bench = Bench(world=world)
+    for _ in range(30):
+        bench.tick()
+        bench.take(bench.supervisor.teleop((0.2, 0.0), bench.now, DT))
+    assert 'blocked or unseen' in bench.supervisor.held
+    bench.take(bench.supervisor.teleop((0.0, 1.0), bench.now, DT))
+    assert bench.supervisor.held == ''
+    bench.take(bench.supervisor.teleop((0.2, 0.0), bench.now + 1.0, DT))
+    assert 'no fresh odometry and neighbourhood' in bench.supervisor.held
+    bench.supervisor.let_go()
+    assert bench.supervisor.held == ''
+
+
+@pytest.mark.parametrize(('factor', 'n_poses'), [(5, 1), (1, 1), (1, 4)])
+def test_a_person_gets_no_nearer_with_rare_poses_or_fast_simulated_time(factor, n_poses):
+    """A command a DT of the steady clock; time is simulated `factor` times as fast."""
+    world = np.zeros(GRID.shape, np.int8)
+    world[:, 7] = 100
+    for offset in range(10):
+        bench = Bench(world=world)
+        bench.tick()
+        for i in range(200):
+            for j in range(factor):
+                v = bench.velocity[0]
+                bench.pose = dataclasses.replace(
+                    bench.pose, stamp=bench.now + DT, x=bench.pose.x + v * DT)
+                if j == offset % factor and i % n_poses == offset % n_poses:
+                    bench.look()
+                    bench.take(bench.supervisor.saw_pose(bench.pose, bench.now))
+            bench.take(bench.supervisor.teleop((0.2, 0.0), bench.now, DT))
+        assert bench.pose.x <= 1.75 - bench.supervisor.limits.radius
+        assert bench.pose.x > 1.75 - bench.supervisor.limits.radius - 0.1
+
+
 def test_teleop_outside_trials_can_be_turned_off():
     bench = Bench(teleop_outside_trials=False)
     bench.tick()

@@ -8,6 +8,8 @@ import time
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 
 from msgs_bridge import qos
 from msgs_bridge.bag_label import read_label
@@ -80,6 +82,13 @@ class Person:
         self.terminal.type('k')
         self.wait(lambda: abs(self.pose.v) + abs(self.pose.w) < 1e-6, 'the standstill')
 
+    def slows_time(self, factor):
+        """Let the simulator go slower, so that a busy machine's person has time to act."""
+        request = SetParameters.Request(
+            parameters=[Parameter('speed_factor', value=factor).to_parameter_msg()])
+        assert ros_helpers.call(
+            self.node, SetParameters, 'sim_node/set_parameters', request).results[0].successful
+
     def is_at(self, x, y, tolerance=0.05):
         return self.pose is not None and math.hypot(
             self.pose.x - x, self.pose.y - y) < tolerance
@@ -149,6 +158,7 @@ def test_space_ends_a_trial_and_no_more_are_run(person):
     person.types('s', 'start demonstration')
     person.holds('i', lambda pose: pose.x > 3.6, 'the goal')
     person.types('n', 'keep')
+    person.slows_time(1.0)
     person.types('t', 'run trials')
     person.wait(lambda: person.statuses[-1].state is State.RUNNING and person.pose.x > 0.8,
                 'a trial')
@@ -162,11 +172,38 @@ def test_space_ends_a_trial_and_no_more_are_run(person):
 
 
 @only_real_time
+def test_who_drives_against_a_wall_reads_why_nothing_moves(person):
+    person.holds('l', lambda pose: pose.yaw < -0.8, 'the wall ahead')
+    person.holds('i', lambda pose: 'HELD: blocked' in person.terminal.read(), 'the wall')
+    person.wait(lambda: 'HELD' not in person.terminal.lines()[-1], 'the end of it')
+    assert 'collision' not in person.others[0].stderr
+
+
+@only_real_time
+def test_who_does_not_drive_does_not_disturb_a_trial(person):
+    person.types('s', 'start demonstration')
+    person.holds('i', lambda pose: pose.x > 3.0, 'the goal')
+    person.types('n', 'keep')
+    person.types('t', 'run trials')
+    person.wait(lambda: person.statuses[-1].state is State.RUNNING and person.pose.x > 0.8,
+                'a trial')
+    for key in 'snrdyftqzwxec':
+        person.terminal.type(key)
+    person.wait(lambda: 1 in person.ended(), 'the end of the trial')
+    assert person.terminal.read().count('not done') >= 1
+    assert [status.state for status in person.statuses if status.trial == 1
+            and status.state is State.PAUSED] == []
+    assert str(person.ended()[1].outcome) == 'goal'
+    person.types(' ', 'stop')
+
+
+@only_real_time
 @pytest.mark.slow
 def test_a_person_takes_over_and_lets_go(person):
     person.types('s', 'start demonstration')
     person.holds('i', lambda pose: pose.x > 3.6, 'the goal')
     person.types('n', 'keep')
+    person.slows_time(1.5)
     person.types('t', 'run trials')
     person.wait(lambda: person.statuses[-1].state is State.RUNNING and person.pose.x > 0.9,
                 'a trial')

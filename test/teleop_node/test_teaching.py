@@ -38,6 +38,9 @@ class Here:
     def halt(self):
         self.asked.append('halt')
 
+    def let_go(self):
+        self.asked.append('let go')
+
     def quit(self):
         self.asked.append('quit')
 
@@ -60,25 +63,26 @@ RECORD, DISCARD = 'l/record_demonstration', 'l/discard_demonstration'
     (Action.LABEL_SUCCESS, ['l/label_success']),
     (Action.LABEL_FAILURE, ['l/label_failure']),
     (Action.RUN_TRIALS, ['l/run_trials']),
-    (Action.STOP, []),
     (Action.QUIT, ['quit'])])
-def test_every_action_stops_the_robot_and_asks(action, asked):
+def test_every_action_lets_go_of_the_keys_and_asks(action, asked):
     here = Here()
     answer, = perform(here, action)
-    assert here.asked == ['halt', *asked]
+    assert here.asked == ['let go', *asked]
     assert answer.success
 
 
 def test_a_real_robot_is_not_set_back_and_tries_once():
     here = Here(simulated=False)
     perform(here, Action.REDO, Action.RUN_TRIALS)
-    assert here.asked == ['halt', DISCARD, f'{RECORD} True', 'began', 'halt', 'c/start_trial']
+    assert here.asked == ['let go', DISCARD, f'{RECORD} True', 'began', 'let go', 'c/start_trial']
 
 
-def test_stop_ends_a_trial():
-    here = Here(trying=True)
-    perform(here, Action.STOP)
-    assert here.asked == ['halt', 'c/stop_trial']
+@pytest.mark.parametrize(('trying', 'asked'), [(True, ['c/stop_trial']), (False, [])])
+def test_stop_stops_the_robot_whoever_drives_it_and_ends_a_trial(trying, asked):
+    here = Here(trying=trying)
+    answer, = perform(here, Action.STOP)
+    assert here.asked == ['halt', *asked]
+    assert answer.success
 
 
 @pytest.mark.parametrize(('refused', 'asked'), [
@@ -87,7 +91,7 @@ def test_stop_ends_a_trial():
 def test_redo_goes_no_farther_than_it_is_let(refused, asked):
     here = Here(refused=(refused,))
     answer, = perform(here, Action.REDO)
-    assert here.asked == ['halt', *asked]
+    assert here.asked == ['let go', *asked]
     assert answer == (False, f'{refused} says so')
 
 

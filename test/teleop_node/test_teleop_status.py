@@ -12,7 +12,8 @@ from msgs_bridge.trial_status import State, TrialStatus
 from teleop_node.facts import Gathered, problem_with_readers, SILENCE
 from teleop_node.status_line import Facts, line_from_facts, line_over, message_over, share
 
-FULL = Facts('demonstration', 12.4, 0, 4, 'ended', 'goal', 17, 34, 0.9949, 1.0, (0.2, 1.0))
+FULL = Facts(phase='demonstration', seconds=12.4, trial=4, trial_state='ended', outcome='goal',
+             steps=17, prototypes=34, basin=0.9949, fidelity=1.0, speeds=(0.2, 1.0))
 
 
 def test_everything_in_order_of_importance():
@@ -30,13 +31,14 @@ def test_before_anything_is_there():
         'no learner | no trial yet | no field yet | 0.00 m/s 0.0 rad/s')
 
 
+words = st.text(st.characters(codec='ascii', exclude_categories=('Cc',)))
 facts = st.builds(
     Facts, st.sampled_from(['', 'idle', 'demonstration', 'trial', 'what is new']),
     st.floats(0, 1e5), st.integers(0, 9999), st.integers(0, 2**32), st.sampled_from(
-        ['running', 'paused', 'ended']), st.sampled_from(['', *map(str, Outcome)]),
+        ['running', 'paused', 'ended']), st.sampled_from(['', *map(str, Outcome)]), words,
     st.integers(0, 2**32), st.integers(-1, 10**9), st.floats(0, 1) | st.just(math.nan),
-    st.floats(0, 1) | st.just(math.nan), st.tuples(st.floats(0, 5), st.floats(0, 20)),
-    st.text(st.characters(codec='ascii', exclude_categories=('Cc',))))
+    st.floats(0, 1) | st.just(math.nan), st.tuples(st.floats(0, 5), st.floats(0, 20)), words,
+    words)
 
 
 @given(facts, st.integers(-1, 250))
@@ -67,9 +69,29 @@ def diagnostics(name='a/learner_node: learner', **values):
         name=name, values=[KeyValue(key=k, value=str(v)) for k, v in values.items()])])
 
 
+def gathered_in(namespace=''):
+    return Gathered(f'{namespace}/learner_node', f'{namespace}/control_field_node')
+
+
 class TestGathered:
+    def test_the_controller_tells_why_the_robot_stands(self):
+        gathered = gathered_in('/a')
+        for name, why in (('a', 'a wall'), ('b', 'a door')):
+            gathered.saw_diagnostics(diagnostics(
+                f'{name}/control_field_node: controller', held=why), 1.0)
+        assert line_from_facts(gathered.at(1.0, (0, 0), ''), 99).startswith('HELD: a wall | ')
+        assert gathered.at(1.1 + SILENCE, (0, 0), '').held == ''
+        gathered.saw_diagnostics(diagnostics('a/control_field_node: controller', held=''), 2.0)
+        assert gathered.at(2.0, (0, 0), '').held == ''
+
+    def test_a_pause_is_explained(self):
+        gathered = gathered_in()
+        gathered.saw_trial(TrialStatus(State.PAUSED, 2, reason='no odometry', steps=5))
+        assert 'trial 2 paused (no odometry), 5 steps' in line_from_facts(
+            gathered.at(1.0, (0, 0), ''), 99)
+
     def test_the_learner_tells(self):
-        gathered = Gathered('/a/learner_node')
+        gathered = gathered_in('/a')
         gathered.saw_diagnostics(diagnostics(
             phase='demonstration', trials_left=3, prototypes=34, basin='0.9876',
             fidelity='1.0000'), 10.0)
@@ -79,19 +101,19 @@ class TestGathered:
         assert (some.speeds, some.problem) == ((0.1, 1.0), 'p')
 
     def test_another_robots_learner_does_not(self):
-        gathered = Gathered('/a/learner_node')
+        gathered = gathered_in('/a')
         gathered.saw_diagnostics(diagnostics('b/learner_node: learner', phase='idle'), 1.0)
         assert gathered.at(1.0, (0, 0), '').phase == ''
 
     def test_a_learner_that_fell_silent_is_gone(self):
-        gathered = Gathered('/learner_node')
+        gathered = gathered_in()
         gathered.saw_diagnostics(diagnostics('learner_node: learner', phase='idle'), 1.0)
         assert gathered.at(1.0 + SILENCE, (0, 0), '').phase == 'idle'
         assert gathered.at(1.1 + SILENCE, (0, 0), '').phase == ''
 
     @pytest.mark.parametrize('value', ['', 'many', 'nan', 'inf', '1e300'])
     def test_what_is_no_number_stands_for_none(self, value):
-        gathered = Gathered('/a/learner_node')
+        gathered = gathered_in('/a')
         gathered.saw_diagnostics(diagnostics(
             phase='idle', trials_left=value, prototypes=value, basin=value), 1.0)
         some = gathered.at(1.0, (0, 0), '')
@@ -99,7 +121,7 @@ class TestGathered:
         assert line_from_facts(some, 80)
 
     def test_trials(self):
-        gathered = Gathered('/learner_node')
+        gathered = gathered_in()
         assert not gathered.is_trying
         gathered.saw_trial(TrialStatus(State.RUNNING, 2, steps=5))
         assert gathered.is_trying
