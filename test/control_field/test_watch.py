@@ -56,6 +56,14 @@ def test_a_clock_that_goes_back_is_told():
     assert pose_watch().observe(9.0, 1.0, 1.0, GRID) is StopReason.CLOCK_JUMPED_BACK
 
 
+def test_the_same_stamp_again_is_no_clock_that_goes_back():
+    assert pose_watch().observe(10.0, 1.0, 1.0, GRID) is None
+
+
+def test_the_first_pose_is_not_taken_for_a_repeated_one():
+    assert not PoseWatch(RULES).is_repeated(1.0)
+
+
 def test_after_a_clock_went_back_the_new_time_counts():
     watch = pose_watch()
     watch.observe(2.0, 1.0, 1.0, GRID)
@@ -71,6 +79,12 @@ def test_a_jump_is_told_and_driving_is_not():
 def test_outside_is_told():
     watch = pose_watch(x=4.99)
     assert watch.observe(10.05, 5.0, 1.0, GRID) is StopReason.OUTSIDE_WORKSPACE
+
+
+def test_where_odometry_is_mended_the_mended_place_counts():
+    watch = pose_watch(x=4.99)
+    assert watch.observe(10.05, 5.0, 1.0, GRID, (4.9, 1.0)) is None
+    assert watch.observe(10.1, 5.0, 1.0, GRID, (5.1, 1.0)) is StopReason.OUTSIDE_WORKSPACE
 
 
 @pytest.mark.parametrize(('stamp', 'repeated'), [
@@ -119,6 +133,21 @@ def test_a_step_is_progress():
 def test_told_to_drive_and_not_moving_is_a_stall():
     assert told(ProgressWatch(RULES), seconds(60), lambda t: (1.0, 1.0, 0.0), speed=0.1) == (
         2.5, StopReason.STALLED)
+
+
+def test_which_way_it_looks_does_not_hide_a_stall():
+    assert told(ProgressWatch(RULES), seconds(60), lambda t: (1.0, 1.0, 2.0), speed=0.1) == (
+        2.5, StopReason.STALLED)
+
+
+def test_who_is_told_to_stand_is_not_stalled():
+    assert told(ProgressWatch(RULES), seconds(5), lambda t: (1.0, 1.0, 0.0)) is None
+
+
+def test_the_time_limit_counts_from_the_first_pose():
+    watch = ProgressWatch(Rules(time_limit=4.0))
+    assert told(watch, [100.0 + t for t in seconds(9)], lambda t: (1.0, 1.0, t)) == (
+        104.5, StopReason.TIME_LIMIT)
 
 
 def test_turning_is_no_stall():

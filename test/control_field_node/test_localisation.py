@@ -53,6 +53,38 @@ def test_a_step_that_no_wheel_makes_is_a_new_beginning():
     assert set_back.yaw == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.parametrize('change', [
+    {'stamp': 0.9}, {'x': 1.2}, {'yaw': 1.0}], ids=['back in time', 'far away', 'turned'])
+def test_after_a_new_beginning_the_robot_is_lost_until_a_pose_arrives(change):
+    where = ready(pose_topic='amcl_pose')
+    where.place(pose_at(1.0, 0.875), None)
+    where.localise(Pose(1.0, 2.0, 3.0, 0.5), (1e-4, 1e-4, 1e-4))
+    where.place(pose_at(1.05, 0.885), None)
+    assert not where.is_lost
+    where.place(dataclasses.replace(pose_at(1.1, 0.895), **change), None)
+    assert where.is_lost
+
+
+def test_driving_at_full_speed_is_no_new_beginning():
+    where = ready(pose_topic='amcl_pose')
+    where.place(pose_at(1.0, 0.875), None)
+    where.localise(Pose(1.0, 2.0, 3.0, 0.5), (1e-4, 1e-4, 1e-4))
+    where.place(pose_at(2.0, 0.875 + 0.22, yaw=2.84), None)
+    assert not where.is_lost
+
+
+def test_a_late_pose_is_turned_with_the_robot():
+    where = ready(pose_topic='amcl_pose')
+    for k in range(21):
+        where.place(pose_at(1.0 + 0.05 * k, 0.875, 1.375 + 0.01 * k, 1.0), None)
+    assert where.localise(Pose(1.5, 2.0, 3.0, 0.3), (1e-4, 1e-4, 1e-4))
+    pose = where.place(pose_at(2.0, 0.875, 1.575, 1.0), None)
+    ahead, left = 0.1 * math.sin(1.0), 0.1 * math.cos(1.0)
+    assert (pose.x, pose.y) == (
+        pytest.approx(2.0 + ahead * math.cos(0.3) - left * math.sin(0.3), abs=0.005),
+        pytest.approx(3.0 + ahead * math.sin(0.3) + left * math.cos(0.3), abs=0.005))
+
+
 def test_the_sight_belongs_around_the_robot():
     where = ready(anchoring=True)
     where.place(pose_at(1.0, 0.875), None)
