@@ -51,6 +51,18 @@ def test_what_lies_outside_is_told_and_kept_apart():
     assert grid.contains(1, 2)
 
 
+@pytest.mark.parametrize(('sizes', 'why'), [
+    ((0, 3), 'n_rows is 0, must be 1 to 100000'), ((3, 100_001), 'n_cols is 100001'),
+    ((100_000, 100_000), '100000 x 100000 cells are more than 16777216')])
+def test_sizes_that_no_workspace_has_are_refused(sizes, why):
+    with pytest.raises(ValueError, match=why):
+        Grid(*sizes, 0.25)
+
+
+def test_a_great_workspace_is_one():
+    assert Grid(4096, 4096, 0.05).contains(4095, 4095)
+
+
 def test_points_no_integer_can_hold_lie_outside_without_a_warning():
     grid = Grid(2, 3, 1.0)
     cells = grid.cells_from_world(np.array([[1e300, -1e300], [1e19, 0.5]]))

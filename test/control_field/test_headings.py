@@ -27,11 +27,15 @@ def test_headings_go_round_counter_clockwise_from_x():
 @steady
 def test_the_nearest_heading_wins_whatever_the_length(heading, length, off):
     angle = heading * math.pi / 4 + off * math.pi / 8
-    assert heading_from_vector(length * math.cos(angle), length * math.sin(angle)) == heading
+    vx, vy = length * math.cos(angle), length * math.sin(angle)
+    assert heading_from_vector(vx, vy) == heading
+    assert headings_from_vectors(np.array([vx]), np.array([vy])).tolist() == [heading]
 
 
 def test_between_two_headings_the_counter_clockwise_one_wins():
     assert heading_from_vector(math.cos(math.pi / 8), math.sin(math.pi / 8)) == 1
+    assert heading_from_vector(0.0, 1.0) == 2
+    assert heading_from_vector(1.0, 0.0) == 0
 
 
 @given(st.lists(st.tuples(numbers, numbers), max_size=8))

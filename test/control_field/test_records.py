@@ -48,6 +48,8 @@ def test_shapes_that_disagree_are_refused_by_name():
         Demonstration(cells, stamps, blocked, np.zeros(1, np.uint8))
     with pytest.raises(ValueError, match='cells'):
         Demonstration(np.zeros((2, 3), np.int32), stamps, blocked, unknown)
+    with pytest.raises(ValueError, match=r'cells has shape \(2, 3\), must be \(2, 2\)'):
+        Prototypes(np.zeros((2, 3), np.int32), *([np.zeros(2)] * 5))
     with pytest.raises(ValueError, match='headings'):
         Prototypes(cells, np.zeros(1, np.int8), *([np.zeros(2)] * 4))
     with pytest.raises(ValueError, match=r'q has shape \(2, 3, 4\), must be \(2, 3, 8\)'):
@@ -59,6 +61,19 @@ def test_shapes_that_disagree_are_refused_by_name():
 def test_a_goal_outside_is_refused():
     with pytest.raises(ValueError, match=r'goal \(2, 0\) lies outside'):
         field(goal=(2, 0))
+
+
+def test_a_void_field_says_nothing_anywhere_and_another_does():
+    void = ControlField.void(Grid(2, 3, 1.0))
+    assert void.is_void
+    assert (void.revision, void.goal) == (0, (0, 0))
+    assert (void.known == -1).all()
+    for name in ('vx', 'vy', 'coherence', 'q', 'flags'):
+        assert not getattr(void, name).any()
+    one = np.zeros((2, 3), np.float32)
+    one[1, 1] = -1.0
+    assert not field(vx=one).is_void
+    assert not field(vy=one).is_void
 
 
 def test_records_cannot_be_changed():
