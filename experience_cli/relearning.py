@@ -62,5 +62,4 @@ def relearnt_sentence(task: TaskFolder) -> str:
         return f'{task.path}: not relearnt, {error}'
     if refresh is None:
         return f'{task.path}: no demonstration is left, there is no field now'
-    return (f'{task.path}: relearnt, {refresh.certificate.sentence()}; a learner that runs takes '
-            f'it up when it is started again')
+    return f'{task.path}: relearnt, {refresh.certificate.sentence()}'
