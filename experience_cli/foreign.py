@@ -52,8 +52,9 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
     """
     from control_field.learner import Learner
     from control_field.words import counted
+    from msgs_bridge.any_bag import open_bag
     from msgs_bridge.bag_import import roles_of_topics
-    from msgs_bridge.episodes import open_bag, read_foreign_demonstration
+    from msgs_bridge.episodes import read_foreign_demonstration
 
     header = _header(arguments, None)
     learner = Learner(header.grid, header.parameters)

@@ -7,11 +7,12 @@ from typing import Final
 
 import numpy as np
 
+from msgs_bridge.any_bag import open_bag
 from msgs_bridge.bag_file import BagWriter, start_bag
 from msgs_bridge.bag_folder import BagError, episode_from_path, EpisodeFolder, TaskFolder
 from msgs_bridge.bag_records import Bag
 from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import open_bag, read_foreign_demonstration
+from msgs_bridge.episodes import read_foreign_demonstration
 
 #: Types that a topic may have to stand for a role, the most likely first.
 ROLES: Final = {

@@ -12,13 +12,13 @@ from control_field.demonstration import demonstration_from_poses, DemonstrationR
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.words import counted
+from msgs_bridge.any_bag import open_bag
 from msgs_bridge.bag_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, mcap_path, TaskFolder)
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table, pose_table, sight_table, statuses
 from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.mcap_scan import CompressedError
 from msgs_bridge.trial_status import Label, State, TrialStatus
 
 #: Seconds that stamps may step back before a clock that jumped is assumed.
@@ -181,31 +181,10 @@ def read_foreign_demonstration(
                            f'there are: {", ".join(sorted(bag.topics)) or "none"}')
     try:
         return _read_drive(bag, names, grid, number)
+    except BagError:
+        raise
     except ValueError as error:
         raise BagError(f'{path}: {error}') from None
-
-
-def open_bag(path: Path | str) -> Bag:
-    """
-    Open any bag for reading raw messages: ours and other uncompressed MCAP files directly.
-
-    Raises
-    ------
-    BagError
-        If it cannot be read.
-
-    """
-    path = Path(path)
-    files = sorted(path.glob('*.mcap')) if path.is_dir() else [path]
-    if len(files) == 1 and files[0].suffix == '.mcap':
-        try:
-            return BagReader(files[0])
-        except CompressedError:
-            path = path if (path / 'metadata.yaml').exists() else files[0]
-    # Slow to import, and most bags are ours.
-    from msgs_bridge.foreign_bag import ForeignBag
-
-    return ForeignBag(path)
 
 
 def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -> str:

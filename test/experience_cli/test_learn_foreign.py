@@ -11,9 +11,10 @@ from sensor_msgs.msg import PointCloud2
 from bridge_helpers import demonstration_bag, GRID, nanoseconds, ODOMETRY, raw_odometry, raw_sight
 from experience_cli.main import main
 from msgs_bridge import qos
+from msgs_bridge.any_bag import open_bag
 from msgs_bridge.bag_folder import TaskFolder
 from msgs_bridge.bag_records import BagReader
-from msgs_bridge.episodes import open_bag, read_episode, read_header
+from msgs_bridge.episodes import read_episode, read_header
 from msgs_bridge.tables import field_from_cloud
 from ros_helpers import collect, start_node, wait_until
 

@@ -4,25 +4,24 @@ import time
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import get_typestore, Stores
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from bridge_helpers import (
-    CLOUD, demonstration_bag, GRID, nanoseconds, OCCUPANCY, ODOMETRY, random_decisions,
+    CLOUD, demonstration_bag, GRID, OCCUPANCY, ODOMETRY, random_decisions,
     raw_decisions, raw_odometry, raw_sight, raw_status, STATUS, trial_bag, write_drive)
 from control_field.grid import Grid
 from control_field.records import Outcome
+from foreign_bags import FOREIGN, foreign_bag
+from msgs_bridge.any_bag import open_bag
 from msgs_bridge.bag_file import start_bag
 from msgs_bridge.bag_folder import BagError, mcap_path, TaskFolder
 from msgs_bridge.bag_repair import repair_bag
 from msgs_bridge.bag_tables import pose_table, sight_table
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import (
-    find_topic, NothingToLearnError, open_bag, read_episode, read_foreign_demonstration,
-    read_header, read_task)
+    find_topic, NothingToLearnError, read_episode, read_foreign_demonstration, read_header,
+    read_task)
 from msgs_bridge.trial_status import Label, State
-
-STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 def write_statuses(bag, *statuses):
@@ -237,26 +236,6 @@ class TestRefusals:
             find_topic(topics, 'odom', {})
 
 
-def foreign_bag(path, storage, compression=None, frame='odom'):
-    """Record a drive as `ros2 bag record` does, through rosbags."""
-    writer = Writer(path, version=9 if storage is StoragePlugin.MCAP else 8,
-                    storage_plugin=storage)
-    if compression is not None:
-        writer.set_compression(compression, CompressionFormat.ZSTD)
-    with writer:
-        odom = writer.add_connection('/wheel/odometry', ODOMETRY, typestore=STORE)
-        twist = writer.add_connection('/cmd_vel', 'geometry_msgs/msg/Twist', typestore=STORE)
-        for i in range(200):
-            log_time = nanoseconds(i / 20)
-            raw = raw_odometry(i / 20, 0.5 + 0.01 * i, 0.6, frame)
-            writer.write(odom, log_time, raw)
-            writer.write(twist, log_time, b'\0\1\0\0' + bytes(48))
-    return path
-
-
-FOREIGN = {'odom': '/wheel/odometry', 'cmd_vel': '/cmd_vel'}
-
-
 class TestForeignBags:
     """Bags of other recorders."""
 
@@ -264,8 +243,6 @@ class TestForeignBags:
     @pytest.mark.parametrize(
         'compression', [None, CompressionMode.MESSAGE, CompressionMode.FILE], ids=str)
     def test_they_are_learnt_from(self, tmp_path, storage, compression):
-        if compression is CompressionMode.MESSAGE and storage is StoragePlugin.MCAP:
-            pytest.skip('MCAP compresses chunks itself')
         path = foreign_bag(tmp_path / 'bag', storage, compression)
         demonstration, report, notes = read_foreign_demonstration(path, GRID, FOREIGN, 7)
         assert demonstration.cells[0].tolist() == [2, 2]

@@ -1,0 +1,120 @@
+"""Opening any bag, whoever recorded it: one file or several, with or without its metadata."""
+
+from collections.abc import Sequence
+from pathlib import Path
+import re
+from typing import Final
+
+import numpy as np
+
+from msgs_bridge.bag_folder import BagError
+from msgs_bridge.bag_metadata import NAME
+from msgs_bridge.bag_records import Bag, BagReader, RawMessages
+from msgs_bridge.mcap_scan import CompressedError
+
+_ENDINGS: Final = ('.mcap', '.db3')
+#: rosbag2 compresses messages one by one, or whole files; neither shows in the MCAP file.
+_COMPRESSED: Final = re.compile(r'^ *compression_mode: *["\']?(message|file)\b', re.I | re.M)
+
+
+def open_bag(path: Path | str) -> Bag:
+    """
+    Open any bag for reading raw messages: ours and other uncompressed MCAP files directly.
+
+    Parameters
+    ----------
+    path : Path
+        A file, or a folder with ``metadata.yaml``; without it, all files in the folder are read.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read.
+
+    """
+    path = Path(path)
+    if not path.is_dir():
+        return _open_file(path)
+    files = sorted((file for file in path.iterdir() if file.suffix in _ENDINGS), key=_by_number)
+    text = _metadata_text(path)
+    if len(files) == 1 and files[0].suffix == '.mcap' and not _COMPRESSED.search(text):
+        try:
+            return BagReader(files[0])
+        except CompressedError:
+            pass
+    if _makes_sense(text):
+        return _open_foreign(path)
+    if not files:
+        raise BagError(f'cannot read {path}: there is no .mcap and no .db3 file in it')
+    return JoinedBag(path, [_open_file(file) for file in files])
+
+
+class JoinedBag:
+    """
+    The files of a bag whose ``metadata.yaml`` is missing, read as one.
+
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    parts : sequence of Bag
+        In the order they were recorded.
+
+    """
+
+    def __init__(self, path: Path, parts: Sequence[Bag]) -> None:
+        self.path = path
+        self._parts = parts
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic."""
+        return {topic: kind for part in reversed(self._parts)
+                for topic, kind in part.topics.items()}
+
+    def messages(self, topic: str) -> RawMessages:
+        """Return the messages of a topic; none if it is not in the bag."""
+        tables = [part.messages(topic) for part in self._parts if topic in part.topics]
+        none = np.zeros(0, dtype=np.int64)
+        times = np.concatenate([none, *(table.log_times for table in tables)])
+        return RawMessages.of(
+            topic, self.topics.get(topic, ''), [message for table in tables for message in table],
+            times.tolist())
+
+
+def _open_file(path: Path) -> Bag:
+    if path.suffix == '.mcap':
+        try:
+            return BagReader(path)
+        except CompressedError:
+            pass
+    return _open_foreign(path)
+
+
+def _open_foreign(path: Path) -> Bag:
+    # Slow to import, and most bags are ours.
+    from msgs_bridge.foreign_bag import ForeignBag
+
+    return ForeignBag(path)
+
+
+def _metadata_text(path: Path) -> str:
+    try:
+        return (path / NAME).read_text(errors='replace')
+    except OSError:
+        return ''
+
+
+def _makes_sense(text: str) -> bool:
+    """Tell whether the text of a ``metadata.yaml`` can be read."""
+    import yaml  # type: ignore[import-untyped, unused-ignore]
+
+    try:
+        return isinstance(yaml.load(text, getattr(yaml, 'CSafeLoader', yaml.SafeLoader)), dict)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return False
+
+
+def _by_number(path: Path) -> list[str | int]:
+    """Return what sorts the tenth file behind the ninth."""
+    return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', path.name)]
