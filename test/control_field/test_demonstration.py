@@ -72,6 +72,12 @@ def test_a_slow_drive_is_a_drive():
     assert report.n_standing == 0
 
 
+def test_creeping_is_standing():
+    xy = np.concatenate([along([(3, 2), (3, 4)]), along([(3, 4), (3, 5)], 20)[1:]])
+    stamps = np.concatenate([np.arange(21) * 0.05, 100.0 + 200.0 * np.arange(20)])
+    assert 10 < learn(xy, stamps=stamps)[1].n_standing <= 20
+
+
 @given(drives(np.zeros((20, 20), np.int8)).filter(lambda cells: len(cells) > 1))
 @steady
 def test_a_drive_through_its_own_cells_is_itself(cells):
@@ -136,6 +142,8 @@ def test_poses_outside_and_poses_that_are_none_are_dropped_and_counted():
     assert cells_of(demonstration) == leg((0, 3), (0, 8))
     assert report.n_outside == 4
     assert '4 poses outside the workspace' in str(report)
+    for place in ((-0.99, 7.01), (4.01, 2.01), (-1.01, 2.01), (-0.99, 1.99)):  # just beside it
+        assert learn(np.insert(xy, 10, place, axis=0))[1].n_outside == 1
     stamps = np.arange(len(xy)) * 0.05
     stamps[5] = np.nan
     assert learn(xy, stamps=stamps)[1].n_outside == 1

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 from hypothesis import given, settings
@@ -147,6 +148,27 @@ def test_what_gets_in_the_way_sends_the_robot_back_to_decide(blocked):
     assert (seen.row, seen.col) == (5, 5)
     x, y = GRID.world_from_cell(5, 5)
     assert math.hypot(robot.pose.x - x, robot.pose.y - y) < 0.02
+
+
+def test_what_comes_into_sight_beside_the_way_makes_the_robot_keep_to_its_line():
+    robot = Robot(open_world(), (5, 5))
+    seen = robot.until_due()
+    robot.drive.go(0, robot.pose, seen)
+    askew = dataclasses.replace(robot.pose, yaw=0.5)
+    robot.drive.is_due(askew, robot.seen())
+    assert robot.drive.velocity(askew)[0] > 0.0
+    robot.world[6, 4] = 100
+    robot.drive.is_due(askew, robot.seen())
+    assert robot.drive.velocity(askew)[0] == 0.0
+    assert robot.until_due().col == 6
+
+
+def test_who_is_pushed_two_cells_off_the_way_decides_anew():
+    robot = Robot(open_world(), (5, 5))
+    seen = robot.until_due()
+    robot.drive.go(0, robot.pose, seen)
+    robot.pose = dataclasses.replace(robot.pose, x=GRID.world_from_cell(5, 4)[0])
+    assert robot.until_due().col == 4
 
 
 def test_an_old_sight_lets_nothing_be_decided():

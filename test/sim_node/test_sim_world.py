@@ -78,6 +78,10 @@ def test_world_checks_its_cells_and_keeps_a_copy():
         World(Grid(3, 2, 0.25), cells)
     with pytest.raises(ValueError, match='free'):
         World(Grid(2, 3, 0.25), np.full((2, 3), -1, dtype=np.int8))
+    one = np.zeros((2, 3), dtype=np.int8)
+    one[1, 2] = 50
+    with pytest.raises(ValueError, match='must be 0'):
+        World(Grid(2, 3, 0.25), one)
 
 
 class TestMapServer:
