@@ -5,14 +5,7 @@ from pathlib import Path
 from setuptools import setup
 
 PACKAGE = 'experience_controller'
-EXECUTABLES = {
-    'sim_node': 'sim_node.node:main',
-    'control_field_node': 'control_field_node.node:main',
-    'learner_node': 'learner_node.node:main',
-    'teleop_node': 'teleop_node.node:main',
-    'neighbourhood_node': 'msgs_bridge.neighbourhood_node:main',
-    'experience': 'experience_cli.main:main',
-}
+NODES = ('sim_node', 'control_field_node', 'learner_node', 'teleop_node', 'neighbourhood_node')
 ROOMS = [
     'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
     'teleop_node', 'experience_cli', 'experience_cli.evaluation',
@@ -50,6 +43,9 @@ setup(
     description='Learning from demonstration with a control field that experience refines.',
     license='Apache-2.0',
     entry_points={
-        'console_scripts': [f'{name} = {target}' for name, target in EXECUTABLES.items()],
+        'console_scripts': [
+            'experience = experience_cli.main:main',
+            *(f'{name} = experience_cli.executables:{name}' for name in NODES),
+        ],
     },
 )

@@ -137,6 +137,11 @@ def spin_until_signal(
         executor.spin_once(_PERIOD)
 
 
+def signal_came() -> bool:
+    """Tell whether SIGINT or SIGTERM came since `start_node` began."""
+    return _signals.came
+
+
 def exit_with(name: str, problem: str) -> NoReturn:
     """Say a user's mistake in one line on stderr, and exit with code 2."""
     print(f'{name}:', ' '.join(problem.split()), file=sys.stderr)

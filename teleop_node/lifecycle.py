@@ -6,6 +6,8 @@ import signal
 from types import FrameType, TracebackType
 from typing import Any, Final, Protocol, Self
 
+from msgs_bridge.node_main import signal_came
+
 #: The terminal went away, or somebody wants an end.
 _ENDS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
@@ -34,9 +36,10 @@ class Signals:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Self:
-        """Begin to note."""
+        """Begin to note; a signal that came while the node was made counts, too."""
         for number in (*_ENDS, signal.SIGTSTP):
             self._before[number] = signal.signal(number, self._note)
+        self.is_ended = self.is_ended or signal_came()
         return self
 
     def __exit__(

@@ -4,6 +4,7 @@ from contextlib import contextmanager
 import shlex
 import shutil
 import signal
+import sys
 import time
 
 from geometry_msgs.msg import Twist, TwistStamped
@@ -254,6 +255,24 @@ class TestLeaving:
             robot.wait(lambda: shell.mode()[3] == usual, shell, 'the end')
             shell.type('exit\n')
             assert shell.wait() == 0
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_the_node_is_made_ends_it(ros_domain, tmp_path, number):
+    code = f"""
+import os
+from teleop_node import node
+make = node._make_node
+def make_slowly():
+    made = make()
+    os.kill(os.getpid(), {number})
+    return made
+node._make_node = make_slowly
+node.main(['--ros-args', '-p', 'keyboard:=false'])
+"""
+    process = ros_helpers.run([sys.executable, '-c', code], tmp_path)
+    assert process.popen.returncode == 0, process.report()
+    assert 'Traceback' not in process.stderr
 
 
 class TestMistakes:

@@ -1,0 +1,48 @@
+"""
+What `ros2 run` starts: the nodes' `main`, with a quiet end while Python is still importing.
+
+Importing rclpy and NumPy takes some tenths of a second, seconds on a busy robot. Who presses
+Ctrl-C in that time, or stops a launch file, has nothing to be told.
+"""
+
+import importlib
+import os
+import signal
+from types import FrameType
+
+
+def sim_node() -> None:
+    """Run the simulated robot."""
+    _run('sim_node.node')
+
+
+def control_field_node() -> None:
+    """Run the controller."""
+    _run('control_field_node.node')
+
+
+def learner_node() -> None:
+    """Run the learner."""
+    _run('learner_node.node')
+
+
+def teleop_node() -> None:
+    """Run the keys."""
+    _run('teleop_node.node')
+
+
+def neighbourhood_node() -> None:
+    """Run the sight of a robot with a laser or a costmap."""
+    _run('msgs_bridge.neighbourhood_node')
+
+
+def _run(module: str) -> None:
+    """Import a node and run its `main`, which begins by listening to signals itself."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave)
+    importlib.import_module(module).main()
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    """End at once: nothing is open yet, and an exception would be told like a mistake."""
+    os._exit(0)
