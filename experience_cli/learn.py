@@ -130,7 +130,11 @@ def digest(field: Any) -> str:
 
 
 def recorded_differs(episode: Any, lessons: Any) -> bool:
-    """Tell whether a bag begins with another field than the one its predecessors have taught."""
+    """
+    Tell whether a bag begins with another field than the one its predecessors have taught.
+
+    One that holds no field, such as a drive that others recorded, has none to compare with.
+    """
     from msgs_bridge.bag_records import BagReader
     from msgs_bridge.cdr import POINT_CLOUD, struct_from_cdr
     from msgs_bridge.episodes import find_topic
@@ -138,6 +142,6 @@ def recorded_differs(episode: Any, lessons: Any) -> bool:
     bag = BagReader(episode.bag)
     recorded = bag.messages(find_topic(bag.topics, 'control_field', {}))
     if lessons.refresh is None or not len(recorded):
-        return bool(len(recorded)) != (lessons.refresh is not None)
+        return bool(len(recorded))
     data = struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes()
     return data not in (field_bytes(lessons.field()), field_bytes(lessons.field(curious=True)))

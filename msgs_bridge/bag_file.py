@@ -21,7 +21,7 @@ CHUNK_BYTES: Final = 16 * 1024
 CHUNK_SECONDS: Final = 0.5
 #: Name of the MCAP metadata record that a bag of ours begins with.
 HEADER_NAME: Final = 'experience_controller'
-_TOPIC: Final = re.compile(r'/?[A-Za-z_~][A-Za-z0-9_/]*')
+TOPIC: Final = re.compile(r'/?[A-Za-z_~][A-Za-z0-9_/]*')
 
 
 class _WholeRecords:
@@ -228,7 +228,7 @@ class BagWriter:
             return
         if known is not None:
             raise BagError(f'{topic} is {type_name}, but was {known} in this bag')
-        if _TOPIC.fullmatch(topic) is None:
+        if TOPIC.fullmatch(topic) is None:
             raise BagError(f'{topic!r} is no topic name')
         self._file.add_channel(topic, type_name, message_definition(type_name).encode(), {
             'offered_qos_profiles': (qos or known_qos(topic)).to_yaml(),

@@ -66,6 +66,22 @@ def known_qos(topic: str) -> OfferedQos:
     return _KNOWN.get(topic.rpartition('/')[2], OfferedQos())
 
 
+def is_qos(text: str) -> bool:
+    """Tell whether a text is a list of offered profiles as rosbag2 stores them."""
+    import yaml  # type: ignore[import-untyped, unused-ignore]
+
+    try:
+        profiles = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return False
+    names = {line.partition(':')[0].strip(' -') for line in OfferedQos().to_yaml().splitlines()
+             if not line.startswith('    ')}
+    return isinstance(profiles, list) and all(
+        isinstance(profile, dict) and names <= profile.keys() and all(
+            {'sec', 'nsec'} <= value.keys() for value in profile.values()
+            if isinstance(value, dict)) for profile in profiles)
+
+
 @dataclass(frozen=True)
 class TopicSummary:
     """

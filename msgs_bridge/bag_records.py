@@ -91,6 +91,8 @@ class BagReader:
     ----------
     path : Path
         The file; it is mapped, and read as far as it is asked for.
+    verify : bool
+        Whether to compare all chunks with their checksums: those that do not match are left out.
 
     Raises
     ------
@@ -101,11 +103,11 @@ class BagReader:
 
     """
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, verify: bool = False) -> None:
         self.path = Path(path)
         data = _mapped(self.path)
         try:
-            self._index: McapIndex = read_index(data)
+            self._index: McapIndex = read_index(data, verify)
         except BagError as error:
             raise type(error)(f'cannot read {self.path}: {error}') from None
         self._data = data
@@ -147,8 +149,9 @@ class BagReader:
 
     def messages_of(self, numbers: list[int], topic: str = '') -> RawMessages:
         """Return the messages of some channels, in the order they were written."""
-        heads, at = self._heads(numbers)
+        # Before the index may be given up, and the channel with it.
         type_name = self.channels[numbers[0]].schema.name if numbers else ''
+        heads, at = self._heads(numbers)
         return RawMessages(
             topic, type_name, np.frombuffer(self._data, np.uint8), at + MESSAGE,
             heads['length'].astype(np.int64) - (MESSAGE - RECORD),

@@ -4,16 +4,22 @@ from contextlib import suppress
 from dataclasses import dataclass
 import os
 from pathlib import Path
+import re
 from typing import Final
 
 from control_field.words import counted
-from msgs_bridge.bag_file import HEADER_NAME, McapFile
+from msgs_bridge.bag_file import HEADER_NAME, McapFile, TOPIC
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line, mcap_path, TaskFolder
-from msgs_bridge.bag_metadata import BagSummary, NAME, sync_folder, TopicSummary, write_metadata
+from msgs_bridge.bag_metadata import (
+    BagSummary, is_qos, known_qos, NAME, sync_folder, TopicSummary, write_metadata)
 from msgs_bridge.bag_records import BagReader
+from msgs_bridge.mcap_scan import Channel
 
 #: Ending of the file as it was found, where bytes of it had to be dropped.
 CUT: Final = '.mcap.cut'
+
+_TYPE: Final = re.compile(r'\w+(/msg|/srv)?/\w+', re.ASCII)
+_HASH: Final = re.compile(r'RIHS01_[0-9a-f]{64}')
 
 
 @dataclass(frozen=True)
@@ -114,7 +120,7 @@ def repair_bag(folder: Path | str) -> RepairReport:
         if not path.exists():
             _check_empty(folder)
             path.touch()
-        reader = BagReader(path)
+        reader = BagReader(path, verify=True)
         kept = None
         if reader.damage:
             kept = path.with_suffix(CUT) if reader.n_lost_bytes else None
@@ -170,11 +176,12 @@ def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
     headers = [values for name, values in reader.metadata if name == HEADER_NAME]
     file = McapFile(draft, headers[0] if headers else None)
     try:
-        for channel in reader.channels.values():
+        for channel in filter(_is_sound, reader.channels.values()):
             file.add_channel(channel.topic, channel.schema.name, channel.schema.data,
-                             channel.metadata)
+                             _sound_metadata(channel))
         for channel, log_time, publish_time, message in reader.records():
-            file.add(channel.topic, message, log_time, publish_time)
+            if _is_sound(channel):
+                file.add(channel.topic, message, log_time, publish_time)
         summary = file.finish(path.name)
         if kept is not None and not kept.exists():
             os.link(path, kept)
@@ -185,6 +192,22 @@ def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
             draft.unlink()
         raise
     return summary
+
+
+def _is_sound(channel: Channel) -> bool:
+    """Tell whether a channel's own description was not hit."""
+    return bool(TOPIC.fullmatch(channel.topic) and _TYPE.fullmatch(channel.schema.name))
+
+
+def _sound_metadata(channel: Channel) -> dict[str, str]:
+    """Return the metadata of a channel; what was hit of them is as for a topic of ours."""
+    values = dict(channel.metadata)
+    qos, type_hash = (values.get(name, '') for name in ('offered_qos_profiles', 'topic_type_hash'))
+    if qos and not is_qos(qos):
+        values['offered_qos_profiles'] = known_qos(channel.topic).to_yaml()
+    if type_hash and not _HASH.fullmatch(type_hash):
+        values['topic_type_hash'] = ''
+    return values
 
 
 def summary_of_file(path: Path, name: str) -> BagSummary:

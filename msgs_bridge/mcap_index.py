@@ -26,7 +26,7 @@ _MESSAGE_DTYPE: Final[np.dtype[np.void]] = np.dtype([
     ('log_time', '<u8'), ('publish_time', '<u8')])
 
 
-def read_index(data: memoryview) -> McapIndex:
+def read_index(data: memoryview, verify: bool = False) -> McapIndex:
     """
     Find all messages of a whole file through its index, of any other by scanning it.
 
@@ -34,6 +34,8 @@ def read_index(data: memoryview) -> McapIndex:
     ----------
     data : memoryview of bytes
         The file.
+    verify : bool
+        Whether to look at every chunk of a whole file, too: bytes may have changed on the disk.
 
     Raises
     ------
@@ -46,6 +48,8 @@ def read_index(data: memoryview) -> McapIndex:
     span = _summary(data)
     if span is None:
         return scan(data)
+    if verify and (scanned := scan(data)).n_lost:
+        return scanned
     try:
         found = _indexed(data, span)
         damage = ''

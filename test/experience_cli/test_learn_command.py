@@ -101,6 +101,10 @@ class TestLearn:
         add_trial(task, lessons_of(task).field())
         assert main(['learn', '--check', str(task.path)]) == 0
 
+    def test_check_passes_over_what_holds_no_field(self, task):
+        demonstration_bag(task.root)
+        assert main(['learn', '--check', str(task.path)]) == 0
+
     def test_check_finds_a_field_that_was_not(self, task, capsys):
         lessons = lessons_of(task)
         field = lessons.field()

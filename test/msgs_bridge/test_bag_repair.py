@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 
+from mcap.reader import make_reader
 import numpy as np
 import pytest
 from rosbags.rosbag2 import Reader
@@ -96,6 +97,46 @@ def test_cut_anywhere(whole, tmp_path, part):
     if report.kept:
         assert report.kept.read_bytes() == mcap_path(whole).read_bytes()[:int(part * (size - 1))]
         assert f'{counted(report.n_lost_bytes, "byte")} could not be read, the file' in str(report)
+
+
+def test_bytes_that_changed_on_the_disk_are_found(whole, tmp_path):
+    folder = copy_cut(whole, tmp_path, 10**9)
+    data = bytearray(mcap_path(folder).read_bytes())
+    data[len(data) // 2] ^= 1
+    mcap_path(folder).write_bytes(data)
+    report = repair_bag(folder)
+    assert 'does not match its checksum' in str(report)
+    assert 0 < report.n_messages < len(messages(whole))
+    assert report.kept.read_bytes() == data
+    with Reader(folder) as reader:
+        assert len(list(reader.messages())) == reader.message_count == report.n_messages
+    assert not repair_bag(folder).changed
+
+
+@pytest.mark.parametrize(('good', 'bad'), [
+    (b'nsec: 854775807', b'nsxc: 854775807'), (b'reliability: ', b'reliab\0lity: '),
+    (b'RIHS01_', b'RIHS\n1_'), (b'/odom', b'\0odom'), (b'nav_msgs/msg/', b'nav_msgs: msg')])
+def test_descriptions_that_were_hit_do_not_spoil_the_rest(whole, tmp_path, good, bad):
+    folder = copy_cut(whole, tmp_path, 10**9)
+    data = mcap_path(folder).read_bytes()
+    mcap_path(folder).write_bytes(data.replace(good, bad))
+    report = repair_bag(folder)
+    assert report.n_messages > 0
+    with Reader(folder) as reader:
+        assert len(list(reader.messages())) == reader.message_count == report.n_messages
+
+
+def test_where_the_index_names_a_topic_that_is_gone_nothing_is_read(whole, tmp_path):
+    folder = copy_cut(whole, tmp_path, 10**9)
+    data = bytearray(mcap_path(folder).read_bytes())
+    with mcap_path(folder).open('rb') as file:
+        first = make_reader(file).get_summary().chunk_indexes[0]
+    start, end = first.chunk_start_offset + 49, first.chunk_start_offset + first.chunk_length
+    data[start:end] = bytes(end - start)
+    mcap_path(folder).write_bytes(data)
+    for topic in ('/odom', '/trial', '/cmd_vel'):
+        assert len(BagReader(mcap_path(folder)).messages(topic)) < 200
+    assert repair_bag(folder).damage
 
 
 def test_of_a_recording_that_was_cut_at_once_nothing_could_be_saved(whole, tmp_path):
