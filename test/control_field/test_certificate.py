@@ -97,6 +97,14 @@ def test_a_perfect_a_useless_and_a_looping_field():
     assert len(looping.sinks) == 1
 
 
+def test_where_nothing_is_known_nothing_is_certified():
+    known = np.full((1, 4), -1, np.int8)
+    certificate = certify(field_of(known, 0 * known, (0, 3)), -1 - 0 * known, 0,
+                          (False, False, 8))
+    assert (certificate.basin, certificate.proven, certificate.coherence_min) == (0.0, 0.0, 0.0)
+    assert (certificate.n_free, certificate.n_reachable, len(certificate.sinks)) == (0, 0, 0)
+
+
 def test_unseen_ground_counts_for_the_basin_but_not_as_proven():
     known = np.array([[0, -1, 0, 0]], np.int8)
     certificate = certify(field_of(known, 0 * known, (0, 3)), -1 - 0 * known, 3,

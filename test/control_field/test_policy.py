@@ -1,3 +1,5 @@
+import dataclasses
+
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
@@ -6,7 +8,7 @@ import pytest
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, turn_between, UNIT
 from control_field.parameters import Parameters
-from control_field.policy import cost_from_q, TrialPolicy
+from control_field.policy import caution_factor, cost_from_q, TrialPolicy
 from control_field.records import ControlField, DECISION_DTYPE, Kind
 from control_field.simulation import GridWorld
 from strategies import few, lessons, seeds, steady, taught
@@ -37,6 +39,24 @@ def test_a_free_course_is_followed_and_earns_nothing():
                 'next_row': 2, 'next_col': 2, 'action': EAST, 'reward': 0, 'kind': Kind.FIELD,
                 'blocked': 0, 'unknown': 0}
     assert {name: row[name] for name in DECISION_DTYPE.names} == expected
+
+
+def test_unseen_ground_counts_as_longer_by_caution():
+    known = np.array([[-1, 0, 100]], np.int8)
+    assert caution_factor(known, Parameters(caution=0.5)).tolist() == [[1.5, 1.0, 1.0]]
+
+
+def test_a_refreshed_field_tells_of_the_map_what_this_trial_has_not_seen_itself():
+    policy = policy_of()
+    policy.decide(2, 1, 0, 0, 0.0)
+    walled = np.full((5, 5), -1, np.int8)
+    walled[2, 2], walled[2, 3] = 100, 100
+    refreshed = field_of()
+    policy.replace_field(dataclasses.replace(refreshed, known=walled))
+    assert policy.allowed(2, 1) & 1 << EAST  # it has seen that cell free
+    assert not policy.allowed(2, 2) & 1 << EAST
+    with pytest.raises(ValueError, match='the field is of grid'):
+        policy.replace_field(field_of(shape=(6, 5)))
 
 
 def test_a_blocked_course_earns_minus_one_and_its_avoidance_plus_one():

@@ -9,7 +9,7 @@ from control_field.records import Outcome
 from control_field.watch import StopReason
 from control_field_node.settings import Settings
 from controller_bench import Bench, DT, GOAL
-from controller_helpers import straight_field
+from controller_helpers import GRID, straight_field
 from msgs_bridge.poses import Pose
 from msgs_bridge.trial_status import State
 
@@ -67,7 +67,6 @@ def test_a_person_still_drives_when_odometry_is_back():
     bench = driving()
     bench.supervisor.saw_foreign((0.1, 0.0), bench.now + 0.6)
     bench.take(bench.supervisor.watch(bench.now + 0.6))
-    assert bench.supervisor.problem is StopReason.STALE_ODOMETRY
     assert bench.tick().velocity is None
     assert bench.supervisor.problem is StopReason.TAKEN_OVER
 
@@ -80,6 +79,21 @@ def test_a_person_has_let_go_when_the_timeout_is_over_that_holds_now():
     assert bench.supervisor.is_let_go(bench.now + 0.6)
     bench.supervisor.change_settings(Settings(takeover_timeout=2.0))
     assert not bench.supervisor.is_let_go(bench.now + 0.6)
+
+
+def test_who_leads_the_robot_away_from_the_goal_has_not_ended_the_trial():
+    bench = Bench().start()
+    x, _ = GRID.world_from_cell(*GOAL)
+    while bench.pose.x < x - 0.06:
+        bench.tick()
+    assert bench.supervisor.run is not None
+    for _ in range(30):
+        bench.supervisor.saw_foreign((0.2, 0.0), bench.now)
+        bench.tick(velocity=(0.2, 0.0))
+    assert GRID.cell_from_world(bench.pose.x, bench.pose.y) == (GOAL[0], GOAL[1] + 1)
+    bench.tick(velocity=STANDSTILL)
+    assert bench.run().outcome is Outcome.GOAL
+    assert GRID.cell_from_world(bench.pose.x, bench.pose.y) == GOAL
 
 
 def test_the_status_tells_the_revision_and_forgets_the_last_trial_with_a_new_field():
