@@ -51,6 +51,11 @@ class Side:
     frame_known: bool = True
     revision_known: bool = True
 
+    @property
+    def title(self) -> str:
+        """Return the name as a figure can show it, whatever the bytes of a path are."""
+        return self.name.encode(errors='replace').decode().replace('$', r'\$')
+
     @cached_property
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the course of every cell, -1 for none."""

@@ -43,8 +43,8 @@ def _title(found: Comparison) -> str:
 
 def _draw_side(axes: Axes, side: Side, colour: str) -> None:
     field = side.field
-    drawing.draw_frame(axes, field.grid, side.name)
-    axes.set_title(side.name, loc='left', fontsize=11, fontweight='bold', color=colour)
+    drawing.draw_frame(axes, field.grid, side.title)
+    axes.set_title(side.title, loc='left', fontsize=11, fontweight='bold', color=colour)
     drawing.draw_basin(axes, field, side.parameters)
     drawing.draw_cells(axes, field.grid, field.known == 100, drawing.WALL)
     drawing.draw_field(axes, field)
@@ -66,11 +66,11 @@ def _draw_difference(axes: Axes, found: Comparison) -> None:
         drawing.draw_cells(axes, grid, only, colour + '80')
         if only.any():
             axes.plot([], [], marker='s', linestyle='none', markersize=9, color=colour + '80',
-                      label=f'known to be blocked in {side.name} only')
+                      label=f'known to be blocked in {side.title} only')
     drawn = ~walls
     _arrows(axes, found.first, drawn & ~found.turned, _SAME, 'the same course')
-    _arrows(axes, found.first, drawn & found.turned, FIRST, f'course of {found.first.name}')
-    _arrows(axes, found.second, drawn & found.turned, SECOND, f'course of {found.second.name}')
+    _arrows(axes, found.first, drawn & found.turned, FIRST, f'course of {found.first.title}')
+    _arrows(axes, found.second, drawn & found.turned, SECOND, f'course of {found.second.title}')
     drawing.draw_goal(axes, found.second.field)
 
 

@@ -58,7 +58,7 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     lessons = Lessons(header.grid, header.parameters)
     differing = []
     for episode in _with_progress(episodes):
-        if arguments.check and recorded_differs(episode, lessons):
+        if arguments.check and episode.bag.exists() and recorded_differs(episode, lessons):
             differing.append(episode)
         lesson = lessons.learn(episode)
         if not arguments.quiet:

@@ -67,6 +67,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Whoever read the output has seen enough; nothing may complain at the exit either.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        # A path that cannot even be looked at: no permission, too long, a disk that fails.
+        said = f'cannot use {error.filename or "a file"}: {(error.strerror or str(error)).lower()}'
+        print(f'experience {parsed.command}:', ' '.join(said.split()), file=sys.stderr)
+        return 2
 
 
 if __name__ == '__main__':

@@ -62,8 +62,8 @@ class Recording:
 
     def __init__(self, episode: EpisodeFolder) -> None:
         self.episode = episode
-        self.reader = BagReader(episode.bag)
         self.header: EpisodeHeader = read_header(episode.path)
+        self.reader = BagReader(episode.bag)
         self.poses = self._read_poses()
 
     def messages(self, role: str) -> RawMessages:

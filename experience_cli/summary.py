@@ -8,7 +8,7 @@ from typing import Any
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from experience_cli.recording import Recording
-from msgs_bridge.bag_folder import BagError, EpisodeFolder, is_in_use
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line, is_in_use
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_repair import needs_repair
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
@@ -80,8 +80,9 @@ def summary_of(folder: EpisodeFolder) -> Summary:
     except NothingToLearnError as error:
         about |= {'state': 'cut' if is_cut else 'not kept', 'note': str(error)}
         is_cut = False
-    except BagError as error:
-        return Summary(**(about | {'state': 'unreadable', 'note': str(error)}))
+    except (BagError, OSError) as error:
+        note = error_line('read', folder.path, error) if isinstance(error, OSError) else error
+        return Summary(**(about | {'state': 'unreadable', 'note': str(note)}))
     if is_cut and is_in_use(folder.path.parent):
         about |= {'state': 'recording', 'note': 'a learner records it just now'}
     elif is_cut:

@@ -83,6 +83,8 @@ class JoinedBag:
 
 
 def _open_file(path: Path) -> Bag:
+    if path.exists() and not path.is_file():
+        raise BagError(f'cannot read {path}: it is no regular file')
     if path.suffix == '.mcap':
         try:
             return BagReader(path)

@@ -137,7 +137,7 @@ class TaskFolder:
         self.root = Path(root)
         self.task = check_task_name(task)
         self.path = self.root / task
-        if self.path.resolve().parent != self.root.resolve():
+        if _leads_out(self.root, task):
             raise BagError(f'{self.path} leads out of {self.root}')
 
     def hold(self) -> None:
@@ -349,12 +349,16 @@ def _episodes_in(folder: Path) -> list[EpisodeFolder]:
 
 
 def tasks(root: Path | str) -> list[str]:
-    """Return the names of the tasks in a bags folder that have a bag."""
+    """Return the names of the tasks in a bags folder that have a bag; no links that lead out."""
     try:
         entries = sorted(entry.name for entry in os.scandir(root) if entry.is_dir())
     except FileNotFoundError:
         return []
     except OSError as error:
         raise BagError(error_line('read', Path(root), error)) from None
-    return [name for name in entries
-            if _TASK.fullmatch(name) and TaskFolder(root, name).episodes()]
+    return [name for name in entries if _TASK.fullmatch(name) and not _leads_out(Path(root), name)
+            and TaskFolder(root, name).episodes()]
+
+
+def _leads_out(root: Path, name: str) -> bool:
+    return (root / name).resolve().parent != root.resolve()

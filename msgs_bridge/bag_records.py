@@ -180,6 +180,8 @@ class BagReader:
 def _mapped(path: Path) -> memoryview:
     """Map a file into memory."""
     try:
+        if path.exists() and not path.is_file():
+            raise BagError(f'cannot read {path}: it is no regular file')
         with path.open('rb') as file:
             # An empty file cannot be mapped.
             if file.seek(0, 2) == 0:

@@ -14,6 +14,7 @@ from msgs_bridge.bag_metadata import (
     BagSummary, is_qos, known_qos, NAME, sync_folder, TopicSummary, write_metadata)
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.mcap_scan import Channel
+from msgs_bridge.type_definitions import message_definition
 
 #: Ending of the file as it was found, where bytes of it had to be dropped.
 CUT: Final = '.mcap.cut'
@@ -63,7 +64,9 @@ class RepairReport:
             return f'{self.folder}: whole, {counted(self.n_messages, "message")}'
         if not self.damage:
             return f'{self.folder}: {NAME} was missing, written anew; no message lost'
-        if not self.n_messages and not self.complete:
+        if not self.n_messages and not self.n_lost_bytes:
+            return f'{self.folder}: mended, it was empty: its recorder was stopped at once'
+        if not self.n_messages:
             return f'{self.folder}: no message could be saved, {self.damage}; {self._lost()}'
         found = (f'{self.folder}: mended, {self.damage}; {counted(self.n_messages, "message")} '
                  f'kept')
@@ -91,8 +94,11 @@ def needs_repair(folder: Path | str) -> bool:
     """
     folder = Path(folder)
     path = mcap_path(folder)
-    if not path.exists() or not (folder / NAME).exists() or path.stat().st_size == 0:
-        return True
+    try:
+        if not path.exists() or not (folder / NAME).exists() or path.stat().st_size == 0:
+            return True
+    except OSError as error:
+        raise BagError(error_line('read', folder, error)) from None
     return bool(BagReader(path).damage)
 
 
@@ -177,7 +183,7 @@ def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
     file = McapFile(draft, headers[0] if headers else None)
     try:
         for channel in filter(_is_sound, reader.channels.values()):
-            file.add_channel(channel.topic, channel.schema.name, channel.schema.data,
+            file.add_channel(channel.topic, channel.schema.name, _sound_definition(channel),
                              _sound_metadata(channel))
         for channel, log_time, publish_time, message in reader.records():
             if _is_sound(channel):
@@ -197,6 +203,17 @@ def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
 def _is_sound(channel: Channel) -> bool:
     """Tell whether a channel's own description was not hit."""
     return bool(TOPIC.fullmatch(channel.topic) and _TYPE.fullmatch(channel.schema.name))
+
+
+def _sound_definition(channel: Channel) -> bytes:
+    """Return the definition of a channel's type; where it was hit, as it is installed here."""
+    try:
+        channel.schema.data.decode()
+    except UnicodeDecodeError:
+        with suppress(BagError):
+            return message_definition(channel.schema.name).encode()
+        return channel.schema.data.decode(errors='replace').encode()
+    return channel.schema.data
 
 
 def _sound_metadata(channel: Channel) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+import os
 from pathlib import Path
 from typing import Final
 
@@ -75,7 +76,7 @@ def read_header(folder: Path | str) -> EpisodeHeader:
         If it cannot be read, is of another version, or none of ours.
 
     """
-    return _header(BagReader(mcap_path(Path(folder))))
+    return _header(_reader(mcap_path(Path(folder))))
 
 
 def read_episode(folder: Path | str, grid: Grid | None = None) -> Episode:
@@ -98,7 +99,7 @@ def read_episode(folder: Path | str, grid: Grid | None = None) -> Episode:
 
     """
     episode = episode_from_path(Path(folder))
-    bag = BagReader(episode.bag)
+    bag = _reader(episode.bag)
     header = _header(bag)
     if grid is not None:
         header.check_grid(grid, episode.path)
@@ -203,6 +204,14 @@ def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -
     if len(found) > 1:
         raise BagError(f'{role} may be {" or ".join(found)}: name one')
     return found[0] if found else f'/{role}'
+
+
+def _reader(path: Path) -> BagReader:
+    """Open a bag of ours; one whose recorder was stopped before it made the file is no error."""
+    if path.parent.is_dir() and not os.path.lexists(path):
+        raise NothingToLearnError(f'{path.parent} holds no {path.name}: its recorder was stopped '
+                                  f'at once')
+    return BagReader(path)
 
 
 def _header(bag: BagReader) -> EpisodeHeader:

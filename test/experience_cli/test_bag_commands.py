@@ -307,20 +307,58 @@ def test_what_is_no_bag_is_said_to_be_none(task, experience, mistake):
     path = task.path / '0004_trial'
     path.mkdir()
     assert 'is no bag' in mistake('show', 'sample/0004')
-    assert 'not relearnt, ' in experience('forget', FIRST)
     (path / '0004_trial_0.mcap').write_bytes(b'something else, and long enough to look at')
     assert 'cannot read' in mistake('show', 'sample/0004')
+    assert 'not relearnt, ' in experience('forget', FIRST)
 
 
-def test_links_do_not_lead_out_of_the_bags_folder(task, mistake, tmp_path):
+def test_a_recorder_that_was_killed_before_it_made_its_file_spoils_nothing(task, experience):
+    before = experience('learn', '--check', '--quiet', 'bags/sample')
+    task.new_episode('demo')
+    assert experience('learn', '--check', '--quiet', 'bags/sample') == before
+    states = {bag['bag']: bag['state'] for bag in json.loads(experience('list', '--json'))}
+    assert states == {DEMO: 'kept', FIRST: 'kept', SECOND: 'kept', 'sample/0004': 'cut'}
+    assert 'it was empty: its recorder was stopped' in experience('repair', 'bags/sample')
+    assert experience('learn', '--check', '--quiet', 'bags/sample') == before
+
+
+@pytest.mark.parametrize('words', [
+    ['bags/sample'], ['bags/sample/0002_trial', '--rows', '20']])
+def test_a_pipe_is_no_bag_and_is_not_waited_for(task, mistake, words):
+    bag = task.find(2).bag
+    bag.unlink()
+    os.mkfifo(bag)
+    assert 'is no regular file' in mistake('learn', *words)
+
+
+def test_links_do_not_lead_out_of_the_bags_folder(task, experience, mistake, tmp_path):
     outside = sample_copy(tmp_path, 'outside')
     (task.root / 'linked').symlink_to(outside.path)
+    assert {bag['bag'] for bag in json.loads(experience('list', '--json'))} == {
+        DEMO, FIRST, SECOND}
     assert 'leads out of' in mistake('forget', 'linked/0001')
     bag = task.find(2).bag
     bag.unlink()
     bag.symlink_to(outside.find(2).bag)
     assert 'leads out of' in mistake('show', FIRST)
     assert len(outside.episodes()) == 3
+
+
+@pytest.mark.parametrize('words', [
+    ('list', 'x' * 300), ('learn', 'x' * 300), ('repair', 'x' * 300), ('inspect', 'x' * 300),
+    ('show', f'{"x" * 300}/a/0001'), ('forget', 'a/0001', '--bags', 'x' * 300),
+    ('diff', 'x' * 300, 'y' * 300), ('learn', 'x' * 300, '--rows', '9')])
+def test_a_path_that_cannot_be_looked_at_is_one_line(task, mistake, words):
+    assert 'x' * 300 in mistake(*words)
+
+
+def test_a_bag_that_cannot_be_looked_at_is_listed_as_unreadable(task, experience):
+    bag = task.find(2).bag
+    bag.unlink()
+    bag.symlink_to(task.path / ('x' * 300))
+    shown = {bag['bag']: bag for bag in json.loads(experience('list', '--json'))}
+    assert shown[FIRST]['state'] == 'unreadable'
+    assert shown[SECOND]['state'] == 'kept'
 
 
 def test_a_folder_that_cannot_be_written_is_one_line(task, mistake):

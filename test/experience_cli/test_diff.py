@@ -1,6 +1,7 @@
 """`experience diff`: the numbers of two fields, and the picture."""
 
 import json
+import os
 
 import numpy as np
 from PIL import Image
@@ -47,6 +48,13 @@ def test_a_saved_field_is_compared_with_all_that_it_tells(task, diff, capsys):
     assert {key: found['first'][key] for key in same} == {
         key: found['second'][key] for key in same}
     assert found['first']['revision'] == 3
+
+
+def test_a_path_may_hold_what_no_font_can_show(task, diff, capsys):
+    for name in (os.fsdecode(b'f\xff.npz'), '$x^$.npz'):
+        assert main(['learn', '--quiet', 'bags/sample', '--save', name]) == 0
+        capsys.readouterr()
+        assert diff('bags/sample', name)['vectors_equal']
 
 
 def test_a_field_that_does_not_tell_its_bags_is_said_to(task, diff, capsys):

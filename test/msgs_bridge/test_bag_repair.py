@@ -115,7 +115,8 @@ def test_bytes_that_changed_on_the_disk_are_found(whole, tmp_path):
 
 @pytest.mark.parametrize(('good', 'bad'), [
     (b'nsec: 854775807', b'nsxc: 854775807'), (b'reliability: ', b'reliab\0lity: '),
-    (b'RIHS01_', b'RIHS\n1_'), (b'/odom', b'\0odom'), (b'nav_msgs/msg/', b'nav_msgs: msg')])
+    (b'RIHS01_', b'RIHS\n1_'), (b'float64', b'flo\xfft64'), (b'/odom', b'\0odom'),
+    (b'nav_msgs/msg/', b'nav_msgs: msg')])
 def test_descriptions_that_were_hit_do_not_spoil_the_rest(whole, tmp_path, good, bad):
     folder = copy_cut(whole, tmp_path, 10**9)
     data = mcap_path(folder).read_bytes()
