@@ -55,8 +55,10 @@ class OfferedQos:
 _LATCHED: Final = OfferedQos(depth=1, durability='transient_local')
 _KNOWN: Final = {
     'control_field': _LATCHED, 'prototypes': _LATCHED, 'trial': _LATCHED, 'map': _LATCHED,
-    'markers': _LATCHED, 'cmd_vel': OfferedQos(depth=1), 'goal_pose': OfferedQos(depth=1),
-    'initialpose': OfferedQos(depth=1), 'experience': OfferedQos(history='keep_all', depth=0),
+    'markers': _LATCHED, 'contact': _LATCHED, 'cmd_vel': OfferedQos(depth=1),
+    'cmd_vel_requested': OfferedQos(depth=1), 'cmd_vel_teleop': OfferedQos(depth=1),
+    'goal_pose': OfferedQos(depth=1), 'initialpose': OfferedQos(depth=1),
+    'experience': OfferedQos(history='keep_all', depth=0),
     'neighbourhood': OfferedQos(depth=5, reliability='best_effort'),
 }
 

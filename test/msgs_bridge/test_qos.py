@@ -4,6 +4,7 @@ import pytest
 from rclpy.qos import qos_check_compatible, QoSCompatibility
 
 from msgs_bridge import qos
+from msgs_bridge.bag_metadata import known_qos
 
 
 @pytest.mark.parametrize(('publisher', 'reader'), [
@@ -14,3 +15,17 @@ def test_publishers_and_readers_fit(publisher, reader):
     fit, reason = qos_check_compatible(getattr(qos, publisher), getattr(qos, reader))
     # What is left to the system's default is a warning, never an obstacle.
     assert fit != QoSCompatibility.ERROR, reason
+
+
+@pytest.mark.parametrize(('profile', 'topics'), [
+    ('ODOMETRY_PUB', 'odom'), ('SENSOR', 'neighbourhood'),
+    ('COMMAND', 'cmd_vel cmd_vel_requested cmd_vel_teleop'),
+    ('LATCHED', 'control_field prototypes trial map markers contact'),
+    ('EXPERIENCE', 'experience'), ('POSE', 'goal_pose initialpose')])
+def test_a_bag_is_played_with_the_profile_that_the_nodes_publish_with(profile, topics):
+    live = getattr(qos, profile)
+    for topic in topics.split():
+        played = known_qos(f'/robot/{topic}')
+        assert (played.history, played.depth, played.reliability, played.durability) == (
+            live.history.name.lower(), live.depth, live.reliability.name.lower(),
+            live.durability.name.lower()), topic
