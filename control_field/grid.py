@@ -13,6 +13,8 @@ _FAR = 2.0**62
 
 #: What fits into memory, field, Q-matrix and all; 4096 x 4096.
 MOST_CELLS: Final = 2**24
+#: Longest name of a frame; it stands in messages for people.
+LONGEST_FRAME: Final = 255
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,14 @@ class Grid:
             raise ValueError(f'grid: resolution is {self.resolution} m, must be above 0')
         if not (math.isfinite(self.origin_x) and math.isfinite(self.origin_y)):
             raise ValueError(f'grid: origin ({self.origin_x}, {self.origin_y}) is not finite')
+        if len(self.frame_id) > LONGEST_FRAME or not self.frame_id.isprintable():
+            raise ValueError(f'grid: frame_id is {self.frame_id[:40]!r}, must be at most '
+                             f'{LONGEST_FRAME} characters that can be printed')
+
+    def __str__(self) -> str:
+        """Say it to people."""
+        return (f'{self.n_rows} x {self.n_cols} cells of {self.resolution:g} m from '
+                f'({self.origin_x:g}, {self.origin_y:g}) in {self.frame_id!r}')
 
     @property
     def shape(self) -> tuple[int, int]:

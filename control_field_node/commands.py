@@ -1,6 +1,8 @@
 """What goes to `cmd_vel`: one message used again and again, and which ones are our own."""
 
 from collections.abc import Callable
+import math
+import time
 from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped
@@ -31,6 +33,8 @@ class CommandWriter:
         Twist or TwistStamped.
     publish : callable
         Gets the messages; set once there is a publisher.
+    sent_at : float, [s]
+        When the last one was sent, on the steady clock.
 
     """
 
@@ -42,6 +46,7 @@ class CommandWriter:
         self._book = book
         self._now = now
         self._own = OwnCommands()
+        self.sent_at = -math.inf
         self._msg = self.kind()
         if settings.is_stamped:
             self._msg.header.frame_id = settings.base_frame_id
@@ -57,6 +62,7 @@ class CommandWriter:
         fill_twist(self._msg, *velocity)
         if self.kind is TwistStamped:
             self._msg.header.stamp = self._now() if odometry is None else odometry.header.stamp
+        self.sent_at = time.monotonic()
         self._own.sent(*_stamp_of(self._msg), *velocity)
         self.publish(self._msg)
 

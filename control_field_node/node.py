@@ -227,7 +227,8 @@ class ControlFieldNode(Node):
         if velocity is None:
             return
         now = time.monotonic()
-        dt = min(now - self._teleop_at, 0.5) if self._teleop_at is not None else 0.1
+        # Whoever has stood for long begins gently.
+        dt = min(now - self._writer.sent_at, 0.1 if self._teleop_at is None else 0.5)
         self._teleop_at = now
         self._requests.publish(twist_stamped_from_velocity(
             *velocity, self._time(), self._settings.base_frame_id))

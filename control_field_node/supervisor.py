@@ -16,6 +16,7 @@ from control_field.limits import STANDSTILL, Velocity, within_acceleration, with
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.watch import Freshness, PoseWatch, StopReason, TakeoverWatch
+from control_field_node import words
 from control_field_node.answer import Answer, NOTHING, STOP
 from control_field_node.localisation import Localisation
 from control_field_node.seen import cached_seen, Seen
@@ -96,17 +97,15 @@ class Supervisor:
         """Return how the trial stands."""
         run = self.run
         if run is None:
-            return self._ended or TrialStatus(State.IDLE, self._trial, revision=self._revision)
+            return self._ended or TrialStatus(
+                State.IDLE, self._trial,
+                revision=-1 if self.field is None else self.field.revision)
         return TrialStatus(
             State.RUNNING if self.problem is None else State.PAUSED, run.trial,
             reason='' if self.problem is None else self.problem.sentence,
             steps=run.policy.n_steps, decisions=run.policy.n_decisions,
             reinforcements=run.policy.n_reinforcements, revision=run.revision,
             stamp=self._stamp)
-
-    @property
-    def _revision(self) -> int:
-        return -1 if self.field is None else self.field.revision
 
     @property
     def _stamp(self) -> float:
@@ -164,10 +163,7 @@ class Supervisor:
             return f'no neighbourhood has arrived for {self._sight.timeout:g} s'
         if self.localisation.is_lost:
             return f'no pose has arrived on {self.settings.pose_topic}'
-        if not self.field.grid.contains(*self.field.grid.cell_from_world(
-                self.pose.x, self.pose.y)):
-            return f'the robot is outside the workspace, at ({self.pose.x:g}, {self.pose.y:g}) m'
-        return ''
+        return words.problem_with_place(self.field.grid, self.pose.x, self.pose.y)
 
     def stop(self, reason: StopReason = StopReason.ASKED) -> Answer:
         """End the trial, if one runs, with one standstill."""
@@ -219,7 +215,7 @@ class Supervisor:
             self.counts['late neighbourhoods'] += 1
             return
         self.neighbourhood = neighbourhood
-        self._sight.saw(now)
+        self._came(self._sight, now)
 
     def refuse_message(self, what: str) -> None:
         """Pass over something that is not to be trusted; say so once a kind."""
@@ -233,7 +229,15 @@ class Supervisor:
         """Take in odometry that is not to be trusted: stand still until it has been good again."""
         self.refuse_message(what)
         self._bad_until = now + (0.0 if self.settings.lockstep else self.settings.odom_timeout)
+        if self.problem is StopReason.STALE_ODOMETRY or self._takeover.is_taken_over(now):
+            return NOTHING  # the robot stands because nothing good comes, or a person drives it
         return self._pause(StopReason.BAD_INPUT, what)
+
+    def _came(self, what: Freshness, now: float) -> None:
+        """Take in that odometry or sight has come; one that was missed has to stay for a while."""
+        if self.problem is not None and what.is_stale(now):
+            self._bad_until = now + what.timeout
+        what.saw(now)
 
     def saw_foreign(self, velocity: Velocity, now: float) -> Answer:
         """Take in a command on `cmd_vel` that is not an own one: somebody else drives."""
@@ -267,30 +271,31 @@ class Supervisor:
 
     def saw_localisation(self, pose: Pose, variances: tuple[float, float, float]) -> None:
         """Take in a pose of `pose_topic`, with its variances [m^2, m^2, rad^2]."""
-        if pose.frame_id.lstrip('/') != self.settings.pose_frame_id.lstrip('/'):
-            self.refuse_message(f'{self.settings.pose_topic}: frame is {pose.frame_id!r}, must be '
-                                f'{self.settings.pose_frame_id!r} (pose_frame_id)')
+        problem = words.problem_with_frame(
+            pose.frame_id, self.settings.pose_frame_id, self.settings.pose_topic)
+        if problem:
+            self.refuse_message(f'{problem} (pose_frame_id)')
         elif not self.localisation.localise(pose, variances):
             self.counts['poses not used'] += 1
 
     def saw_pose(self, pose: Pose, now: float) -> Answer:
         """Take in a pose of the odometry and answer it."""
         last, self.pose = self.pose, pose
-        self._odometry.saw(now)
+        self._came(self._odometry, now)
         if self.field is None:
             return NOTHING
-        if pose.frame_id.lstrip('/') != self.field.grid.frame_id.lstrip('/'):
-            return self.saw_bad_input(
-                f'odom: frame is {pose.frame_id!r}, must be {self.field.grid.frame_id!r}', now)
+        problem = words.problem_with_frame(pose.frame_id, self.field.grid.frame_id, 'odom')
+        if problem:
+            return self.saw_bad_input(problem, now)
         if last is not None and pose.stamp > last.stamp:
             self._dt = pose.stamp - last.stamp
         self.pose = self.localisation.place(pose, self.neighbourhood)
-        problem = self._poses.observe(
+        reason = self._poses.observe(
             pose.stamp, pose.x, pose.y, self.field.grid, (self.pose.x, self.pose.y))
         if self.run is None:
             return NOTHING
-        if problem is not None:
-            return self._pause(problem)
+        if reason is not None:
+            return self._pause(reason)
         return self._answer(self.run, self.pose, now)
 
     def _answer(self, run: TrialRun, pose: Pose, now: float) -> Answer:
@@ -299,6 +304,8 @@ class Supervisor:
             return self._follow(run, pose, seen)
         if seen is None:
             return self._pause(StopReason.STALE_NEIGHBOURHOOD)
+        if problem := words.problem_with_sight(seen, run.policy.field.grid, pose.x, pose.y):
+            return self._pause(StopReason.BAD_INPUT, problem)
         if now < self._bad_until:
             return NOTHING
         self._resume()
@@ -344,19 +351,14 @@ class Supervisor:
 
     def saw_goal(self, x: float, y: float) -> None:
         """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
-        field = self.field
-        if field is None or field.is_void:
-            self._log('warning', 'goal_pose: there is no control field yet')
-        elif field.grid.cell_from_world(x, y) != field.goal:
-            there = field.grid.world_from_cell(*field.goal)
-            self._log('warning', f'goal_pose: the control field leads to ({there[0]:g}, '
-                                 f'{there[1]:g}) m only; demonstrate the way to ({x:g}, {y:g}) m')
+        if problem := words.problem_with_goal(self.field, x, y):
+            self._log('warning', problem)
 
     # Time alone
 
     def watch(self, now: float) -> Answer:
         """Look whether something has not arrived for too long."""
-        if self.run is None:
+        if self.run is None or now < self._bad_until or self._takeover.is_taken_over(now):
             return NOTHING
         if self._odometry.is_stale(now):
             return self._pause(StopReason.STALE_ODOMETRY)
@@ -366,8 +368,7 @@ class Supervisor:
 
     def is_let_go(self, now: float) -> bool:
         """Tell whether a person has driven and does not any more."""
-        return (self.problem is StopReason.TAKEN_OVER
-                and not self._takeover.is_taken_over(now))
+        return self.problem is StopReason.TAKEN_OVER and not self._takeover.is_taken_over(now)
 
     # A person's commands through the gate
 

@@ -84,8 +84,8 @@ class EpisodeHeader:
 
         """
         if self.grid != grid:
-            raise BagError(f'{path} was recorded on {_grid_text(self.grid)}, '
-                           f'this workspace is {_grid_text(grid)}')
+            raise BagError(f'{path} was recorded on {self.grid}, '
+                           f'this workspace is {grid}')
 
 
 def _object(values: Mapping[str, str], key: str) -> dict[str, Any]:
@@ -99,8 +99,3 @@ def _texts(values: dict[str, Any]) -> dict[str, str]:
     if not all(isinstance(value, str) for value in values.values()):
         raise ValueError('topics must be texts')
     return values
-
-
-def _grid_text(grid: Grid) -> str:
-    return (f'{grid.n_rows} x {grid.n_cols} cells of {grid.resolution:g} m from '
-            f'({grid.origin_x:g}, {grid.origin_y:g}) in {grid.frame_id!r}')

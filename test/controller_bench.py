@@ -71,3 +71,12 @@ class Bench:
         while self.supervisor.run is not None and self.now < end:
             self.tick()
         return self.supervisor.status
+
+
+def driving():
+    """Return a bench whose robot drives."""
+    bench = Bench().start()
+    for _ in range(20):
+        bench.tick()
+    assert bench.velocity[0] > 0.1
+    return bench

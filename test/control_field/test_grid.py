@@ -91,3 +91,15 @@ def test_what_is_no_point_has_no_cell(bad):
 def test_what_is_no_grid_is_refused_by_name(values, named):
     with pytest.raises(ValueError, match=named):
         Grid(*values)
+
+
+@pytest.mark.parametrize('frame_id', ['a' * 256, 'a\nb'])
+def test_a_frame_has_a_name_that_can_be_shown(frame_id):
+    with pytest.raises(ValueError, match='frame_id') as caught:
+        Grid(2, 3, 0.5, frame_id=frame_id)
+    assert len(str(caught.value)) < 200
+
+
+def test_it_is_said_in_words():
+    assert str(Grid(13, 37, 0.4, -7.3, -2.6, 'map')) == (
+        "13 x 37 cells of 0.4 m from (-7.3, -2.6) in 'map'")

@@ -1,6 +1,7 @@
 import math
 import os
 import signal
+import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
@@ -155,6 +156,26 @@ def test_teleop_outside_a_trial_goes_through_the_limits(peer):
     assert velocity_of(requests[-1]) == (1.0, 0.0)
     assert max(velocity_of(msg)[0] for msg in peer.commands) <= 0.22
     peer.wait(peer.has_stopped, 'a standstill when the keys are let go')
+
+
+def test_who_takes_over_turns_no_faster_than_the_limits_let(peer):
+    hand = peer.node.create_publisher(Twist, 'cmd_vel_teleop', qos.COMMAND)
+    peer.wait(hand.get_subscription_count, 'the controller')
+    turn = Twist()
+    turn.angular.z = -2.0
+    peer.push().drive()
+    before, n = time.monotonic(), len(peer.commands)
+    peer.tick()
+    peer.wait(lambda: len(peer.commands) > n, 'an answer')
+    last = velocity_of(peer.commands[-1])[1]
+
+    def taken_over():
+        hand.publish(turn)
+        return velocity_of(peer.commands[-1])[1] != last
+
+    peer.wait(taken_over, 'a turn')
+    [w] = [velocity_of(msg)[1] for msg in peer.commands if velocity_of(msg)[1] != last][:1]
+    assert abs(w - last) <= 3.2 * (time.monotonic() - before) + 1e-9
 
 
 @pytest.mark.parametrize('profile', [qos.LATCHED, qos.POSE], ids=['latched', 'not latched'])

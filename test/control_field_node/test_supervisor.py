@@ -9,7 +9,7 @@ from control_field.limits import STANDSTILL
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Kind, Outcome
 from control_field.watch import StopReason
-from controller_bench import Bench, DT, GOAL
+from controller_bench import Bench, driving, DT, GOAL
 from controller_helpers import GRID, straight_field
 from msgs_bridge.trial_status import State
 
@@ -70,14 +70,6 @@ def test_starting_outside_the_workspace_is_refused():
     bench.pose = dataclasses.replace(bench.pose, x=-3.0)
     bench.supervisor.saw_pose(bench.pose, bench.now)
     assert 'outside the workspace' in bench.supervisor.start(bench.now)
-
-
-def driving():
-    bench = Bench().start()
-    for _ in range(20):
-        bench.tick()
-    assert bench.velocity[0] > 0.1
-    return bench
 
 
 def test_stopping_sends_one_standstill():

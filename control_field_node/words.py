@@ -1,0 +1,39 @@
+"""What the controller says of a goal, a place, a frame or a sight that does not fit."""
+
+from control_field.grid import Grid
+from control_field.records import ControlField
+from control_field_node.seen import Seen
+
+
+def problem_with_goal(field: ControlField | None, x: float, y: float) -> str:
+    """Say why the robot will not drive to a point, [m]; empty where the field leads there."""
+    if field is None or field.is_void:
+        return 'goal_pose: there is no control field yet'
+    if field.grid.cell_from_world(x, y) == field.goal:
+        return ''
+    there = field.grid.world_from_cell(*field.goal)
+    return (f'goal_pose: the control field leads to ({there[0]:g}, {there[1]:g}) m only; '
+            f'demonstrate the way to ({x:g}, {y:g}) m')
+
+
+def problem_with_sight(seen: Seen, grid: Grid, x: float, y: float) -> str:
+    """Say that a sight does not hold the robot's cell, [m]; empty if it does."""
+    cell = grid.cell_from_world(x, y)
+    if abs(seen.row - cell[0]) <= 1 and abs(seen.col - cell[1]) <= 1:
+        return ''
+    return (f'neighbourhood: its middle is cell ({seen.row}, {seen.col}), which must be, or be '
+            f'beside, that of the robot, {cell}')
+
+
+def problem_with_place(grid: Grid, x: float, y: float) -> str:
+    """Say that a robot stands outside the workspace, [m]; empty if it does not."""
+    if grid.contains(*grid.cell_from_world(x, y)):
+        return ''
+    return f'the robot is outside the workspace, at ({x:g}, {y:g}) m'
+
+
+def problem_with_frame(frame_id: str, expected: str, name: str) -> str:
+    """Say that a message is in another frame, a leading slash aside; empty if it is not."""
+    if frame_id.lstrip('/') == expected.lstrip('/'):
+        return ''
+    return f'{name}: frame is {frame_id[:80]!r}, must be {expected!r}'
