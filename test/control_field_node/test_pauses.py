@@ -1,85 +1,142 @@
-"""A pause has one honest reason, said once, however long its cause lasts and comes back."""
+"""What a pause, its end and the end of a trial leave behind in the supervisor."""
 
 import dataclasses
 
-import numpy as np
 import pytest
 
 from control_field.limits import STANDSTILL
 from control_field.records import Outcome
 from control_field.watch import StopReason
-from controller_bench import driving, DT
-from controller_helpers import GRID
-from msgs_bridge.neighbourhoods import Neighbourhood
+from control_field_node.settings import Settings
+from controller_bench import Bench, DT, GOAL
+from controller_helpers import GRID, straight_field
+from msgs_bridge.poses import Pose
+from msgs_bridge.trial_status import State
+
+VARIANCES = (1e-4, 1e-4, 1e-4)
 
 
-def reasons(bench):
-    return [text.partition(': ')[2] for level, text in bench.lines if 'pauses' in text]
+def driving(**settings):
+    bench = Bench(**settings).start()
+    for _ in range(20):
+        bench.tick()
+    assert bench.velocity[0] > 0.1
+    return bench
 
 
-def test_bad_odometry_all_the_time_is_said_once():
+def test_after_a_pause_the_robot_speeds_up_from_a_standstill():
     bench = driving()
-    for _ in range(100):
-        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
-        bench.look()
-        bench.take(bench.supervisor.saw_bad_input('odom: position is nan', bench.now))
-        bench.take(bench.supervisor.watch(bench.now))
-    assert bench.velocity == STANDSTILL
-    assert reasons(bench) == ['odom: position is nan']
+    bench.take(bench.supervisor.watch(bench.now + 0.6))
+    assert bench.supervisor.velocity == STANDSTILL
+    bench.tick()
+    assert bench.supervisor.status.state is State.RUNNING
+    assert bench.supervisor.status.reason == ''
+    assert 0.0 < bench.velocity[0] <= bench.supervisor.limits.a_max * DT + 1e-9
+
+
+def test_after_a_trial_the_robot_speeds_up_from_a_standstill():
+    bench = driving()
+    bench.take(bench.supervisor.stop())
+    assert bench.supervisor.velocity == STANDSTILL
+    assert bench.supervisor.teleop((0.2, 0.0), bench.now, DT).velocity[0] <= (
+        bench.supervisor.limits.a_max * DT + 1e-9)
+
+
+def test_an_end_is_a_warning_but_at_the_goal():
+    stopped, arrived = driving(), driving()
+    stopped.supervisor.stop()
+    arrived.run()
+    assert [bench.lines[-1][0] for bench in (stopped, arrived)] == ['warning', 'info']
+
+
+def test_time_alone_finds_a_stale_sight():
+    bench = driving(neighbourhood_timeout=0.2)
+    assert bench.take(bench.supervisor.watch(bench.now + 0.3)).velocity == STANDSTILL
+    assert bench.supervisor.problem is StopReason.STALE_NEIGHBOURHOOD
+    assert bench.take(bench.supervisor.watch(bench.now + 0.3)).velocity is None
+
+
+def test_a_stale_sight_while_a_person_drives_is_the_persons_business():
+    bench = driving(neighbourhood_timeout=0.2)
+    bench.supervisor.saw_foreign((0.1, 0.0), bench.now)
+    assert bench.supervisor.watch(bench.now + 0.3).velocity is None
+    assert bench.supervisor.problem is StopReason.TAKEN_OVER
+
+
+def test_a_person_still_drives_when_odometry_is_back():
+    bench = driving()
+    bench.supervisor.saw_foreign((0.1, 0.0), bench.now + 0.6)
+    bench.take(bench.supervisor.watch(bench.now + 0.6))
+    assert bench.tick().velocity is None
+    assert bench.supervisor.problem is StopReason.TAKEN_OVER
+
+
+def test_a_person_has_let_go_when_the_timeout_is_over_that_holds_now():
+    bench = driving()
+    assert not bench.supervisor.is_let_go(bench.now)
+    bench.supervisor.saw_foreign((0.1, 0.0), bench.now)
+    assert not bench.supervisor.is_let_go(bench.now + 0.4)
+    assert bench.supervisor.is_let_go(bench.now + 0.6)
+    bench.supervisor.change_settings(Settings(takeover_timeout=2.0))
+    assert not bench.supervisor.is_let_go(bench.now + 0.6)
+
+
+def test_who_leads_the_robot_away_from_the_goal_has_not_ended_the_trial():
+    bench = Bench().start()
+    x, _ = GRID.world_from_cell(*GOAL)
+    while bench.pose.x < x - 0.06:
+        bench.tick()
+    assert bench.supervisor.run is not None
+    for _ in range(30):
+        bench.supervisor.saw_foreign((0.2, 0.0), bench.now)
+        bench.tick(velocity=(0.2, 0.0))
+    assert GRID.cell_from_world(bench.pose.x, bench.pose.y) == (GOAL[0], GOAL[1] + 1)
+    bench.tick(velocity=STANDSTILL)
     assert bench.run().outcome is Outcome.GOAL
+    assert GRID.cell_from_world(bench.pose.x, bench.pose.y) == GOAL
 
 
-def test_bad_odometry_now_and_then_changes_the_reason_once():
+def test_the_status_tells_the_revision_and_forgets_the_last_trial_with_a_new_field():
+    bench = Bench(field=False)
+    assert bench.supervisor.status.revision == -1
+    bench.supervisor.accept_field(straight_field(GOAL))
+    bench.start().supervisor.stop()
+    assert bench.supervisor.status.state is State.ENDED
+    bench.supervisor.accept_field(straight_field(GOAL, revision=2))
+    assert bench.supervisor.status.state is State.IDLE
+    assert bench.supervisor.status.outcome is not Outcome.STOPPED
+    assert bench.supervisor.status.revision == 2
+
+
+@pytest.mark.parametrize('settings', [{}, {'lockstep': True}])
+def test_nothing_starts_before_odometry_and_sight_have_come(settings):
+    bench = Bench(**settings)
+    assert 'no odometry' in bench.supervisor.start(bench.now)
+    bench.tick(sees=False)
+    assert 'no neighbourhood' in bench.supervisor.start(bench.now)
+    bench.tick()
+    assert bench.supervisor.start(bench.now) == ''
+
+
+def test_a_late_neighbourhood_is_passed_over_and_counted():
     bench = driving()
-    for i in range(200):
-        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
-        bench.look()
-        if i % 20 == 0:
-            bench.take(bench.supervisor.saw_bad_input('odom: position is nan', bench.now))
-        bench.take(bench.supervisor.watch(bench.now))
-    assert reasons(bench) == ['odom: position is nan', StopReason.STALE_ODOMETRY.sentence]
+    newest = bench.supervisor.neighbourhood
+    late = dataclasses.replace(newest, stamp=newest.stamp - 0.1)
+    bench.supervisor.saw_neighbourhood(late, bench.now)
+    assert bench.supervisor.neighbourhood is newest
+    assert bench.supervisor.counts['late neighbourhoods'] == 1
 
 
-@pytest.mark.parametrize('sees', [True, False])
-def test_what_comes_too_rarely_is_said_once_and_the_robot_stands(sees):
-    bench = driving()
-    for i in range(400):
-        rare = i % 20 == 19
-        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
-        if sees or rare:
-            bench.look()
-        if rare or not sees:
-            bench.take(bench.supervisor.saw_pose(bench.pose, bench.now))
-        bench.take(bench.supervisor.watch(bench.now))
-    assert len(reasons(bench)) == 1
-    assert not any('goes on' in text for _, text in bench.lines)
-    assert bench.velocity == STANDSTILL
-    assert bench.run().outcome is Outcome.GOAL
-
-
-def test_a_person_who_drives_is_not_stopped_by_what_does_not_come():
-    bench = driving()
-    for _ in range(60):
-        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
-        bench.take(bench.supervisor.saw_foreign((0.1, 0.0), bench.now))
-        bench.take(bench.supervisor.saw_bad_input('odom: position is nan', bench.now))
-        assert bench.take(bench.supervisor.watch(bench.now)).velocity is None
-    assert reasons(bench) == [StopReason.TAKEN_OVER.sentence]
-    answer = bench.supervisor.watch(bench.now + 10.0)
-    assert answer.velocity == STANDSTILL
-    assert bench.supervisor.problem is StopReason.STALE_ODOMETRY
-
-
-def test_a_sight_of_somewhere_else_is_not_to_be_trusted():
-    bench = driving()
-    row, col = GRID.cell_from_world(bench.pose.x, bench.pose.y)
-    for _ in range(60):
-        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
-        bench.supervisor.saw_neighbourhood(
-            Neighbourhood(bench.now, row + 5, col, np.zeros((3, 3), np.int8)), bench.now)
-        bench.take(bench.supervisor.saw_pose(bench.pose, bench.now))
-    assert bench.velocity == STANDSTILL
-    assert bench.supervisor.problem is StopReason.BAD_INPUT
-    [text] = reasons(bench)
-    assert f'cell ({row + 5}, {col})' in text
-    assert bench.run().outcome is Outcome.GOAL
+def test_a_localisations_pose_in_another_frame_is_refused_and_a_useless_one_counted():
+    bench = Bench(pose_topic='amcl_pose')
+    bench.tick()
+    supervisor = bench.supervisor
+    there = Pose(bench.now, 2.0, 1.4, 0.0, frame_id='moon')
+    supervisor.saw_localisation(there, VARIANCES)
+    assert supervisor.counts['refused messages'] == 1
+    assert 'no pose' in supervisor.start(bench.now)
+    for _ in range(2):  # the second one says nothing new
+        supervisor.saw_localisation(dataclasses.replace(there, frame_id='/map'), VARIANCES)
+    assert supervisor.counts['poses not used'] == 1
+    assert supervisor.counts['refused messages'] == 1
+    assert supervisor.start(bench.now) == ''

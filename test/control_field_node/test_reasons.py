@@ -1,0 +1,85 @@
+"""A pause has one honest reason, said once, however long its cause lasts and comes back."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from control_field.limits import STANDSTILL
+from control_field.records import Outcome
+from control_field.watch import StopReason
+from controller_bench import driving, DT
+from controller_helpers import GRID
+from msgs_bridge.neighbourhoods import Neighbourhood
+
+
+def reasons(bench):
+    return [text.partition(': ')[2] for level, text in bench.lines if 'pauses' in text]
+
+
+def test_bad_odometry_all_the_time_is_said_once():
+    bench = driving()
+    for _ in range(100):
+        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
+        bench.look()
+        bench.take(bench.supervisor.saw_bad_input('odom: position is nan', bench.now))
+        bench.take(bench.supervisor.watch(bench.now))
+    assert bench.velocity == STANDSTILL
+    assert reasons(bench) == ['odom: position is nan']
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_bad_odometry_now_and_then_changes_the_reason_once():
+    bench = driving()
+    for i in range(200):
+        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
+        bench.look()
+        if i % 20 == 0:
+            bench.take(bench.supervisor.saw_bad_input('odom: position is nan', bench.now))
+        bench.take(bench.supervisor.watch(bench.now))
+    assert reasons(bench) == ['odom: position is nan', StopReason.STALE_ODOMETRY.sentence]
+
+
+@pytest.mark.parametrize('sees', [True, False])
+def test_what_comes_too_rarely_is_said_once_and_the_robot_stands(sees):
+    bench = driving()
+    for i in range(400):
+        rare = i % 20 == 19
+        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
+        if sees or rare:
+            bench.look()
+        if rare or not sees:
+            bench.take(bench.supervisor.saw_pose(bench.pose, bench.now))
+        bench.take(bench.supervisor.watch(bench.now))
+    assert len(reasons(bench)) == 1
+    assert not any('goes on' in text for _, text in bench.lines)
+    assert bench.velocity == STANDSTILL
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_a_person_who_drives_is_not_stopped_by_what_does_not_come():
+    bench = driving()
+    for _ in range(60):
+        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
+        bench.take(bench.supervisor.saw_foreign((0.1, 0.0), bench.now))
+        bench.take(bench.supervisor.saw_bad_input('odom: position is nan', bench.now))
+        assert bench.take(bench.supervisor.watch(bench.now)).velocity is None
+    assert reasons(bench) == [StopReason.TAKEN_OVER.sentence]
+    answer = bench.supervisor.watch(bench.now + 10.0)
+    assert answer.velocity == STANDSTILL
+    assert bench.supervisor.problem is StopReason.STALE_ODOMETRY
+
+
+def test_a_sight_of_somewhere_else_is_not_to_be_trusted():
+    bench = driving()
+    row, col = GRID.cell_from_world(bench.pose.x, bench.pose.y)
+    for _ in range(60):
+        bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
+        bench.supervisor.saw_neighbourhood(
+            Neighbourhood(bench.now, row + 5, col, np.zeros((3, 3), np.int8)), bench.now)
+        bench.take(bench.supervisor.saw_pose(bench.pose, bench.now))
+    assert bench.velocity == STANDSTILL
+    assert bench.supervisor.problem is StopReason.BAD_INPUT
+    [text] = reasons(bench)
+    assert f'cell ({row + 5}, {col})' in text
+    assert bench.run().outcome is Outcome.GOAL
