@@ -101,7 +101,8 @@ def mending_cells(
     Returns
     -------
     ndarray of bool, shape (n_rows, n_cols)
-        No two of them are neighbours: each changes the course of the cells around it too.
+        One cell of every loop, and cells whose own course is barred, none of those beside one
+        that was chosen before: each changes the course of the cells around it too.
 
     """
     rows, cols = known.shape
