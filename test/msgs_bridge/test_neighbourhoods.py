@@ -48,6 +48,9 @@ def test_neighbourhood_round_trip(grid, cells, data):
     ('info.origin.position.x', math.nan, 'is not finite'),
     ('info.origin.position.y', math.inf, 'is not finite'),
     ('info.origin.position.x', 0.1, 'cells off those of the workspace'),
+    ('info.origin.position.x', 0.2, 'cells off those of the workspace'),
+    ('info.resolution', 1e-6, 'must be 1e-05 to 100000'),
+    ('info.resolution', 1e6, 'must be 1e-05 to 100000'),
     ('info.origin.position.y', 1e300, 'must be within 1e.09 m'),
     ('info.origin.position.x', -5.0, r'its middle is cell \(3, -15\)'),
     ('info.origin.orientation.w', 0.0, 'must be a quaternion'),
@@ -85,6 +88,8 @@ def test_map_round_trip(grid, seed):
 @pytest.mark.parametrize(('name', 'value', 'sentence'), [
     ('info.width', 2**32 - 1, '600 cells of data, must be 20 x 4294967295'),
     ('data', array.array('b', [-2] * 600), 'values reach from -2 to -2, must be -1 to 100'),
+    ('data', array.array('b', [0] * 599 + [101]), 'values reach from 0 to 101, must be'),
+    ('data', array.array('b', [0] * 599 + [-2]), 'values reach from -2 to 0, must be'),
     ('data', array.array('b'), '0 cells of data'),
 ])
 def test_a_map_that_is_none_is_refused(name, value, sentence):

@@ -58,6 +58,8 @@ def test_level_and_sentence(status, level, sentence):
     ({'steps': 2**32}, 'steps is 4294967296'),
     ({'revision': -2}, 'revision is -2, must be -1 or more'),
     ({'stamp': float('nan')}, 'stamp is nan'),
+    ({'stamp': float('inf')}, 'stamp is inf'),
+    ({'stamp': -0.1}, 'stamp is -0.1'),
     ({'outcome': Outcome.GOAL}, 'state is running with outcome goal'),
     ({'state': State.ENDED}, 'state is ended with outcome empty'),
 ], ids=str)
@@ -89,6 +91,12 @@ def test_a_missing_value_and_another_status_are_refused():
         trial_from_status(msg)
     with pytest.raises(ValueError, match="name is 'battery', must be 'trial'"):
         trial_from_status(DiagnosticStatus(name='battery'))
+
+
+def test_before_the_first_trial_nothing_has_been_counted():
+    idle = TrialStatus(State.IDLE)
+    assert (idle.trial, idle.steps, idle.decisions, idle.reinforcements) == (0, 0, 0, 0)
+    assert (idle.revision, idle.stamp, idle.outcome) == (-1, 0.0, None)
 
 
 def test_keys_that_are_not_known_are_passed_over():

@@ -20,7 +20,8 @@ speeds = st.floats(-10, 10)
 @given(speeds, speeds)
 def test_round_trip(v, w):
     assert velocity_from_twist(twist_from_velocity(v, w)) == (v, w)
-    stamped = twist_stamped_from_velocity(v, w, stamp_from_seconds(1.25))
+    stamped = twist_stamped_from_velocity(v, w, stamp_from_seconds(1.25), 'base_link')
+    assert stamped.header.frame_id == 'base_link'
     assert velocity_from_twist(stamped) == (v, w)
     assert (stamped.header.stamp.sec, stamped.header.stamp.nanosec) == (1, 250_000_000)
 
