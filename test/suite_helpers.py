@@ -12,6 +12,7 @@ from experience_cli.driver import Driver, points_from_cells
 from experience_cli.node import DemoNode
 from msgs_bridge import qos
 from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.tables import field_from_cloud
 from ros_helpers import Process, start_node
 
 COMMON = {'lockstep': True, 'enable_stamped_cmd_vel': True}
@@ -90,9 +91,13 @@ class Suite:
         self.wait(lambda: (status := self.node.status) is not None and status.trial > 0
                   and status.outcome is None and status.steps >= steps, f'step {steps}')
 
+    def newest_revision(self) -> int:
+        """Return the revision of the newest field that has arrived here, -1 for none."""
+        return field_from_cloud(self.fields[-1]).revision if self.fields else -1
+
     def live_bytes(self) -> bytes:
         """Return the bytes of the field that the learner has published last."""
-        self.wait(lambda: self.fields and self.fields[-1].header is not None, 'a field')
+        self.wait(lambda: self.fields, 'a field')
         return bytes(self.fields[-1].data)
 
 

@@ -7,7 +7,6 @@ from experience_cli.learn import field_bytes
 from learner_node.lessons import Lessons
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.episodes import read_episode, read_header
-from msgs_bridge.tables import field_from_cloud
 from suite_helpers import running_suite
 
 pytestmark = pytest.mark.slow
@@ -20,7 +19,7 @@ def outcomes(task):
 
 def finish(suite):
     suite.wait_for_revision(3)
-    suite.wait(lambda: field_from_cloud(suite.fields[-1]).revision == 3, 'the last field')
+    suite.wait(lambda: suite.newest_revision() == 3, 'the last field')
     header = read_header(suite.task.episodes()[0].path)
     lessons = Lessons(header.grid, header.parameters)
     for episode in suite.task.episodes():

@@ -10,7 +10,6 @@ from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.cdr import POINT_CLOUD, struct_from_cdr
 from msgs_bridge.episodes import find_topic, read_header
-from msgs_bridge.tables import field_from_cloud
 from sim_node.world import find_world, load_world
 from suite_helpers import running_suite
 
@@ -26,8 +25,7 @@ def spread(ros_domain, tmp_path_factory):
         suite.demonstrate()
         suite.node.ask('learner_node/run_trials')
         suite.wait_for_revision(1 + N_TRIALS)
-        suite.wait(lambda: field_from_cloud(suite.fields[-1]).revision == 1 + N_TRIALS,
-                   'the last field')
+        suite.wait(lambda: suite.newest_revision() == 1 + N_TRIALS, 'the last field')
         return suite.task, suite.live_bytes()
 
 

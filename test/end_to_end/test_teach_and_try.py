@@ -33,7 +33,7 @@ def taught(ros_domain, tmp_path_factory):
             said = suite.demonstrate()
             suite.node.ask('learner_node/run_trials')
             suite.wait_for_revision(3)
-            suite.wait(lambda: field_from_cloud(suite.fields[-1]).revision == 3, 'the last field')
+            suite.wait(lambda: suite.newest_revision() == 3, 'the last field')
             runs.append((suite.task, suite.live_bytes(), said, list(suite.fields)))
     return runs
 

@@ -9,7 +9,6 @@ from rosbags.highlevel import AnyReader
 from control_field.records import Outcome
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.episodes import read_episode
-from msgs_bridge.tables import field_from_cloud
 import ros_helpers
 from suite_helpers import Suite
 
@@ -74,7 +73,7 @@ def drives_alone(mover, other):
 
 
 def last_field(suite):
-    suite.wait(lambda: field_from_cloud(suite.fields[-1]).revision == 3, 'the last field')
+    suite.wait(lambda: suite.newest_revision() == 3, 'the last field')
     return suite.live_bytes()
 
 

@@ -1,7 +1,9 @@
 """Bags as they are written: read back by two others, and what happens when writing fails."""
 
 import os
+from pathlib import Path
 import subprocess
+import tempfile
 
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
@@ -165,15 +167,18 @@ def test_a_file_that_may_not_grow(tmp_path):
 
 
 @pytest.fixture
-def small_disk(tmp_path):
-    disk = tmp_path / 'disk'
-    disk.mkdir()
+def small_disk():
+    # Not below tmp_path: if this run is killed, a disk left there stops every later one, which
+    # wants to clear old folders away.
+    disk = Path(tempfile.mkdtemp(prefix='small_disk_'))
     mounted = subprocess.run(['mount', '-t', 'tmpfs', '-o', 'size=400k', 'tmpfs', str(disk)],
                              capture_output=True, check=False)
     if mounted.returncode:
+        disk.rmdir()
         pytest.skip('mounting a small disk needs root')
     yield disk
     subprocess.run(['umount', str(disk)], check=True)
+    disk.rmdir()
 
 
 def test_a_full_disk(small_disk):
