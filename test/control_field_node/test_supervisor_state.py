@@ -4,6 +4,7 @@ import dataclasses
 
 import pytest
 
+from control_field.grid import Grid
 from control_field.limits import STANDSTILL
 from control_field.records import Outcome
 from control_field.watch import StopReason
@@ -71,6 +72,32 @@ def test_a_person_still_drives_when_odometry_is_back():
     assert bench.supervisor.problem is StopReason.TAKEN_OVER
 
 
+def test_the_field_goes_on_from_the_speed_that_the_person_drove():
+    bench = driving()
+    bench.supervisor.saw_foreign((0.05, 0.3), bench.now)
+    assert bench.supervisor.velocity == (0.05, 0.3)
+    assert not bench.supervisor.let_go()  # that is for who drives outside a trial
+    assert bench.supervisor.velocity == (0.05, 0.3)
+
+
+def test_keys_take_a_trial_over():
+    bench = driving()
+    assert bench.take(bench.supervisor.teleop((0.1, 0.0), bench.now, DT)).velocity[0] > 0.0
+    assert bench.supervisor.problem is StopReason.TAKEN_OVER
+    assert bench.tick().velocity is None
+
+
+def test_what_the_gate_changed_is_counted_and_so_are_fields_that_were_refused():
+    bench = Bench().start()
+    bench.run()
+    counts = bench.supervisor.counts
+    changed = [answer for answer in bench.sent if answer.requested is not None]
+    assert sum(n for what, n in counts.items() if what.startswith('gate ')) == len(changed) > 0
+    for _ in range(2):
+        bench.supervisor.accept_field(straight_field((5, 5), grid=Grid(10, 10, 0.5)))
+    assert counts['refused fields'] == 2
+
+
 def test_a_person_has_let_go_when_the_timeout_is_over_that_holds_now():
     bench = driving()
     assert not bench.supervisor.is_let_go(bench.now)
@@ -135,8 +162,8 @@ def test_a_localisations_pose_in_another_frame_is_refused_and_a_useless_one_coun
     supervisor.saw_localisation(there, VARIANCES)
     assert supervisor.counts['refused messages'] == 1
     assert 'no pose' in supervisor.start(bench.now)
-    for _ in range(2):  # the second one says nothing new
+    for _ in range(3):  # the later ones say nothing new
         supervisor.saw_localisation(dataclasses.replace(there, frame_id='/map'), VARIANCES)
-    assert supervisor.counts['poses not used'] == 1
+    assert supervisor.counts['poses not used'] == 2
     assert supervisor.counts['refused messages'] == 1
     assert supervisor.start(bench.now) == ''
