@@ -223,7 +223,8 @@ class ProgressWatch:
     Whether the robot comes forward: `progress_distance` or a step within `progress_time`.
 
     Like Nav2's SimpleProgressChecker it measures from where it last came forward; a step to the
-    next cell counts too, so that exploring a small place is no reason to stop.
+    next cell counts too, so that exploring a small place is no reason to stop. Stamps that leap
+    ahead, because somebody sets a clock, say nothing of how long the robot has stood.
 
     Parameters
     ----------
@@ -242,6 +243,7 @@ class ProgressWatch:
         """Begin anew: after a pause the robot has not had the time."""
         self._base: tuple[float, float, float, int] | None = None
         self._still: tuple[float, float, float, float] | None = None
+        self._last: float | None = None
 
     def observe(
         self, stamp: float, x: float, y: float, yaw: float, n_steps: int, told: float,
@@ -261,6 +263,11 @@ class ProgressWatch:
         """
         if self._started is None:
             self._started = stamp
+        leap = 0.0 if self._last is None else stamp - self._last
+        if leap > max(self.rules.stall_time, self.rules.odom_timeout):
+            self.restart()
+            self._started += leap
+        self._last = stamp
         if stamp - self._started > self.rules.time_limit:
             return StopReason.TIME_LIMIT
         if self._is_stalled(stamp, x, y, yaw, told):

@@ -150,6 +150,23 @@ def test_the_time_limit_counts_from_the_first_pose():
         104.5, StopReason.TIME_LIMIT)
 
 
+@pytest.mark.parametrize('leap', [3.0, 500.0, 1e9])
+def test_a_clock_that_is_set_forward_stops_nobody(leap):
+    stamps = [t + (leap if t > 3.0 else 0.0) for t in seconds(6)]
+
+    def place(t):
+        return 0.2 * (t if t <= 3.0 else t - leap), 1.0, 0.0
+
+    assert told(ProgressWatch(RULES), stamps, place, speed=0.2) is None
+
+
+def test_a_robot_that_stands_is_found_after_a_clock_was_set_forward():
+    stamps = [t + (500.0 if t > 1.0 else 0.0) for t in seconds(6)]
+    stamp, reason = told(ProgressWatch(RULES), stamps, lambda t: (1.0, 1.0, 0.0), speed=0.1)
+    assert reason is StopReason.STALLED
+    assert 503.0 < stamp < 504.5
+
+
 def test_turning_is_no_stall():
     assert told(ProgressWatch(RULES), seconds(5), lambda t: (1.0, 1.0, t), speed=0.1) is None
 
