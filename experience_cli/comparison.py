@@ -6,7 +6,6 @@ from functools import cached_property
 import math
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -115,12 +114,14 @@ def side_from(text: str, bags: Path | None) -> Side:
 
 def _side_from_file(path: Path) -> Side:
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open('rb') as stream, np.load(stream, allow_pickle=False) as file:
             return _side_from_arrays(path, dict(file))
     except OSError as error:
         raise UserError(f'cannot read {path}: {error.strerror or error}') from None
-    except (BadZipFile, KeyError, ValueError, IndexError, TypeError) as error:
-        raise UserError(f'{path} is no saved field: {error}') from None
+    except Exception as error:
+        # Unpacking raises what it runs into, of many types, on a file that is damaged.
+        text = f'it has no {error}' if isinstance(error, KeyError) else str(error)
+        raise UserError(f'{path} is no saved field: {text or type(error).__name__}') from None
 
 
 def _side_from_arrays(path: Path, arrays: Mapping[str, npt.NDArray[Any]]) -> Side:

@@ -1,6 +1,7 @@
 """`experience diff`: two fields as arrows and numbers."""
 
 import argparse
+from functools import partial
 import json
 from pathlib import Path
 from typing import Any
@@ -29,17 +30,14 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.comparison import Comparison, side_from
     from experience_cli.comparison_figure import comparison_figure
+    from experience_cli.output import write_output
 
     out = arguments.out
     if out.suffix != '.png':
         raise UserError(f'--out {out}: must end in .png')
     found = Comparison(*(side_from(text, arguments.bags)
                          for text in (arguments.first, arguments.second)))
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        comparison_figure(found).savefig(out, format='png')
-    except OSError as error:
-        raise UserError(f'cannot write {out}: {error.strerror}') from None
+    write_output(out, partial(comparison_figure(found).savefig, format='png'))
     about = {**found.to_json(), 'figure': str(out)}
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 0

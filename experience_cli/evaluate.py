@@ -69,6 +69,9 @@ def _add_task(parser: argparse.ArgumentParser) -> None:
     add('--starts', choices=('spread', 'fixed'), default='spread',
         help='where trials start: where they teach most, or where the first demonstration does '
              '(default: spread)')
+    add('--judge-every', metavar='N', type=_count(1, 100_000), default=1,
+        help='judge after 0, N, 2 N, ... and after all trials: large worlds have many starts '
+             '(default: 1)')
     add('--start-radius', metavar='R', type=_distance, default=math.inf,
         help="judge only the cells at most so far from the first demonstration's start, [m]")
 
@@ -188,7 +191,7 @@ def _writable(name: str | None, option: str) -> Path | None:
 
 
 def _write(path: Path, content: bytes) -> None:
-    from experience_cli.evaluation.fields import write_whole
+    from experience_cli.output import write_whole
     try:
         write_whole(path, content)
     except OSError as error:
@@ -253,9 +256,14 @@ def _experiment(arguments: argparse.Namespace) -> 'Experiment':
     experiment = Experiment(
         world.grid, world.occupancy, goal, starts, arguments.trials,
         arguments.starts == 'spread', arguments.teacher, arguments.method, parameters,
-        demonstrations, arguments.start_radius, arguments.demo_steps)
+        demonstrations, arguments.start_radius, arguments.demo_steps,
+        _judged_after(arguments.trials, arguments.judge_every))
     _check_places(experiment)
     return experiment
+
+
+def _judged_after(n_trials: int, every: int) -> tuple[int, ...]:
+    return (*range(0, n_trials, every), n_trials)
 
 
 def _cell(grid: Grid, point: tuple[float, float], option: str) -> tuple[int, int]:

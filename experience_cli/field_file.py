@@ -7,7 +7,7 @@ import numpy as np
 from control_field.grid import Grid
 from control_field.headings import UNIT
 from control_field.learner import Refresh
-from experience_cli.errors import UserError
+from experience_cli.output import write_output
 
 
 def save_field(path: Path, refresh: Refresh, grid: Grid) -> None:
@@ -26,15 +26,9 @@ def save_field(path: Path, refresh: Refresh, grid: Grid) -> None:
 
     """
     field, prototypes = refresh.field, refresh.prototypes
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open('wb') as file:
-            np.savez_compressed(
-                file, vx=field.vx, vy=field.vy, centres=grid.world_from_cells(prototypes.cells),
-                actions=UNIT[prototypes.headings], q=prototypes.q,
-                origin=np.array([grid.origin_x, grid.origin_y]),
-                resolution=np.array(grid.resolution), q_matrix=field.q, known=field.known,
-                goal=np.array(field.goal), revision=np.array(field.revision),
-                demonstrated=prototypes.demonstrated)
-    except OSError as error:
-        raise UserError(f'cannot write {path}: {error.strerror}') from None
+    write_output(path, lambda file: np.savez_compressed(
+        file, vx=field.vx, vy=field.vy, centres=grid.world_from_cells(prototypes.cells),
+        actions=UNIT[prototypes.headings], q=prototypes.q,
+        origin=np.array([grid.origin_x, grid.origin_y]), resolution=np.array(grid.resolution),
+        q_matrix=field.q, known=field.known, goal=np.array(field.goal),
+        revision=np.array(field.revision), demonstrated=prototypes.demonstrated))

@@ -1,6 +1,7 @@
 """`experience inspect`: a picture of what was learnt."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.episodes import episodes_from_paths, episodes_up_to
+    from experience_cli.output import write_output
     from experience_cli.relearning import fold
 
     last = episodes_from_paths([arguments.bag])[-1]
@@ -29,11 +31,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f'{arguments.bag}: nothing was learnt up to there')
     lesson = [lesson for lesson in each if lesson.read is not None][-1]
     out = arguments.out or last.path.parent / f'{last.path.name}.png'
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        inspection_figure(lesson, lessons).savefig(out, format='png')
-    except OSError as error:
-        raise UserError(f'cannot write {out}: {error.strerror}') from None
+    write_output(out, partial(inspection_figure(lesson, lessons).savefig, format='png'))
     print(f'{last.name}: {lessons.refresh.certificate.sentence()}')
     places = ', '.join(f'({x:g}, {y:g})' for x, y in lessons.teach_here(3))
     if places:

@@ -180,8 +180,8 @@ def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
     draft = path.with_suffix('.mcap.tmp')
     draft.unlink(missing_ok=True)
     headers = [values for name, values in reader.metadata if name == HEADER_NAME]
-    file = McapFile(draft, headers[0] if headers else None)
     try:
+        file = McapFile(draft, headers[0] if headers else None)
         for channel in filter(_is_sound, reader.channels.values()):
             file.add_channel(channel.topic, channel.schema.name, _sound_definition(channel),
                              _sound_metadata(channel))

@@ -1,7 +1,6 @@
 """The field file: enough for somebody else to follow the flow and check every number."""
 
 import io
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -69,17 +68,3 @@ def npz_bytes(columns: Columns) -> bytes:
     content = io.BytesIO()
     np.savez_compressed(content, **columns)  # type: ignore[arg-type, unused-ignore]
     return content.getvalue()
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all; devices and pipes are written to as they are."""
-    if path.exists() and not path.is_file():
-        path.write_bytes(content)
-        return
-    path = path.resolve()
-    part = path.with_name(path.name + '.part')
-    try:
-        part.write_bytes(content)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)

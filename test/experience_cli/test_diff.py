@@ -2,6 +2,7 @@
 
 import json
 import os
+from pathlib import Path
 
 import numpy as np
 from PIL import Image
@@ -48,6 +49,19 @@ def test_a_saved_field_is_compared_with_all_that_it_tells(task, diff, capsys):
     assert {key: found['first'][key] for key in same} == {
         key: found['second'][key] for key in same}
     assert found['first']['revision'] == 3
+
+
+def test_a_damaged_field_is_one_line(task, capsys):
+    assert main(['learn', '--quiet', 'bags/sample', '--save', 'field.npz']) == 0
+    whole = Path('field.npz').read_bytes()
+    for place in range(0, len(whole), len(whole) // 40):
+        Path('field.npz').write_bytes(
+            whole[:place] + bytes(byte ^ 0xFF for byte in whole[place:place + 9])
+            + whole[place + 9:])
+        capsys.readouterr()
+        if main(['diff', 'field.npz', 'bags/sample', '--json']):
+            [line] = capsys.readouterr().err.splitlines()
+            assert 'field.npz is no saved field: ' in line
 
 
 def test_a_path_may_hold_what_no_font_can_show(task, diff, capsys):

@@ -1,0 +1,32 @@
+"""Files that commands write."""
+
+from pathlib import Path
+
+import pytest
+
+from experience_cli.errors import UserError
+from experience_cli.output import write_output
+
+
+def test_a_file_is_written_in_a_new_folder(tmp_path):
+    path = tmp_path / 'new' / 'file'
+    for content in (b'one', b'two'):
+        write_output(path, lambda file, content=content: file.write(content))
+        assert path.read_bytes() == content
+    assert [each.name for each in path.parent.iterdir()] == ['file']
+
+
+def test_what_was_there_stays_if_it_cannot_be_written(tmp_path):
+    path = tmp_path / 'file'
+    path.write_bytes(b'before')
+    (tmp_path / 'file.part').mkdir()
+    with pytest.raises(UserError, match='cannot write'):
+        write_output(path, lambda file: file.write(b'after'))
+    assert path.read_bytes() == b'before'
+
+
+def test_a_full_disk_is_one_line():
+    if not Path('/dev/full').exists():
+        pytest.skip('there is no /dev/full here')
+    with pytest.raises(UserError, match='cannot write /dev/full: No space left on device'):
+        write_output(Path('/dev/full'), lambda file: file.write(b'anything'))
