@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from control_field import trial_kernels
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, turn_between, UNIT
 from control_field.parameters import Parameters
@@ -13,7 +14,7 @@ from control_field.records import ControlField, DECISION_DTYPE, Kind
 from control_field.simulation import GridWorld
 from strategies import few, lessons, seeds, steady, taught
 
-EAST, NORTH_EAST, NORTH, WEST = 0, 1, 2, 4
+EAST, NORTH_EAST, NORTH, WEST, SOUTH = 0, 1, 2, 4, 6
 AROUND = 0xFF
 
 
@@ -100,6 +101,33 @@ def test_ties_go_to_what_is_nearest_the_course_then_to_what_was_chosen_least():
     policy = policy_of(corner_cutting=True, learning_rate=0.0)
     assert policy.decide(2, 1, 1 << EAST, 0, 0.0).heading == NORTH_EAST
     assert policy.decide(2, 1, 1 << EAST, 0, 0.0).heading == 7
+
+
+def test_of_equals_the_cell_is_taken_that_was_entered_less():
+    policy = policy_of(learning_rate=0.0)
+    policy.decide(3, 1, 0, 0, 0.0)
+    assert policy.decide(2, 1, 1 << EAST, 0, 0.0).heading == SOUTH
+
+
+def test_a_flow_that_is_known_to_fail_further_on_is_left_before_it_does():
+    known = np.zeros((5, 5), np.int8)
+    known[1:4, 2] = 100
+    field = dataclasses.replace(field_of(), known=known)
+    full, paper = (policy_of(field, profile=profile) for profile in ('full', 'paper'))
+    choice = full.decide(2, 0, 0, 0, 0.0)
+    assert choice.kind == Kind.DETOUR
+    assert choice.heading in (NORTH_EAST, 7)
+    assert full.n_reinforcements == 0
+    follows = paper.decide(2, 0, 0, 0, 0.0)
+    assert (follows.kind, follows.heading) == (Kind.FIELD, EAST)
+
+
+def test_equation_6_looks_ahead_over_the_steps_that_the_map_allows():
+    known = np.array([[0, 0, 100]], np.int8)
+    q = np.zeros((1, 3, 8))
+    q[0, 1, EAST], q[0, 1, WEST] = 5.0, -0.5
+    trial_kernels.backup(q, known, 0, 0, EAST, -1.0, 0, 1, 0.5, 0.9, (False, False, 8))
+    assert q[0, 0, EAST] == pytest.approx(0.5 * (-1.0 + 0.9 * -0.5))
 
 
 @given(seeds, st.integers(0, 255))
