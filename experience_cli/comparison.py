@@ -108,7 +108,7 @@ def side_from(text: str, bags: Path | None) -> Side:
     recording = Recording(find_whole_bag(text, bags))
     field, prototypes = recording.field(), recording.prototypes()
     if field is None or prototypes is None:
-        raise UserError(f'{text} holds no field: it was recorded before the first one was learnt')
+        raise UserError(f'{text} holds no field: none was in force when it was recorded')
     return Side(recording.episode.name, field, prototypes, recording.header.parameters)
 
 

@@ -80,6 +80,7 @@ def import_all(arguments: argparse.Namespace) -> Path:
         If an argument is wrong, or a bag cannot be read, teaches nothing or cannot be kept.
 
     """
+    from msgs_bridge.any_bag import missing_from, open_bag
     from msgs_bridge.bag_folder import check_unused, TaskFolder
     from msgs_bridge.bag_import import import_demonstration
 
@@ -90,7 +91,8 @@ def import_all(arguments: argparse.Namespace) -> Path:
     for path in arguments.bags:
         episode = import_demonstration(_there(path), task, header, _names(arguments))
         if not arguments.quiet:
-            print(f'{path} is kept as {episode.path}')
+            missing = missing_from(open_bag(path))
+            print(f'{path} is kept as {episode.path}' + (f'; {missing}' if missing else ''))
     return folder
 
 

@@ -49,6 +49,15 @@ def open_bag(path: Path | str) -> Bag:
     return JoinedBag(path, [_open_file(file) for file in files])
 
 
+def missing_from(bag: Bag) -> str:
+    """Say that not all of a bag is there; empty for a whole one."""
+    parts = bag.parts if isinstance(bag, JoinedBag) else [bag]
+    for part in parts:
+        if isinstance(part, BagReader) and not part.complete:
+            return f'what is not readable of {part.path.name} is missing: {part.damage}'
+    return ''
+
+
 class JoinedBag:
     """
     The files of a bag whose ``metadata.yaml`` is missing, read as one.
@@ -64,17 +73,17 @@ class JoinedBag:
 
     def __init__(self, path: Path, parts: Sequence[Bag]) -> None:
         self.path = path
-        self._parts = parts
+        self.parts = parts
 
     @property
     def topics(self) -> dict[str, str]:
         """Return the type of every topic."""
-        return {topic: kind for part in reversed(self._parts)
+        return {topic: kind for part in reversed(self.parts)
                 for topic, kind in part.topics.items()}
 
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the bag."""
-        tables = [part.messages(topic) for part in self._parts if topic in part.topics]
+        tables = [part.messages(topic) for part in self.parts if topic in part.topics]
         none = np.zeros(0, dtype=np.int64)
         times = np.concatenate([none, *(table.log_times for table in tables)])
         return RawMessages.of(

@@ -47,6 +47,18 @@ def test_files_without_metadata_are_read_in_the_order_of_their_numbers(tmp_path)
     assert len(bag.messages('/nothing')) == 0
 
 
+def test_of_a_file_that_is_cut_it_is_said_that_something_is_missing(tmp_path):
+    folder = demonstration_bag(tmp_path)
+    (folder / 'metadata.yaml').unlink()
+    assert read_foreign_demonstration(folder, GRID)[2] == ()
+    bag = mcap_path(folder)
+    bag.write_bytes(bag.read_bytes()[:bag.stat().st_size // 2])
+    [note] = read_foreign_demonstration(folder, GRID)[2]
+    assert note.startswith('what is not readable of 0001_demo_0.mcap is missing: the chunk at')
+    shutil.copyfile(bag, folder / '0001_demo_1.mcap')
+    assert note in read_foreign_demonstration(folder, GRID)[2]
+
+
 def test_a_compressed_file_that_was_not_closed_says_what_mends_it(tmp_path):
     path = next(foreign_bag(
         tmp_path / 'bag', StoragePlugin.MCAP, CompressionMode.STORAGE).glob('*.mcap'))
