@@ -187,7 +187,7 @@ class TestMapServer:
     def test_images_that_are_none(self, tmp_path, pixels):
         path = write_map(tmp_path)
         (tmp_path / 'map.pgm').write_bytes(pixels)
-        refused(path, 'map.pgm')
+        assert 'Error' not in refused(path, 'map.pgm')
 
     def test_png_cut_anywhere_or_with_a_lying_size(self, tmp_path):
         path = write_map(tmp_path, np.eye(40, dtype=np.uint8) * 254, image='map.png')
