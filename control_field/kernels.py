@@ -55,12 +55,21 @@ def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: Rules)
 
 
 def allowed_steps(known: CellMap, row: int, col: int, rules: Rules) -> int:
-    """Return the mask of the steps that the map allows."""
-    mask = 0
+    """Return the mask of the steps that the map allows: `step_allowed` for all of them at once."""
+    corner_cutting, unknown_is_blocked, moves = rules
+    free = 0
     for heading in range(8):
-        if step_allowed(known, row, col, heading, rules):
-            mask |= 1 << heading
-    return mask
+        if not is_barred(known, row + STEP_ROW[heading], col + STEP_COL[heading],
+                         unknown_is_blocked):
+            free |= 1 << heading
+    straight = free & 0b01010101
+    if moves == 4:
+        return straight
+    if corner_cutting:
+        return free
+    # Bit h of these is the straight neighbour before heading h, and the one after it.
+    before, after = straight << 1, straight >> 1 | straight << 7
+    return straight | (free & before & after & 0b10101010)
 
 
 def remember_sight(known: CellMap, row: int, col: int, blocked: int, unknown: int) -> int:

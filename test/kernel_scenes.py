@@ -82,9 +82,21 @@ class Scene:
         return (self.known, self.cost, self.factor, self.row, self.col, *self.goal,
                 self.options[4], self.rules)
 
+    def heap(self):
+        """Return costs and places in order, which is a heap, with room for one more."""
+        entries = sorted(zip(np.round(self.cost, 1).ravel(), range(self.cost.size), strict=True))
+        costs, places = zip(*entries, (0.0, 0), strict=True)
+        return np.array(costs), np.array(places), len(entries)
+
+    def for_push(self):
+        return *self.heap(), float(np.round(self.cost[self.row, self.col], 1)), self.mask
+
+    def for_pop(self):
+        return self.heap()
+
     def for_rim_around(self):
-        seen = np.random.default_rng(self.seed).integers(-1, 2, self.known.shape)
-        return self.cost, seen.astype(np.int8), 0, 0
+        seen = np.random.default_rng(self.seed).integers(-2, 2, self.known.shape)
+        return self.cost, seen.astype(np.int16), np.flatnonzero(seen.ravel() > -2), 0, 0
 
     def for_least_chosen(self):
         return self.counts, self.row, self.col, self.mask, self.rng()
