@@ -115,6 +115,19 @@ def test_report_has_an_entry_for_every_number_of_trials(world, tmp_path):
                 assert metric['low'] <= metric['median'] <= metric['high']
 
 
+def test_judging_now_and_then_changes_no_number(world, tmp_path):
+    for every in ('1', '2', '5'):
+        assert run(world, '--trials', '3', '--judge-every', every, '--json',
+                   str(tmp_path / f'{every}.json')) == 0
+    reports = {every: json.loads((tmp_path / f'{every}.json').read_text()) for every in '125'}
+    each = {entry['trials']: entry for entry in reports['1']['after']}
+    assert [entry['trials'] for entry in reports['2']['after']] == [0, 2, 3]
+    assert [entry['trials'] for entry in reports['5']['after']] == [0, 3]
+    for entry in reports['2']['after'] + reports['5']['after']:
+        for name in set(entry) - {'seconds_learning', 'trials'}:
+            assert entry[name] == each[entry['trials']][name], name
+
+
 def test_results_do_not_depend_on_the_number_of_jobs(world, tmp_path):
     for jobs in ('1', '2'):
         assert run(world, '--json', str(tmp_path / f'{jobs}.json'), '--jobs', jobs,
