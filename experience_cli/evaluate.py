@@ -144,7 +144,8 @@ def run(arguments: argparse.Namespace) -> int:
     """
     json_path = _writable(arguments.json if arguments.json != '-' else None, '--json')
     field_path = _writable(arguments.save_field, '--save-field')
-    if json_path and field_path and json_path.resolve() == field_path.resolve():
+    if (json_path and field_path and json_path.resolve() == field_path.resolve()
+            and not json_path.is_char_device()):
         raise UserError(f'--json and --save-field both name {json_path}, name two files')
     experiment = _experiment(arguments)
     seeds = range(arguments.seed0, arguments.seed0 + arguments.seeds)
