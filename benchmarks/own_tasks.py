@@ -25,7 +25,6 @@ OWN: Final[dict[str, tuple[int, Callable[[int, np.random.Generator], Occupancy]]
     'maze of width 4, 32 x 32': (32, partial(maze_world, width=4)),
     'maze of width 2, 32 x 32': (32, partial(maze_world, width=2)),
     'random, 10 %, 64 x 64': (64, partial(random_world, share=0.1)),
-    'rooms of 7, 64 x 64': (64, partial(rooms_world, room=7, closed=0.2)),
 }
 #: Shape and resolution of the BARN worlds, and the shares of cells that they start from.
 _BARN_SHAPE: Final = (95, 31)
