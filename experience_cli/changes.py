@@ -38,7 +38,7 @@ def changes_before(episodes: Sequence[EpisodeFolder], number: int) -> list[str]:
         if before in there:
             found += [f'{there[before].name} {what}' for what in _changes(there[before])]
         else:
-            what = 'was forgotten' if before in forgotten else 'is not among them'
+            what = 'was forgotten' if before in forgotten else 'is not among the bags'
             found.append(f'{task.task}/{before:04d} {what}')
     return found
 

@@ -63,6 +63,8 @@ class ForeignBag:
 
     def _error(self, error: Exception) -> BagError:
         text = ' '.join(str(error).split()) or type(error).__name__
+        if isinstance(error, MemoryError):
+            text = 'it claims sizes that no memory holds'
         if 'File end magic' in text:
             text = 'it is cut off or was not closed, `mcap recover` mends that'
         return BagError(f'cannot read {self.path}: {text}')
