@@ -96,9 +96,10 @@ class Library:
         lines += [f'{lesson.episode.name}: {lesson.note}'
                   for lesson in lessons if lesson.refresh is None]
         if lessons:
-            n_demos = sum(lesson.episode.kind is EpisodeKind.DEMO for lesson in lessons)
+            learnt = [lesson.episode.kind for lesson in lessons if lesson.refresh is not None]
+            n_demos = learnt.count(EpisodeKind.DEMO)
             lines.append(f'{self.task.path}: relearnt from {counted(n_demos, "demonstration")} '
-                         f'and {counted(len(lessons) - n_demos, "trial")}')
+                         f'and {counted(len(learnt) - n_demos, "trial")}')
         return lines
 
     def learn(self, episode: EpisodeFolder) -> Lesson:

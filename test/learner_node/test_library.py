@@ -35,6 +35,10 @@ class TestLibrary:
         assert library.refresh.field.revision == 1
         assert '1 demonstration and 0 trials' in library.lines[-1]
 
+    def test_counts_what_was_learnt_from(self, task):
+        task.new_episode('demo')
+        assert '1 demonstration and 0 trials' in library_of(task).lines[-1]
+
     def test_relearning_changes_nothing(self, task):
         library = library_of(task)
         before = library.field().q.tobytes()
