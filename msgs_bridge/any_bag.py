@@ -1,6 +1,7 @@
 """Opening any bag, whoever recorded it: one file or several, with or without its metadata."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 import re
 from typing import Final
@@ -89,6 +90,33 @@ class JoinedBag:
         return RawMessages.of(
             topic, self.topics.get(topic, ''), [message for table in tables for message in table],
             times.tolist())
+
+
+class InLogOrder:
+    """
+    A bag whose messages come as they were received, in whatever order the file holds them.
+
+    Parameters
+    ----------
+    bag : Bag
+
+    """
+
+    def __init__(self, bag: Bag) -> None:
+        self.path = bag.path
+        self._bag = bag
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic."""
+        return self._bag.topics
+
+    def messages(self, topic: str) -> RawMessages:
+        """Return the messages of a topic; none if it is not in the bag."""
+        found = self._bag.messages(topic)
+        order = np.argsort(found.log_times, kind='stable')
+        return replace(found, starts=found.starts[order], sizes=found.sizes[order],
+                       log_times=found.log_times[order])
 
 
 def _open_file(path: Path) -> Bag:

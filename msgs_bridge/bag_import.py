@@ -50,7 +50,8 @@ def roles_of_topics(bag: Bag, names: Mapping[str, str]) -> dict[str, str]:
         if len(picked) == 1:
             found[role] = picked[0]
         elif role == 'odom':
-            raise BagError(f'{bag.path}: which topic is odom? Name one of {_choices(bag, role)}')
+            ask = 'which topic is odom? Name one of' if fitting else 'no topic is odom, there are'
+            raise BagError(f'{bag.path}: {ask} {_choices(bag, role)}')
     return found
 
 

@@ -168,6 +168,12 @@ class TestMistakes:
         assert '/cmd_vel is geometry_msgs/msg/Twist' in line
         assert 'there are /odom (Odometry)' in line
 
+    def test_none_that_may_be_meant(self, tmp_path, capsys):
+        bag = record(tmp_path / 'bag', {'cmd_vel': '/cmd_vel'})
+        line = mistake(capsys, bag, '--rows', 9)
+        assert 'no topic is odom, there are none of type nav_msgs/msg/Odometry or' in line
+        assert '(topics: /cmd_vel)' in line
+
     def test_several_that_may_be_meant(self, tmp_path, capsys):
         bag = record(tmp_path / 'bag', {'odom': '/a/odom', 'other': '/b/odom'})
         assert 'Name one of /a/odom (Odometry), /b/odom' in mistake(capsys, bag, '--rows', 9)

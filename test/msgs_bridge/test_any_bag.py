@@ -9,6 +9,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from bridge_helpers import demonstration_bag, GRID
 from foreign_bags import FOREIGN, foreign_bag
 from msgs_bridge.any_bag import open_bag
+from msgs_bridge.bag_file import McapFile
 from msgs_bridge.bag_folder import BagError, mcap_path
 from msgs_bridge.episodes import read_foreign_demonstration
 
@@ -45,6 +46,21 @@ def test_files_without_metadata_are_read_in_the_order_of_their_numbers(tmp_path)
     np.testing.assert_array_equal(found.log_times, np.tile(part.log_times, 2))
     assert len(bag.messages(FOREIGN['odom'])) == 200
     assert len(bag.messages('/nothing')) == 0
+
+
+def test_the_order_in_the_file_does_not_matter(tmp_path):
+    bag = open_bag(demonstration_bag(tmp_path))
+    file = McapFile(tmp_path / 'shuffled.mcap', None)
+    for topic, kind in bag.topics.items():
+        file.add_channel(topic, kind, b'', {})
+    records = list(bag.records())
+    for place in np.random.default_rng(1).permutation(len(records)).tolist():
+        channel, log_time, publish_time, message = records[place]
+        file.add(channel.topic, message, log_time, publish_time)
+    file.finish('shuffled.mcap')
+    cells = [read_foreign_demonstration(path, GRID)[0].cells
+             for path in (bag.path, tmp_path / 'shuffled.mcap')]
+    np.testing.assert_array_equal(*cells)
 
 
 def test_of_a_file_that_is_cut_it_is_said_that_something_is_missing(tmp_path):
