@@ -210,6 +210,19 @@ def with_custom_data(text: str, values: Mapping[str, str], path: Path) -> str:
     return text[:block.start()] + head + lines + text[block.end():]
 
 
+def has_metadata(folder: Path) -> bool:
+    """Tell whether a bag's folder has a ``metadata.yaml`` that can be read."""
+    import yaml  # type: ignore[import-untyped, unused-ignore]
+
+    try:
+        content = yaml.load((folder / NAME).read_text(), getattr(
+            yaml, 'CSafeLoader', yaml.SafeLoader))
+    except (FileNotFoundError, yaml.YAMLError, ValueError, RecursionError):
+        return False
+    found = content.get('rosbag2_bagfile_information') if isinstance(content, dict) else None
+    return isinstance(found, dict) and {'version', 'message_count', 'files'} <= found.keys()
+
+
 def write_metadata(folder: Path, summary: BagSummary) -> None:
     """
     Write ``metadata.yaml`` into a bag's folder, whole or not at all; notes that are in it stay.

@@ -11,7 +11,7 @@ from control_field.words import counted
 from msgs_bridge.bag_file import HEADER_NAME, McapFile, TOPIC
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line, mcap_path, TaskFolder
 from msgs_bridge.bag_metadata import (
-    BagSummary, is_qos, known_qos, NAME, sync_folder, TopicSummary, write_metadata)
+    BagSummary, has_metadata, is_qos, known_qos, NAME, sync_folder, TopicSummary, write_metadata)
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.mcap_scan import Channel
 from msgs_bridge.type_definitions import message_definition
@@ -63,7 +63,7 @@ class RepairReport:
         if not self.changed:
             return f'{self.folder}: whole, {counted(self.n_messages, "message")}'
         if not self.damage:
-            return f'{self.folder}: {NAME} was missing, written anew; no message lost'
+            return f'{self.folder}: {NAME} was missing or broken, written anew; no message lost'
         if not self.n_messages and not self.n_lost_bytes:
             return f'{self.folder}: mended, it was empty: its recorder was stopped at once'
         if not self.n_messages:
@@ -133,7 +133,7 @@ def repair_bag(folder: Path | str) -> RepairReport:
             summary = _rewrite(reader, path, kept)
         else:
             summary = summary_of_file(path, path.name)
-        changed = bool(reader.damage) or not (folder / NAME).exists()
+        changed = bool(reader.damage) or not has_metadata(folder)
         if changed:
             write_metadata(folder, summary)
     except OSError as error:

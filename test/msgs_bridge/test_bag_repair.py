@@ -80,11 +80,14 @@ def test_a_whole_bag_is_left_alone(whole):
     assert mcap_path(whole).read_bytes() == before
 
 
-def test_missing_metadata_is_written_anew_as_it_was(whole, tmp_path):
+@pytest.mark.parametrize('broken', [None, b'', b': [', b'\xff', b'rosbag2_bagfile_information: 1'])
+def test_missing_metadata_is_written_anew_as_it_was(whole, tmp_path, broken):
     folder = copy_cut(whole, tmp_path, 10**9)
     assert needs_repair(folder)
+    if broken is not None:
+        (folder / 'metadata.yaml').write_bytes(broken)
     report = check_mended(folder, whole)
-    assert 'metadata.yaml was missing, written anew; no message lost' in str(report)
+    assert 'metadata.yaml was missing or broken, written anew; no message lost' in str(report)
     assert (folder / 'metadata.yaml').read_text() == (whole / 'metadata.yaml').read_text()
 
 
