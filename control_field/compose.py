@@ -189,7 +189,7 @@ class _Composer:
         """Choose the prototypes, mend and prune, and make the field."""
         self._choose()
         self._interpolate()
-        if self.parameters.repair and self.parameters.rehearsal:
+        if self._repairs():
             self._repair()
         if self.parameters.pruning:
             self._prune()
@@ -256,6 +256,9 @@ class _Composer:
             self.known, prototypes.cells.astype(np.int64), self.rules)
         return pull
 
+    def _repairs(self) -> bool:
+        return self.parameters.repair and self.parameters.rehearsal
+
     def _repair(self) -> None:
         """Give the cells whose flow does not come home a prototype, few at a time."""
         goal = _goal(self.memory)
@@ -284,11 +287,14 @@ class _Composer:
             self.rules)
         if not idle.any():
             return
-        n_home = self._n_home()
+        n_home, mended = self._n_home(), self.mended.copy()
         self.centre = centre
         self._interpolate()
+        # No course is worse, and yet several that are as good as before may close a loop.
+        if self._n_home() < n_home and self._repairs():
+            self._repair()
         if self._n_home() < n_home:
-            self.centre = before
+            self.centre, self.mended = before, mended
             self._interpolate()
 
     def _n_home(self) -> int:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.how_good import main, median, n_reinforced, Target
+from benchmarks.how_good import main, median, n_reinforced, Target, with_options
 from benchmarks.own_tasks import OWN, own_barn_tasks, own_tasks
 from benchmarks.paper_tasks import dyna_courses, n_steps_until, paper_experiment
 from control_field.parameters import Parameters
@@ -47,3 +47,10 @@ def test_generated_worlds_are_measured_like_maps(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert sum('empty, 32 x 32' in line for line in lines) == 3
     assert all(line.endswith('| yes |') for line in lines[2:])
+
+
+def test_prototypes_stay_few_where_pruning_closes_a_loop():
+    tasks = with_options(own_tasks('random, 10 %, 32 x 32', 3), n_trials=15, judged_after=(15,))
+    last = run_seed(*tasks[2]).after[-1]
+    assert last['hidden_neurons_share'] < 0.3
+    assert last['basin'] == 1.0
