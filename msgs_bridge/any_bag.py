@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from msgs_bridge.bag_folder import BagError
-from msgs_bridge.bag_metadata import NAME
+from msgs_bridge.bag_metadata import NAME, read_yaml
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.mcap_scan import CompressedError
 
@@ -43,7 +43,7 @@ def open_bag(path: Path | str) -> Bag:
             return BagReader(files[0])
         except CompressedError:
             pass
-    if _makes_sense(text):
+    if isinstance(read_yaml(text), dict):
         return _open_foreign(path)
     if not files:
         raise BagError(f'cannot read {path}: there is no .mcap and no .db3 file in it')
@@ -142,16 +142,6 @@ def _metadata_text(path: Path) -> str:
         return (path / NAME).read_text(errors='replace')
     except OSError:
         return ''
-
-
-def _makes_sense(text: str) -> bool:
-    """Tell whether the text of a ``metadata.yaml`` can be read."""
-    import yaml  # type: ignore[import-untyped, unused-ignore]
-
-    try:
-        return isinstance(yaml.load(text, getattr(yaml, 'CSafeLoader', yaml.SafeLoader)), dict)
-    except (yaml.YAMLError, ValueError, RecursionError):
-        return False
 
 
 def _by_number(path: Path) -> list[str | int]:

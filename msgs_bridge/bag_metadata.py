@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import os
 from pathlib import Path
 import re
-from typing import Final
+from typing import Any, Final
 
 from msgs_bridge.bag_folder import BagError, error_line
 
@@ -68,14 +68,20 @@ def known_qos(topic: str) -> OfferedQos:
     return _KNOWN.get(topic.rpartition('/')[2], OfferedQos())
 
 
-def is_qos(text: str) -> bool:
-    """Tell whether a text is a list of offered profiles as rosbag2 stores them."""
+def read_yaml(text: str) -> Any:
+    """Return what a text in YAML says, in plain types; None if it is no such text."""
     import yaml  # type: ignore[import-untyped, unused-ignore]
 
     try:
-        profiles = yaml.safe_load(text)
+        # Not the loader in C: lists within lists in lists, a few thousand deep, crash it.
+        return yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError):
-        return False
+        return None
+
+
+def is_qos(text: str) -> bool:
+    """Tell whether a text is a list of offered profiles as rosbag2 stores them."""
+    profiles = read_yaml(text)
     names = {line.partition(':')[0].strip(' -') for line in OfferedQos().to_yaml().splitlines()
              if not line.startswith('    ')}
     return isinstance(profiles, list) and all(
@@ -173,13 +179,8 @@ def _indented(text: str, n: int) -> str:
 
 def custom_data(text: str) -> dict[str, str]:
     """Return what people and programs have noted in a ``metadata.yaml``, given its text."""
-    import yaml  # type: ignore[import-untyped, unused-ignore]
-
     block = _CUSTOM.search(text)
-    try:
-        whole = yaml.safe_load(block[0]) if block else None
-    except (yaml.YAMLError, ValueError, RecursionError):
-        return {}
+    whole = read_yaml(block[0]) if block else None
     values = whole.get('custom_data') if isinstance(whole, dict) else None
     if not isinstance(values, dict):
         return {}
@@ -212,12 +213,9 @@ def with_custom_data(text: str, values: Mapping[str, str], path: Path) -> str:
 
 def has_metadata(folder: Path) -> bool:
     """Tell whether a bag's folder has a ``metadata.yaml`` that can be read."""
-    import yaml  # type: ignore[import-untyped, unused-ignore]
-
     try:
-        content = yaml.load((folder / NAME).read_text(), getattr(
-            yaml, 'CSafeLoader', yaml.SafeLoader))
-    except (FileNotFoundError, yaml.YAMLError, ValueError, RecursionError):
+        content = read_yaml((folder / NAME).read_text())
+    except (FileNotFoundError, UnicodeDecodeError):
         return False
     found = content.get('rosbag2_bagfile_information') if isinstance(content, dict) else None
     return isinstance(found, dict) and {'version', 'message_count', 'files'} <= found.keys()

@@ -12,6 +12,7 @@ from msgs_bridge.bag_metadata import (
     BagSummary,
     known_qos,
     OfferedQos,
+    read_yaml,
     TopicSummary,
     write_atomically,
     write_metadata,
@@ -102,3 +103,8 @@ def test_a_file_is_replaced_whole_or_not_at_all(tmp_path):
     with pytest.raises(BagError, match=r'cannot write .*none/a: no such file'):
         write_atomically(tmp_path / 'none' / 'a', b'x')
     assert [entry.name for entry in tmp_path.iterdir()] == ['a']
+
+
+@pytest.mark.parametrize('text', ['[' * 100_000, '- ' * 100_000, '{a: ' * 100_000, '&a [*a', '\0'])
+def test_a_text_that_is_no_yaml_says_nothing(text):
+    assert read_yaml(text) is None
