@@ -121,7 +121,8 @@ class Given:
 def names_for_all(path: Path) -> set[str]:
     """Return the names in a parameter file's sections whose last part is a wildcard."""
     names: set[str] = set()
-    with suppress(OSError, ValueError, RecursionError, yaml.YAMLError):  # ROS says what is wrong with it
+    # ROS itself says what is wrong with a file.
+    with suppress(OSError, ValueError, RecursionError, yaml.YAMLError):
         sections = yaml.safe_load(path.read_text())
         for section, content in sections.items() if isinstance(sections, Mapping) else ():
             if '*' in str(section).rpartition('/')[2] and isinstance(content, Mapping):
