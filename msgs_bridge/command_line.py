@@ -11,9 +11,10 @@ from typing import Any, Final
 
 import yaml  # type: ignore[import-untyped, unused-ignore]
 
-#: How alike a name for any node has to be to one of this node to be taken for a slip of the pen:
-#: names of different nodes are up to 0.89 alike.
-_SLIP: Final = 0.9
+#: How alike a name has to be to one of this node to be taken for a slip of the pen: where it was
+#: given to this node alone, and where it was given to any node. Names of different nodes are up to
+#: 0.89 alike.
+_SLIP, _SLIP_FOR_ALL = 0.82, 0.9
 
 PAGE: Final = """\
 {name}: {does}
@@ -169,22 +170,30 @@ def check_names(node: Any) -> None:
     """
     Look for parameters that were given and that this node does not have; call it once declared.
 
+    Those of other nodes may come along with the ones they share; a warning says so.
+
     Raises
     ------
     ValueError
-        If one was given to this node: a limit that is misspelt would be none.
+        If one that was given to this node is all but one of its own: a limit that is misspelt
+        would be none.
 
     """
     names = [name for name in node._parameter_overrides if not node.has_parameter(name)]
-    mistaken, shared = _given.unknown(names)
+    given, shared = _given.unknown(names)
     known = sorted(node.get_parameters_by_prefix(''))
+    mistaken = [name for name in given if get_close_matches(name, known, 1, _SLIP)]
     if mistaken:
         raise ValueError('; '.join(f'there is no parameter {_with_hint(name, known)}'
                                    for name in mistaken) + ' (--help lists all)')
+    logger = node.get_logger()
+    for name in given:
+        logger.warning(f'there is no parameter {name!r} here, it changes nothing (--help lists '
+                       f'all)')
     for name in shared:
-        if get_close_matches(name, known, 1, _SLIP):
-            node.get_logger().warning(
-                f'a parameter file gives {node.get_name()}, too, {_with_hint(name, known)}')
+        if get_close_matches(name, known, 1, _SLIP_FOR_ALL):
+            logger.warning(f'a parameter file gives {node.get_name()}, too, '
+                           f'{_with_hint(name, known)}')
 
 
 def _with_hint(name: str, known: Collection[str]) -> str:

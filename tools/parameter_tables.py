@@ -32,10 +32,11 @@ it to them. A value out of range is refused, at start with exit code 2 and at ru
 range named. *Fixed* ones hold from start to end.
 
 They are given with `--ros-args -p NAME:=VALUE` or `--params-file FILE`; `--help` of a node lists
-its names. A name that it does not have is refused, with exit code 2 and what may have been meant,
-where it was given to this node: by `-p`, or in a section of the file that names it. A misspelt
-limit would be none. A section for any node (`/**`) may hold names of others; one that is all but
-the same as one of this node's is a warning.
+its names. A name that it does not have but nearly has is refused, with exit code 2 and what may
+have been meant, where it was given to this node: by `-p`, or in a section of the file that names
+it. A misspelt limit would be none. A name that is like none of its own changes nothing, and a
+warning says so. A section for any node (`/**`) may hold names of others; one that is all but the
+same as one of this node's is a warning.
 """
 
 

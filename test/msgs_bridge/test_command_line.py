@@ -59,7 +59,7 @@ def test_help_is_given_whatever_else_is_said(ros_domain, tmp_path):
     (['world:=task1'], ["'world:=task1'", '--ros-args -p', '--help']),
     (['--ros-args', '-p', 'world:=task1', '--', 'more'], ["'more'"]),
     (['--ros-args', '-p', 'cmd_vel_timeot:=0.1'], ["'cmd_vel_timeot'", 'cmd_vel_timeout']),
-    (['--ros-args', '-p', 'sim_node:rate:=5.0', '-p', 'qqq:=1'], ["no parameter 'qqq' (--help"]),
+    (['--ros-args', '-p', 'sim_node:rat:=5.0', '-p', 'qqq:=1'], ["'rat' (is rate meant?)"]),
     (['--ros-args', '-p', 'rate:=0.5'], ['rate is 0.5', 'between 1.0 and 1000.0 [1/s]']),
     (['--ros-args', '-p', 'seed:=-1'], ['seed is -1', 'between 0 and']),
     (['--ros-args', '-p', 'rate'], ["'-p rate'"]),
@@ -97,6 +97,15 @@ def test_a_file_for_several_nodes_may_hold_names_of_others(ros_domain, ros_node,
         ros_helpers.wait_until(lambda: 'waits for' in process.stderr, processes=[process])
         [line] = [line for line in process.stderr.splitlines() if 'parameter file' in line]
         assert "'odom_timout' (is odom_timeout" in line
+
+
+def test_a_name_that_is_like_none_changes_nothing_and_that_is_said(ros_domain, tmp_path):
+    command = ros_helpers.node_command('sim_node.node', tmp_path)
+    arguments = ['--ros-args', '-p', 'auto_trials:=3', '-p', 'sim_node:qqq:=1']
+    with ros_helpers.Process([*command, *arguments], tmp_path) as process:
+        ros_helpers.wait_until(lambda: "'qqq' here" in process.stderr, processes=[process])
+    for name in ('auto_trials', 'qqq'):
+        assert process.stderr.count(f'no parameter {name!r} here') == 1
 
 
 class TestGiven:
