@@ -156,7 +156,7 @@ class Supervisor:
         if self.run is not None:
             return f'trial {self.run.trial} is already running'
         if self.field is None or self.field.is_void:
-            return 'there is no control field' + (f' ({self.refusal})' if self.refusal else '')
+            return f'there is no control field: {self.refusal or "show the way first"}'
         if self.pose is None or self._odometry.is_stale(now):
             return f'no odometry has arrived for {self._odometry.timeout:g} s'
         if self.neighbourhood is None or self._sight.is_stale(now):

@@ -51,7 +51,7 @@ def test_outside_a_trial_nothing_is_sent():
 
 def test_starting_is_refused_in_words():
     bench = Bench(field=False)
-    assert 'no control field' in bench.supervisor.start(0.0)
+    assert bench.supervisor.start(0.0) == 'there is no control field: show the way first'
     bench.supervisor.refuse_field('it is upside down')
     assert 'upside down' in bench.supervisor.start(0.0)
     bench.supervisor.accept_field(straight_field(GOAL))
