@@ -89,8 +89,7 @@ class Session:
 
     def shut_down(self, now: float) -> Effects:
         """End what is under way, because the learner ends."""
-        stops = self.phase in IN_TRIAL
-        effects: Effects = [StopTrial()] if stops else []
+        effects: Effects = [StopTrial()] if self.phase in IN_TRIAL else []
         if self.is_recording:
             effects += [Abandon('the learner was stopped', self.trial)]
         self._go(Phase.IDLE, now)
@@ -370,14 +369,15 @@ class Session:
 
     def _wait(self, missing: str, now: float) -> Effects:
         effects: Effects = []
-        status = self._status
-        if status is not None and status.state in (State.RUNNING, State.PAUSED) and (
-                now - self._asked > RETRY):
+        if self._is_running() and now - self._asked > RETRY:
             effects += self._ask(StopTrial(), now)
         if missing != self._told and now - self._began > self.settings.peer_timeout:
             self._told = missing
             effects.append(Say(f'the next trial waits: {missing}', warns=True))
         return effects
+
+    def _is_running(self) -> bool:
+        return self._status is not None and self._status.state in (State.RUNNING, State.PAUSED)
 
     def _obstacle(self) -> str:
         return obstacle(self._peers, self._status, self.revision, self.settings.controller)
@@ -390,7 +390,8 @@ class Session:
             effects.append(Discard())
         elif self.phase in IN_TRIAL:
             effects.append(Abandon('' if told else reason, self.trial))
-        if self.phase in IN_TRIAL and self._peers.controller and not told:
+        # A request to a controller that runs nothing could come late and stop the trial after it.
+        if self.phase in IN_TRIAL and self._peers.controller and self._is_running():
             effects.append(StopTrial())
         self.trial = 0
         self._counts.clear()

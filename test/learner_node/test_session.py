@@ -330,6 +330,7 @@ class TestLostPeers:
     def test_a_controller_that_started_anew_has_no_trial(self, trying):
         effects = trying('saw_status', idle(-1))
         assert any(isinstance(effect, Abandon) for effect in effects)
+        assert StopTrial() not in effects  # it would come late, and stop the trial after this one
 
     def test_missing_decisions_break_a_trial_off(self, trying):
         trying('saw_status', ended(decisions=3))
