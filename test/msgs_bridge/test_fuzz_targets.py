@@ -1,4 +1,4 @@
-"""Spoilt bytes into every decoder and reader, without a fuzzer: `make fuzz` looks longer."""
+"""Spoilt bytes into every decoder and reader; `python -m benchmarks.fuzz` looks longer."""
 
 import tracemalloc
 
