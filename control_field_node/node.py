@@ -83,7 +83,6 @@ class ControlFieldNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_WATCH_PERIOD, self._watch, clock=steady)
         self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
-        self._tell_trial()
         self._log('info', f'waits for a control field; it drives by {self._writer.kind.__name__} '
                   f'on {self._commands.topic_name}')
 

@@ -18,7 +18,6 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.task import Future
 from sensor_msgs.msg import PointCloud2
-from std_srvs.srv import Trigger
 
 from control_field.parameters import Parameters
 from control_field.records import Outcome
@@ -31,6 +30,7 @@ from learner_node.publications import Publications
 from learner_node.recorder import Raw, Recorder, stamp_of
 from learner_node.reports import (
     diagnostic_from_session, PROGRAM, sentence_at_start, sentence_from_lesson)
+from learner_node.requests import Requests
 from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.topics import Recorded, recorded_topics, type_name
@@ -109,9 +109,7 @@ class LearnerNode(Node):
     def _make_services(self) -> None:
         self._desk = Desk(self, self._session, lambda: Future(executor=self.executor),
                           MutuallyExclusiveCallbackGroup())
-        self._start, self._stop = (
-            self.create_client(Trigger, f'{self._settings.controller}/{name}_trial')
-            for name in ('start', 'stop'))
+        self._requests = Requests(self, self._settings.controller)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
         self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=steady)
@@ -178,6 +176,7 @@ class LearnerNode(Node):
     # Time alone
 
     def _tick(self) -> None:
+        self._requests.send()
         self.carry_out(self._session.tick(time.monotonic()))
         told = (self._session.phase, self._session.n_left, self._session.revision,
                 len(self._heard))
@@ -187,7 +186,7 @@ class LearnerNode(Node):
 
     def _look_at_peers(self) -> None:
         peers = Peers(
-            self._start.service_is_ready() and self.count_publishers('experience') > 0,
+            self._requests.is_there() and self.count_publishers('experience') > 0,
             self.count_publishers('odom') > 0)
         self.carry_out(self._session.saw_peers(peers, time.monotonic()))
 
@@ -226,9 +225,9 @@ class LearnerNode(Node):
             case to.Place(pose):
                 self._publications.place(pose, self._odometry_time * 1e-9)
             case to.StartTrial():
-                self._ask_to_start()
+                self._requests.start(self._on_answer)
             case to.StopTrial():
-                self._stop.call_async(Trigger.Request())
+                self._requests.stop()
             case to.Say(text, warns):
                 self._say(text, warns)
 
@@ -250,14 +249,8 @@ class LearnerNode(Node):
             self._write_status(State.ENDED, trial, Outcome.ABORTED, reason)
         self._recorder.close()
 
-    def _ask_to_start(self) -> None:
-        def answered(future: Any) -> None:
-            answer = future.result()
-            if answer is not None:
-                self.carry_out(self._session.start_answered(
-                    answer.success, answer.message, time.monotonic()))
-
-        self._start.call_async(Trigger.Request()).add_done_callback(answered)
+    def _on_answer(self, accepted: bool, message: str) -> None:
+        self.carry_out(self._session.start_answered(accepted, message, time.monotonic()))
 
     def _say(self, text: str, warns: bool = False) -> None:
         self.said = text

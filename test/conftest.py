@@ -18,6 +18,21 @@ settings.register_profile('steady', settings.get_profile('search'), derandomize=
 settings.load_profile(os.environ.get('HYPOTHESIS_PROFILE', 'steady'))
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Give what talks over real DDS a second chance (doc/adr/0009), where the plugin is there."""
+    if config.pluginmanager.hasplugin('rerunfailures'):
+        for item in items:
+            if 'ros_domain' in getattr(item, 'fixturenames', ()):
+                item.add_marker(pytest.mark.flaky(reruns=1))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Show in full what failed before it passed: that is looked into, too."""
+    for report in terminalreporter.stats.get('rerun', []):
+        terminalreporter.section(f'FAILED AT FIRST: {report.nodeid}', red=True)
+        terminalreporter.line(report.longreprtext)
+
+
 @pytest.fixture(scope='session', autouse=True)
 def steady_environment() -> Iterator[None]:
     """Keep ROS on this machine and its settings the same for whoever runs the tests."""

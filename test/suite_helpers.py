@@ -65,8 +65,11 @@ class Suite:
         try:
             return self.node.wait_until(predicate, what, DEADLINE)
         except Exception as error:
-            reports = '\n'.join(process.report() for process in self.processes.values())
-            raise AssertionError(f'{error}\n{reports}') from None
+            raise AssertionError(f'{error}\n{self.report()}') from None
+
+    def report(self) -> str:
+        """Return what the processes said so far, for a failing test."""
+        return '\n'.join(process.report() for process in self.processes.values())
 
     def demonstrate(self) -> str:
         """Drive the demonstration in the open world; return what the learner says of it."""

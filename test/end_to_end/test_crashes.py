@@ -37,10 +37,10 @@ def test_a_trial_that_was_broken_off_is_run_again(ros_domain, tmp_path, victim):
         suite.start(victim, **({'world': 'task1'} if victim == 'sim_node' else {}))
         finish(suite)
         learner = suite.processes['learner_node']
-        found = learner.stdout + learner.stderr
+        found, report = learner.stdout + learner.stderr, suite.report()
     kinds = outcomes(suite.task)
-    assert kinds.count(Outcome.ABORTED) == len(kinds) - 2 >= 1
-    assert kinds.count(Outcome.GOAL) == 2
+    assert kinds.count(Outcome.ABORTED) == len(kinds) - 2 >= 1, report
+    assert kinds.count(Outcome.GOAL) == 2, report
     if victim == 'learner_node':
         assert 'mended' in found
     else:

@@ -56,9 +56,18 @@ def revisions_in(path):
     return {int(value['revision']) for value in values if value['state'] == 'running'}
 
 
+def trials(task):
+    return [read_episode(episode.path).record for episode in task.episodes()
+            if episode.kind is EpisodeKind.TRIAL]
+
+
 @pytest.fixture(scope='module')
 def killed(ros_domain, tmp_path_factory):
-    """Kill twenty times; yield the task, the live field, and the bags that there were."""
+    """
+    Kill twenty times; return the task, the live field, and the bags that there were.
+
+    That all trials reached the goal in the end is checked here, where a second chance begins anew.
+    """
     rng = random.Random(5)
     victims = rng.sample(VICTIMS, len(VICTIMS))
     bags: set[str] = set()
@@ -71,19 +80,15 @@ def killed(ros_domain, tmp_path_factory):
         suite.wait(lambda: suite.fields and field_from_cloud(suite.fields[-1]).revision
                    == N_TRIALS + 1, 'the last field')
         live = suite.live_bytes()
+        report = suite.report()
+    outcomes = [trial.outcome for trial in trials(suite.task)]
+    assert outcomes.count(Outcome.GOAL) == N_TRIALS, report
+    assert outcomes.count(Outcome.ABORTED) == len(outcomes) - N_TRIALS, report
     return suite.task, live, bags
 
 
-def trials(task):
-    return [read_episode(episode.path).record for episode in task.episodes()
-            if episode.kind is EpisodeKind.TRIAL]
-
-
 def test_the_suite_finishes_its_trials_by_itself(killed):
-    outcomes = [trial.outcome for trial in trials(killed[0])]
-    assert outcomes.count(Outcome.GOAL) == N_TRIALS
-    assert outcomes.count(Outcome.ABORTED) == len(outcomes) - N_TRIALS
-    assert len(outcomes) > len(VICTIMS) / 2
+    assert len(trials(killed[0])) > len(VICTIMS) / 2  # it was in the middle of trials
 
 
 def test_no_bag_is_lost_and_all_are_readable_by_others(killed):

@@ -1,0 +1,82 @@
+"""What the learner asks the controller for."""
+
+from collections.abc import Callable
+from typing import Any
+
+from std_srvs.srv import Trigger
+
+#: Gets whether the controller does what it was asked for, and what it says to that.
+Answered = Callable[[bool, str], None]
+
+
+class Requests:
+    """
+    Requests to the controller, of which only the newest can arrive.
+
+    A request that nobody has answered may be delivered yet: the middleware sends it again for
+    seconds, and a controller that died and was started anew gets it in the middle of its next
+    trial. What is still open goes with its client, therefore, before the next thing is asked for.
+
+    Parameters
+    ----------
+    node : Node
+        Whose clients they are.
+    controller : str
+        Name of the controller.
+
+    """
+
+    def __init__(self, node: Any, controller: str) -> None:
+        self._node = node
+        self._names = {kind: f'{controller}/{kind}_trial' for kind in ('start', 'stop')}
+        self._clients = {kind: self._client(kind) for kind in self._names}
+        self._open: list[tuple[str, Any]] = []
+        self._waiting: Answered | None = None
+
+    def _client(self, kind: str) -> Any:
+        return self._node.create_client(Trigger, self._names[kind])
+
+    def is_there(self) -> bool:
+        """Tell whether there is a controller."""
+        return bool(self._node.count_services(
+            self._node.resolve_service_name(self._names['start'])))
+
+    @property
+    def has_open(self) -> bool:
+        """Tell whether something that was asked for is not answered yet."""
+        return any(not future.done() for _, future in self._open)
+
+    def start(self, answered: Answered) -> None:
+        """Ask to start a trial, as soon as the controller can be asked."""
+        self._withdraw()
+        self._waiting = answered
+        self.send()
+
+    def stop(self) -> None:
+        """Ask to stop the trial."""
+        self._waiting = None
+        self._ask('stop')
+
+    def send(self) -> None:
+        """Ask for what waits until the controller can be asked; call it now and then."""
+        if self._waiting is not None and self._clients['start'].service_is_ready():
+            answered, self._waiting = self._waiting, None
+            self._ask('start').add_done_callback(lambda future: _tell(future, answered))
+
+    def _ask(self, kind: str) -> Any:
+        future = self._clients[kind].call_async(Trigger.Request())
+        self._open.append((kind, future))
+        return future
+
+    def _withdraw(self) -> None:
+        """Take back what nobody has answered."""
+        for kind in {kind for kind, future in self._open if not future.done()}:
+            self._node.destroy_client(self._clients[kind])
+            self._clients[kind] = self._client(kind)
+        self._open.clear()
+
+
+def _tell(future: Any, answered: Answered) -> None:
+    answer = future.result()
+    if answer is not None:
+        answered(answer.success, answer.message)

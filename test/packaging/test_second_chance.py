@@ -1,0 +1,41 @@
+"""Tests over real DDS are run a second time when they fail, others are not (doc/adr/0009)."""
+
+import os
+from pathlib import Path
+import shutil
+import sys
+
+import pytest
+
+from ros_helpers import run
+
+TESTS = Path(__file__).parents[1]
+pytest.importorskip('pytest_rerunfailures')
+
+
+def run_tests(folder, source):
+    """Run tests with this folder's conftest; return the exit code and what was printed."""
+    shutil.copy(TESTS / 'conftest.py', folder)
+    (folder / 'pytest.ini').write_text('[pytest]\n')
+    (folder / 'test_it.py').write_text(f'runs = []\n{source}')
+    process = run(
+        [sys.executable, '-m', 'pytest', '-p', 'no:cacheprovider', str(folder)], folder,
+        cwd=folder, env={'PYTHONPATH': os.pathsep.join((str(TESTS), str(TESTS.parent)))})
+    return process.popen.returncode, process.stdout
+
+
+@pytest.mark.parametrize(('fixture', 'passes', 'code', 'words'), [
+    ('ros_domain', 2, 0, ['1 passed', '1 rerun', 'FAILED AT FIRST', 'this is run 1']),
+    ('ros_domain', 3, 1, ['1 failed', '1 rerun', 'FAILED AT FIRST', 'this is run 2']),
+    ('tmp_path', 2, 1, ['1 failed', 'this is run 1']),
+])
+def test_what_fails_is_run_again_where_dds_is_real(tmp_path, fixture, passes, code, words):
+    found, printed = run_tests(tmp_path, f"""
+def test_it({fixture}):
+    runs.append(1)
+    assert len(runs) >= {passes}, f'this is run {{len(runs)}}'
+""")
+    assert found == code, printed
+    for word in words:
+        assert word in printed
+    assert ('1 rerun' in printed) == (fixture == 'ros_domain')
