@@ -22,6 +22,8 @@ PATIENCE: Final = 5.0
 #: Domains that nobody chooses by hand; above 101 some systems run out of ports.
 DOMAINS: Final = tuple(domain for domain in range(1, 101) if domain % 10)
 _PR_SET_PDEATHSIG: Final = 1
+#: Nodes find each other on this machine only.
+_THIS_MACHINE: Final = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_STATIC_PEERS': ''}
 
 
 class Children:
@@ -152,14 +154,36 @@ def own_domain() -> Iterator[dict[str, str]]:
     """
     Return the environment of a ROS domain on this machine that nobody else uses.
 
-    A domain that the user has set is kept. A locked file stands for a domain; the kernel drops
-    the lock when its process ends, however.
+    A domain that the user has set is kept. Meanwhile this process's own nodes are not found from
+    other machines either, whatever the user has set: what drives a simulated robot must not
+    drive a real one. A locked file stands for a domain; the kernel drops the lock when its
+    process ends, however.
     """
-    environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': os.environ.get(
-        'ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')}
-    if os.environ.get('ROS_DOMAIN_ID'):
-        yield environment
-        return
+    with _variables(_THIS_MACHINE):
+        if os.environ.get('ROS_DOMAIN_ID'):
+            yield dict(_THIS_MACHINE)
+            return
+        with _free_domain() as domain:
+            yield {**_THIS_MACHINE, 'ROS_DOMAIN_ID': str(domain)}
+
+
+@contextmanager
+def _variables(values: Mapping[str, str]) -> Iterator[None]:
+    """Set variables of this process's environment, and put back what was there."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def _free_domain() -> Iterator[int]:
     folder = Path(tempfile.gettempdir()) / f'experience_controller_domains_{os.getuid()}'
     folder.mkdir(exist_ok=True)
     first = os.getpid() % len(DOMAINS)
@@ -169,7 +193,7 @@ def own_domain() -> Iterator[dict[str, str]]:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
                 continue
-            yield {**environment, 'ROS_DOMAIN_ID': str(domain)}
+            yield domain
             return
     raise UserError(f'all {len(DOMAINS)} ROS domains are in use (see {folder}), '
                     f'set ROS_DOMAIN_ID to one of your own')
