@@ -28,8 +28,6 @@ _SHAKE, _ROUGHNESS = 0.5, 0.001
 #: How far a pose from elsewhere may be off before it is passed over, in standard deviations, and
 #: after how many such poses in a row it is believed instead.
 _FAR, _PATIENCE = 4.0, 3
-#: Half of the wheels' distance: what a turn on the spot drives them, [m/rad].
-_TURNING_RADIUS: Final = 0.08
 #: Way that counts as none, [m].
 _STILL: Final = 1e-9
 #: Room around the workspace in the map that sights are compared with, in cells: it is blocked.
@@ -51,6 +49,8 @@ class Wear:
         Of what remains random about the heading.
     distance_noise : float, [sqrt(m)]
         Of what remains random about the distance.
+    turning_radius : float, [m/rad]
+        What a turn on the spot drives the wheels: half of the distance between them.
 
     """
 
@@ -58,6 +58,7 @@ class Wear:
     drift: float = 0.0175
     heading_noise: float = 0.03
     distance_noise: float = 0.003
+    turning_radius: float = 0.08
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +151,7 @@ class Belief:
 
         """
         distance = math.hypot(ahead, left)
-        travel = distance + _TURNING_RADIUS * abs(turn)
+        travel = distance + self.wear.turning_radius * abs(turn)
         if travel == 0.0:
             return
         noise, wear = self._normal(2), self.wear

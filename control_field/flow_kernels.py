@@ -151,7 +151,7 @@ def n_crossing(headings: CellMap, state: CellMap, goal_row: int, goal_col: int) 
     Parameters
     ----------
     state : ndarray of int8
-        Of `kernels.flow_basin`.
+        Of `flow_basin`.
 
     """
     rows, cols = headings.shape

@@ -35,7 +35,7 @@ class GateReason(StrEnum):
     SLOWED = 'slowed'              #: near something blocked
     BLOCKED = 'blocked'            #: no forward motion: it would touch a blocked cell
     NO_SIGHT = 'no_sight'          #: no forward motion: the sight does not show where it is
-    NOT_FINITE = 'not_finite'      #: stopped: NaN or infinity in command, pose or time
+    NOT_FINITE = 'not_finite'      #: stopped: NaN, infinity or a time that is negative
 
     @property
     def sentence(self) -> str:
@@ -46,7 +46,7 @@ class GateReason(StrEnum):
 _SENTENCES: Final = {
     GateReason.BLOCKED: 'blocked or unseen cells are in the way',
     GateReason.NO_SIGHT: 'no fresh odometry and neighbourhood show where it is',
-    GateReason.NOT_FINITE: 'command, pose or time is no number'}
+    GateReason.NOT_FINITE: 'command, pose or time is no number, or the time is negative'}
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,8 @@ class Parameters:
     effective_window: float = parameter(
         6.0, 'radius of the effective window', unit='cells', low=1.0, high=1000.0)
     weight_floor: float = parameter(
-        0.05, 'weight of the least Q-value beside 1 for the greatest', low=1e-6, high=1.0)
+        0.05, 'weight of the prototype with the least Q-value; that with the greatest has 1',
+        low=1e-6, high=1.0)
     learning_rate: float = parameter(
         0.5, 'alpha of equation 6', low=0.0, high=1.0)
     discount: float = parameter(
@@ -55,7 +56,8 @@ class Parameters:
     moves: int = parameter(
         8, 'steps allowed: 8 neighbours, or 4 without the diagonals', low=4, high=8)
     pull: bool = parameter(
-        True, 'full profile: pull towards the nearest demonstrated or learnt path')
+        True, 'full profile: pull towards the shortest known way (without rehearsal: the nearest '
+        'demonstrated or learnt path)')
     visible_windows: bool = parameter(
         True, 'full profile: effective windows do not reach through known walls')
     rehearsal: bool = parameter(
@@ -86,7 +88,7 @@ class Parameters:
             raise ValueError(f'moves is {self.moves}, must be 4 or 8')
         # Rehearsal takes the logarithm of Q-values to the base of the discount.
         if self.profile == 'full' and self.rehearsal and not 0.5 <= self.discount <= 0.9999:
-            raise ValueError(f'discount is {self.discount}, must be between 0.5 and 0.9999 [1] '
+            raise ValueError(f'discount is {self.discount}, must be between 0.5 and 0.9999 '
                              f'for rehearsal in profile full')
 
     @classmethod
@@ -134,5 +136,5 @@ def check_value(spec: 'Field[Any]', value: Any) -> None:
     if kind in (float, int):
         low, high = metadata['low'], metadata['high']
         if not low <= value <= high:
-            raise ValueError(
-                f'{name} is {value}, must be between {low} and {high} [{metadata["unit"]}]')
+            unit = '' if metadata['unit'] == '1' else f' [{metadata["unit"]}]'
+            raise ValueError(f'{name} is {value}, must be between {low} and {high}{unit}')

@@ -150,7 +150,7 @@ class Freshness:
         self.arrived = -math.inf
 
     def saw(self, now: float) -> None:
-        """Note an arrival; a clock that went back starts anew."""
+        """Note an arrival."""
         self.arrived = now
 
     def is_stale(self, now: float) -> bool:

@@ -57,7 +57,8 @@ class Localisation:
             return
         if self._belief is None or self._belief.grid != field.grid:
             wear = Wear(self.settings.slip_std, self.settings.drift_std,
-                        self.settings.heading_noise)
+                        self.settings.heading_noise,
+                        turning_radius=self.settings.wheel_separation / 2)
             self._belief = Belief(field.grid, wear, np.random.default_rng([self._seed, 7]),
                                   self.settings.particles)
             self._kept.clear()

@@ -9,7 +9,7 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamp
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool, Header
@@ -355,6 +355,15 @@ class ControlFieldNode(Node):
         self._trials.wait_for_all_acked(patience)
 
 
+def quickest_executor() -> Any:
+    """Return the events executor; it needs 0.4 ms a tick where the usual one needs 0.9."""
+    try:
+        from rclpy.experimental.events_executor import EventsExecutor
+    except ImportError:  # it came to Jazzy with rclpy 7.1.4
+        return SingleThreadedExecutor
+    return EventsExecutor
+
+
 def main(args: list[str] | None = None) -> None:
     """
     Run the node until SIGINT or SIGTERM; a standstill goes out before it ends.
@@ -365,8 +374,7 @@ def main(args: list[str] | None = None) -> None:
         With code 2, after one line on stderr, if an argument or a parameter is wrong.
 
     """
-    # The events executor needs 0.4 ms a tick where the usual one needs 0.9.
-    run_node(PROGRAM, ControlFieldNode, args, EventsExecutor)
+    run_node(PROGRAM, ControlFieldNode, args, quickest_executor())
 
 
 if __name__ == '__main__':

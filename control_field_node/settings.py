@@ -55,15 +55,16 @@ class Settings:
     neighbourhood_timeout: float = parameter(
         0.5, 'age at which a neighbourhood is stale', unit='s', low=0.05, high=60.0)
     takeover_timeout: float = parameter(
-        0.5, 'how long after a person let go the field goes on', unit='s', low=0.05, high=60.0)
+        0.5, 'time without a command of a person after which the trial goes on', unit='s',
+        low=0.05, high=60.0)
     pose_jump: float = parameter(
         0.1, 'how far a pose may be off what the robot can drive', unit='m', low=0.0, high=100.0)
     progress_distance: float = parameter(
-        0.5, 'how far the robot must come, or a step, in progress_time', unit='m',
-        low=0.01, high=100.0)
+        0.5, 'a trial is stopped where the robot neither comes so far within progress_time nor '
+        'reaches another cell', unit='m', low=0.01, high=100.0)
     progress_time: float = parameter(
-        10.0, 'time to come forward by progress_distance or a step', unit='s',
-        low=0.5, high=3600.0)
+        10.0, 'time in which the robot has to come forward (progress_distance)', unit='s', low=0.5,
+        high=3600.0)
     stall_time: float = parameter(
         2.0, 'how long the robot may be told to drive without moving', unit='s',
         low=0.2, high=3600.0)
@@ -72,7 +73,8 @@ class Settings:
     least_coherence: float = parameter(
         0.05, 'coherence below which a field without support says nothing', low=0.0, high=1.0)
     exclusive_cmd_vel: bool = parameter(
-        False, 'pause while anybody else has a publisher on cmd_vel, even a silent one')
+        False, 'refuse and stop trials while anybody else has a publisher on cmd_vel, even a '
+        'silent one')
     teleop_outside_trials: bool = parameter(
         True, 'pass cmd_vel_teleop on to cmd_vel while no trial runs')
     anchoring: bool = parameter(
@@ -91,6 +93,9 @@ class Settings:
     heading_noise: float = parameter(
         0.03, 'random error of the heading after a metre, growing with the square root of the way',
         unit='rad', low=0.0, high=1.0)
+    wheel_separation: float = parameter(
+        0.16, 'distance between the wheels, to tell what a turn on the spot drives them', unit='m',
+        low=0.01, high=10.0)
     particles: int = parameter(
         1000, 'particles that stand for where the robot may be', low=50, high=20_000)
     clearance: float = parameter(

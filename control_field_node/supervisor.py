@@ -327,8 +327,9 @@ class Supervisor:
         if self.neighbourhood is None or self.grid is None or self._sight.is_stale(now) or (
                 abs(self._stamp - self.neighbourhood.stamp) > self._sight.timeout):
             return None
+        parameters = self.parameters if self.run is None else self.run.parameters
         return self._seen(self.localisation.see(self.neighbourhood), self.grid,
-                          self.parameters.unknown_is_blocked)
+                          parameters.unknown_is_blocked)
 
     def _gated(
         self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float,

@@ -78,7 +78,7 @@ class TrialRun:
         """Start at the robot's present cell, wherever that is."""
         self.trial = trial
         self.settings = settings
-        self._step_limit = parameters.step_limit
+        self.parameters = parameters
         self.policy = TrialPolicy(
             control_field, parameters, np.random.default_rng(parameters.seed + trial), trial)
         self.drive = Drive(control_field.grid, settings.limits, settings.arrival_tolerance,
@@ -147,6 +147,8 @@ class TrialRun:
         if self._fresh is not None:
             self.policy.replace_field(self._fresh)
             self._fresh = None
+        if self.policy.field.is_void:
+            return ended_by(StopReason.NO_FIELD)
         if self.policy.at_goal(seen.row, seen.col):
             self._is_home = True
             self.drive.to_centre(pose)
@@ -156,7 +158,7 @@ class TrialRun:
         choice = self.policy.decide(seen.row, seen.col, seen.blocked, seen.unknown, pose.stamp)
         rows = (choice.decisions,) if len(choice.decisions) else _NO_ROWS
         if choice.heading < 0:
-            limit = self.policy.n_steps >= self._step_limit
+            limit = self.policy.n_steps >= self.parameters.step_limit
             return ended_by(
                 StopReason.STEP_LIMIT if limit else StopReason.NO_WAY, choice.reason, rows)
         self.drive.go(choice.heading, pose, seen)

@@ -87,7 +87,7 @@ def run_node(
     finally:
         try:
             if node is not None and ok():
-                getattr(node, 'close', bool)()
+                getattr(node, 'close', lambda: None)()
         finally:
             with suppress(rcl.RCLError):
                 try_shutdown()
@@ -123,7 +123,7 @@ def start_node(
 
 
 def spin_until_signal(
-    node: Node, is_over: Callable[[], Any] = bool, executor: Any = None,
+    node: Node, is_over: Callable[[], Any] = lambda: False, executor: Any = None,
 ) -> None:
     """
     Work until SIGINT or SIGTERM, or until something is so.

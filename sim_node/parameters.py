@@ -28,7 +28,9 @@ class SimParameters:
     world: str = parameter(
         'open', 'path of a .yaml (map_server) or .map (MovingAI) file, or the bare name of one in '
         'config/worlds')
-    rate: float = parameter(20.0, 'ticks', unit='1/s', low=1.0, high=1000.0)
+    rate: float = parameter(
+        20.0, 'steps of the simulation, each with an odometry and a neighbourhood', unit='1/s',
+        low=1.0, high=1000.0)
     speed_factor: float = parameter(
         1.0, 'simulated seconds in a second; of no use in lock-step', low=0.01, high=100.0)
     lockstep: bool = parameter(

@@ -86,6 +86,18 @@ def test_standing_still_makes_nobody_surer():
     assert after.std == pytest.approx(before.std, rel=0.1)
 
 
+def test_wheels_far_apart_make_a_turn_less_sure():
+    def std(turning_radius):
+        belief = belief_at(10, 6, wear=Wear(heading_noise=0.1, turning_radius=turning_radius))
+        for _ in range(20):
+            belief.move(0.0, 0.0, 0.5)
+        for _ in range(20):
+            belief.move(0.05, 0.0, 0.0)
+        return belief.estimate().std
+
+    assert std(0.3) > 1.5 * std(0.05)
+
+
 def test_an_obstacle_that_appears_does_not_carry_a_sure_robot_away():
     belief = belief_at(10, 8)
     look(belief, np.zeros(GRID.shape, np.int8), 2.125, 2.625)

@@ -1,6 +1,7 @@
 import math
 import os
 import signal
+import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -331,6 +332,28 @@ def test_a_second_controller_on_the_same_robot_ends_the_trial(peer, tmp_path):
         peer.wait(ended, 'the end of the trial')
     assert peer.status.outcome is Outcome.STOPPED
     assert 'another controller' in peer.status.reason
+
+
+def test_exclusive_cmd_vel_is_refused_to_a_silent_publisher_too(ros_node, tmp_path):
+    with controller(tmp_path, {'exclusive_cmd_vel': True}):
+        peer = Peer(ros_node).meet()
+        peer.push().drive()
+        silent = ros_node.create_publisher(Twist, 'cmd_vel', qos.COMMAND)
+        peer.wait(lambda: peer.status.state is State.ENDED, 'the end of the trial')
+        assert peer.status.outcome is Outcome.STOPPED
+        assert 'publishes cmd_vel, too' in peer.status.reason
+        answer = peer.call('start_trial')
+        assert not answer.success
+        assert 'exclusive_cmd_vel' in answer.message
+        ros_node.destroy_publisher(silent)
+
+
+def test_an_older_rclpy_without_the_events_executor_will_do(ros_domain, tmp_path):
+    code = ('import sys; sys.modules["rclpy.experimental.events_executor"] = None; '
+            'from control_field_node.node import quickest_executor; '
+            'print(quickest_executor().__name__)')
+    process = ros_helpers.run([sys.executable, '-c', code], tmp_path)
+    assert process.stdout.strip() == 'SingleThreadedExecutor', process.report()
 
 
 def test_a_wrong_parameter_is_one_line_and_code_2(ros_domain, tmp_path):

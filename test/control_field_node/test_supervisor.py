@@ -11,6 +11,7 @@ from control_field.records import ControlField, Kind, Outcome
 from control_field.watch import StopReason
 from controller_bench import Bench, driving, DT, GOAL
 from controller_helpers import GRID, straight_field
+from msgs_bridge.poses import Pose
 from msgs_bridge.trial_status import State
 
 
@@ -331,6 +332,15 @@ def test_a_goal_clicked_elsewhere_is_answered_in_words():
     assert any('leads to' in line for _, line in bench.lines)
 
 
+def test_a_trial_keeps_to_the_unknown_it_was_started_with():
+    world = np.full(GRID.shape, -1, np.int8)
+    bench = Bench(world=world).start()
+    bench.supervisor.parameters = Parameters(unknown_is_blocked=True)
+    assert bench.run().outcome is Outcome.GOAL
+    bench.pose = Pose(bench.now, *GRID.world_from_cell(5, 3), 0.0)
+    assert bench.start().run().outcome is Outcome.GAVE_UP
+
+
 class TestVoidField:
 
     def test_there_is_nothing_to_drive_on(self):
@@ -351,6 +361,16 @@ class TestVoidField:
             bench.tick()
         assert bench.supervisor.run is None
         assert bench.velocity == STANDSTILL
+
+    def test_where_its_goal_would_be_no_goal_is_reached(self):
+        bench = Bench()
+        bench.pose = Pose(1.0, *GRID.world_from_cell(*ControlField.void(GRID).goal), 0.0)
+        bench.tick()
+        assert bench.supervisor.start(bench.now) == ''
+        bench.supervisor.accept_field(ControlField.void(GRID))
+        status = bench.run()
+        assert status.outcome is Outcome.STOPPED
+        assert status.reason == StopReason.NO_FIELD.sentence
 
     def test_one_of_another_workspace_gives_way(self):
         bench = Bench(field=False)
