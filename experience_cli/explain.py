@@ -10,6 +10,12 @@ from experience_cli.references import add_bag
 
 #: Prototypes that the text names; JSON has all of them.
 _MOST = 12
+#: Limits of the body by the name of the controller's parameter: unit and meaning.
+_LIMITS = {
+    'v_max': ('m/s', 'greatest speed'), 'w_max': ('rad/s', 'greatest turning rate'),
+    'a_max': ('m/s^2', 'greatest change of speed'),
+    'alpha_max': ('rad/s^2', 'greatest change of turning rate'),
+    'robot_radius': ('m', 'radius')}
 _NO_SHARES = {
     True: 'this trial was to look around: its course is the shortest way that shows unseen cells, '
           'no prototype had a say',
@@ -28,6 +34,10 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     parser.add_argument('--at', type=float, required=True, metavar='T',
                         help='seconds from the first odometry, or a stamp past the end of that')
     parser.add_argument('--json', action='store_true', help='print a JSON object instead')
+    for name, (unit, what) in _LIMITS.items():
+        parser.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='X',
+                            help=f"the robot's {what}, [{unit}]; a bag does not say it, and a "
+                            f"TurtleBot3 Burger's is taken")
     return parser
 
 
@@ -39,10 +49,22 @@ def run(arguments: argparse.Namespace) -> int:
 
     if not math.isfinite(arguments.at):
         raise UserError(f'--at {arguments.at}: must be a number of seconds')
+    limits = _limits(arguments)
     recording = Recording(find_whole_bag(arguments.bag, arguments.bags))
-    about = about_moment(Moment(recording, arguments.at))
+    about = about_moment(Moment(recording, arguments.at, limits))
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 1 if about['course'] and not about['course']['adds_up'] else 0
+
+
+def _limits(arguments: argparse.Namespace) -> Any:
+    from control_field.limits import Limits
+
+    given = {name.removeprefix('robot_'): getattr(arguments, name) for name in _LIMITS
+             if getattr(arguments, name) is not None}
+    try:
+        return Limits(**given)
+    except ValueError as error:
+        raise UserError(f"the robot's {error}") from None
 
 
 def about_moment(moment: Any) -> dict[str, Any]:
@@ -63,9 +85,17 @@ def about_moment(moment: Any) -> dict[str, Any]:
         'trial': None if status is None else {
             'number': status.trial, 'state': str(status.state), 'reason': status.reason},
         'decision': [_row(row, moment) for row in moment.decisions],
-        'command': {'requested': _finite(moment.requested), 'applied': _finite(moment.applied),
-                    'clipped_by': moment.clipped_by, 'at_limits': moment.at_limits},
-        'course': _course(moment)}
+        'command': _command(moment), 'course': _course(moment)}
+
+
+def _command(moment: Any) -> dict[str, Any]:
+    gated, limits = moment.gated, moment.limits
+    return {
+        'requested': _finite(moment.requested), 'applied': _finite(moment.applied),
+        'clipped_by': moment.clipped_by, 'at_limits': moment.at_limits,
+        'limits': {name: getattr(limits, name.removeprefix('robot_')) for name in _LIMITS},
+        'gate': gated and {'velocity': list(gated.velocity), 'rule': gated.rule,
+                           'reproduces': gated.reproduces}}
 
 
 def _finite(velocity: tuple[float, float] | None) -> list[float | None] | None:
@@ -177,13 +207,36 @@ def _command_lines(command: dict[str, Any]) -> list[str]:
         return ['no command was recorded here']
     line = f'command: {_velocity_text(command["applied"])}'
     if command['at_limits']:
-        line += f' (as much as the robot can: {", ".join(command["at_limits"])})'
+        line += (f' (no less than {_body(command["limits"])} can: '
+                 f'{", ".join(command["at_limits"])})')
     if command['requested'] is None:
         return [line]
-    if command['clipped_by'] == 'none':
+    gated = command['gate']
+    if gated is None:
         return [line + ', as it was asked for']
-    return [line + f'; {_velocity_text(command["requested"])} was asked for, the last gate says: '
-                   f'{command["clipped_by"]}']
+    line += f'; {_velocity_text(command["requested"])} was asked for, '
+    if gated['reproduces']:
+        return [line + f'the last gate says: {gated["rule"]} (for {_body(command["limits"])})']
+    return [line + 'what the last gate did is not known:', _unexplained(command)]
+
+
+def _unexplained(command: dict[str, Any]) -> str:
+    gated = command['gate']
+    rule = 'as it was asked for' if gated['rule'] == 'none' else gated['rule']
+    return (f'  for {_body(command["limits"])} at the recorded pose it would have let through '
+            f'{_velocity_text(gated["velocity"])} ({rule}); the robot\'s limits may be others '
+            f'(name them: {", ".join("--" + name.replace("_", "-") for name in _LIMITS)}), or '
+            f'its pose was mended by a localisation or by anchoring')
+
+
+def _body(limits: dict[str, float]) -> str:
+    """Name the body that limits were taken of."""
+    from control_field.limits import Limits
+
+    usual = Limits()
+    given = [f'{name} {value:g}' for name, value in limits.items()
+             if value != getattr(usual, name.removeprefix('robot_'))]
+    return f'a robot with {", ".join(given)}' if given else 'a TurtleBot3 Burger'
 
 
 def _velocity_text(velocity: list[float | None]) -> str:

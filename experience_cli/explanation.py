@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 import math
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +27,30 @@ from msgs_bridge.trial_status import TrialStatus
 _RECENT = 0.5
 #: Time since the command before, where there is none, [s].
 _USUAL_STEP = 0.05
+#: Commands that differ by less are the same one, [m/s] and [rad/s].
+_SAME = 1e-6
+#: Taken where nobody says what the robot is.
+BURGER: Final = Limits()
+
+
+@dataclass(frozen=True)
+class Gated:
+    """
+    What the last gate makes of the requested command under limits that are taken for granted.
+
+    Parameters
+    ----------
+    velocity : tuple of float, [m/s] and [rad/s]
+    rule : str
+        `gate.GateReason`.
+    reproduces : bool
+        Whether that is the command that went to the wheels.
+
+    """
+
+    velocity: Velocity
+    rule: str
+    reproduces: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +86,8 @@ class Moment:
     recording : Recording
     at : float, [s]
         From the first odometry; past the end of the drive, a stamp.
+    limits : Limits
+        Of the body, which are not in a bag.
 
     Raises
     ------
@@ -69,8 +96,9 @@ class Moment:
 
     """
 
-    def __init__(self, recording: Recording, at: float) -> None:
+    def __init__(self, recording: Recording, at: float, limits: Limits = BURGER) -> None:
         self.recording = recording
+        self.limits = limits
         self.header = recording.header
         poses = recording.poses
         if not len(poses.stamps):
@@ -136,27 +164,38 @@ class Moment:
         """Return the command that was asked for, as far as it was recorded."""
         return self._command('cmd_vel_requested', self._i)
 
-    @cached_property
+    @property
     def clipped_by(self) -> str:
         """
         Return what the last gate did to the requested command, `gate.GateReason`.
 
-        Empty if none was recorded. The body's limits are not in a bag: a TurtleBot3 Burger's are
-        taken.
+        Empty if none was recorded, ``unknown`` if the gate does not make the one of the other
+        with the limits taken and the recorded pose (a localisation or anchoring may have mended
+        it).
         """
         if self.requested is None or self.applied is None:
             return ''
-        sight = self._sight()
-        if math.dist(self.requested, self.applied) < 1e-9:
+        if self.gated is None:
             return 'none'
-        return str(gate(self.requested, *self._before(), self.pose, sight, Limits())[1])
+        return self.gated.rule if self.gated.reproduces else 'unknown'
+
+    @cached_property
+    def gated(self) -> Gated | None:
+        """Return what the gate makes of the requested command; None if that was applied as is."""
+        if self.requested is None or self.applied is None:
+            return None
+        if math.dist(self.requested, self.applied) < 1e-9:
+            return None
+        velocity, rule = gate(
+            self.requested, *self._before(), self.pose, self._sight(), self.limits)
+        return Gated(velocity, str(rule), math.dist(velocity, self.applied) < _SAME)
 
     @cached_property
     def at_limits(self) -> list[str]:
-        """Return which limits of the body (as above) the command reaches: it may ask for more."""
+        """Return which limits of the body the command reaches: it may ask for more."""
         if self.applied is None:
             return []
-        (v, w), ((before_v, before_w), dt), limits = self.applied, self._before(), Limits()
+        (v, w), ((before_v, before_w), dt), limits = self.applied, self._before(), self.limits
         reached = {'speed': abs(v) - limits.v_max, 'turning rate': abs(w) - limits.w_max}
         if self._i:
             reached |= {

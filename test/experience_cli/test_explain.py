@@ -11,8 +11,10 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
 from control_field.headings import UNIT
+from control_field.limits import Limits
 from control_field.provenance import TOLERANCE
 from control_field.records import Kind
+from experience_cli.explanation import Moment
 from experience_cli.main import main
 from experience_cli.recording import COMPASS, Recording
 from experience_cli.relearning import fold
@@ -122,7 +124,10 @@ def test_the_limits_that_a_command_reaches_are_named(task, explain):
     assert explain(SECOND, 0.0)['command']['at_limits'] == ['speed']
     cruising = explain(SECOND, 3.0)['command']
     assert (cruising['applied'][0], cruising['at_limits']) == (0.22, ['speed'])
-    assert 'as much as the robot can: speed' in explain(SECOND, 3.0, '--bags', 'bags')
+    text = explain(SECOND, 3.0, '--bags', 'bags')
+    assert 'no less than a TurtleBot3 Burger can: speed' in text
+    text = explain(SECOND, 3.0, '--v-max', '0.26')
+    assert 'can:' not in text
     stamps = Recording(task.find(3)).poses.stamps
     commands = [explain(SECOND, stamp - stamps[0])['command'] for stamp in stamps[30:45].tolist()]
     for before, now in pairwise(commands):
@@ -200,25 +205,68 @@ def test_a_curious_trial_is_told_from_one_that_follows_the_prototypes(task, expl
     assert 'to look around' in explain(episode.name, 6.0, '--bags', 'bags')
 
 
-@pytest.mark.parametrize(('v', 'w', 'rule'), [
-    (5.0, 0.0, 'speed'), (math.nan, 0.0, 'not_finite')])
-def test_what_the_gate_did_to_a_requested_command_is_named(task, explain, v, w, rule):
+def commanded(task, asked, applied):
+    """Record the second trial anew: always the same command, and the same one asked for."""
     def change(topic, type_name, message):
+        if topic == '/cmd_vel':
+            return []
         if topic != '/odom':
             return [(topic, type_name, message)]
         sec, nanosec = np.frombuffer(message, '<i4', 2, 4).tolist()
-        header = Header()
-        header.stamp.sec, header.stamp.nanosec = sec, nanosec
-        asked = TwistStamped(header=header)
-        asked.twist.linear.x, asked.twist.angular.z = v, w
-        return [(topic, type_name, message), (
-            '/cmd_vel_requested', 'geometry_msgs/msg/TwistStamped', serialize_message(asked))]
+        answers = []
+        for name, (v, w) in (('/cmd_vel_requested', asked), ('/cmd_vel', applied)):
+            twist = TwistStamped(header=Header())
+            twist.header.stamp.sec, twist.header.stamp.nanosec = sec, nanosec
+            twist.twist.linear.x, twist.twist.angular.z = v, w
+            answers.append((name, 'geometry_msgs/msg/TwistStamped', serialize_message(twist)))
+        return [(topic, type_name, message), *answers]
 
-    episode = rewritten(task, 3, change)
+    return rewritten(task, 3, change)
+
+
+@pytest.mark.parametrize(('asked', 'applied', 'rule'), [
+    ((5.0, 0.0), (0.22, 0.0), 'speed'), ((math.nan, 0.0), (0.0, 0.0), 'not_finite')])
+def test_what_the_gate_did_to_a_requested_command_is_named(task, explain, asked, applied, rule):
+    episode = commanded(task, asked, applied)
     command = explain(episode.name, 3.0)['command']
     assert command['clipped_by'] == rule
-    assert command['requested'] == [v if math.isfinite(v) else None, w]
-    assert 'was asked for, the last gate says' in explain(episode.name, 3.0, '--bags', 'bags')
+    assert command['requested'] == [asked[0] if math.isfinite(asked[0]) else None, asked[1]]
+    text = explain(episode.name, 3.0, '--bags', 'bags')
+    assert f'was asked for, the last gate says: {rule} (for a TurtleBot3 Burger)' in text
+
+
+def test_a_command_that_was_let_through_is_said_to_be_so(task, explain):
+    episode = commanded(task, (0.2, 0.0), (0.2, 0.0))
+    assert explain(episode.name, 3.0)['command']['clipped_by'] == 'none'
+    assert '0.200 m/s, 0.000 rad/s, as it was asked for' in explain(
+        episode.name, 3.0, '--bags', 'bags')
+
+
+def test_what_a_burgers_gate_does_not_explain_is_not_passed_off_as_asked_for(task, explain):
+    episode = commanded(task, (0.2, 0.0), (0.1, 0.0))
+    recording, wide = Recording(episode), Limits(v_max=0.26, w_max=1.82, radius=0.22)
+    at = next(at for at in np.arange(0.5, recording.duration, 0.1).tolist()
+              if (gated := Moment(recording, at, wide).gated).rule == 'slowed' and gated.reproduces
+              and Moment(recording, at).gated.rule == 'none')
+    said = explain(episode.name, at)['command']
+    assert said['clipped_by'] == 'unknown'
+    assert said['gate'] == {'velocity': [0.2, 0.0], 'rule': 'none', 'reproduces': False}
+    assert said['limits']['robot_radius'] == 0.105
+    text = explain(episode.name, at, '--bags', 'bags')
+    assert 'command: 0.100 m/s, 0.000 rad/s; 0.200 m/s, 0.000 rad/s was asked for' in text
+    assert 'for a TurtleBot3 Burger at the recorded pose it would have let through 0.200' in text
+    waffle = ('--v-max', '0.26', '--w-max', '1.82', '--robot-radius', '0.22')
+    text = explain(episode.name, at, *waffle)
+    assert ('the last gate says: slowed (for a robot with v_max 0.26, w_max 1.82, '
+            'robot_radius 0.22)') in text
+
+
+@pytest.mark.parametrize(('option', 'value', 'what'), [
+    ('--v-max', '0', 'v_max'), ('--w-max', 'nan', 'w_max'), ('--robot-radius', '-0.1', 'radius')])
+def test_a_limit_that_is_none_is_one_line(task, capsys, option, value, what):
+    assert main(['explain', FIRST, '--at', '1', f'{option}={value}']) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"experience explain: the robot's {what} is {float(value)}")
 
 
 @pytest.mark.parametrize('at', ['-1', '500', 'nan', 'inf'])
