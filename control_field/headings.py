@@ -85,9 +85,3 @@ def heading_from_step(d_row: int, d_col: int) -> int:
         if STEP_ROW[heading] == d_row and STEP_COL[heading] == d_col:
             return heading
     raise ValueError(f'({d_row}, {d_col}) is not a step to a neighbouring cell')
-
-
-def turn_between(first: int, second: int) -> int:
-    """Return the number of eighths of a turn (0 to 4) between two headings."""
-    apart = (first - second) % N_HEADINGS
-    return min(apart, N_HEADINGS - apart)

@@ -51,25 +51,6 @@ def masks_from_neighbourhood(neighbourhood: npt.NDArray[np.int8]) -> tuple[int, 
     return blocked, unknown
 
 
-def neighbourhood_from_masks(blocked: int, unknown: int) -> npt.NDArray[np.int8]:
-    """
-    Unpack two bytes into a neighbourhood; the robot's own cell is free.
-
-    Returns
-    -------
-    ndarray of int8, shape (3, 3)
-
-    """
-    neighbourhood = np.zeros((3, 3), dtype=np.int8)
-    for heading in range(N_HEADINGS):
-        place = 1 + STEP_ROW[heading], 1 + STEP_COL[heading]
-        if blocked >> heading & 1:
-            neighbourhood[place] = BLOCKED
-        elif unknown >> heading & 1:
-            neighbourhood[place] = UNKNOWN
-    return neighbourhood
-
-
 def crop_neighbourhood(
     occupancy: npt.NDArray[np.int8], row: int, col: int,
 ) -> npt.NDArray[np.int8]:
@@ -96,29 +77,3 @@ def crop_neighbourhood(
         neighbourhood[top - row + 1:bottom - row + 1, left - col + 1:right - col + 1] = (
             occupancy[top:bottom, left:right])
     return neighbourhood
-
-
-def allowed_from_blocked(blocked: int, corner_cutting: bool = False) -> int:
-    """
-    Return which steps a robot with a body may take.
-
-    Parameters
-    ----------
-    blocked : int
-        Mask of blocked neighbours.
-    corner_cutting : bool
-        Whether a diagonal step may pass a blocked cell beside it (the paper's point robot).
-
-    Returns
-    -------
-    int
-        Mask of allowed headings.
-
-    """
-    allowed = ~blocked & 0xFF
-    if not corner_cutting:
-        for heading in range(1, N_HEADINGS, 2):
-            beside = 1 << (heading - 1) | 1 << (heading + 1) % N_HEADINGS
-            if blocked & beside:
-                allowed &= ~(1 << heading)
-    return allowed

@@ -48,11 +48,6 @@ class StopReason(StrEnum):
         """Return how the trial ends by it; None where it is only paused."""
         return _OUTCOMES.get(self)
 
-    @property
-    def resumes(self) -> bool:
-        """Tell whether the trial goes on by itself when the cause is gone."""
-        return self not in _OUTCOMES
-
 
 _SENTENCES: Final = {
     StopReason.STALE_ODOMETRY: 'no odometry has arrived in time',

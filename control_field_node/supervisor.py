@@ -23,7 +23,7 @@ from control_field_node.seen import cached_seen, Seen
 from control_field_node.settings import Settings
 from control_field_node.trial_run import ended_by, Move, TrialRun
 from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose
+from msgs_bridge.poses import Pose, problem_with_frame
 from msgs_bridge.trial_status import State, TrialStatus
 
 #: Time a command is taken to last where it is not known yet, [s].
@@ -271,7 +271,7 @@ class Supervisor:
 
     def saw_localisation(self, pose: Pose, variances: tuple[float, float, float]) -> None:
         """Take in a pose of `pose_topic`, with its variances [m^2, m^2, rad^2]."""
-        problem = words.problem_with_frame(
+        problem = problem_with_frame(
             pose.frame_id, self.settings.pose_frame_id, self.settings.pose_topic)
         if problem:
             self.refuse_message(f'{problem} (pose_frame_id)')
@@ -284,7 +284,7 @@ class Supervisor:
         self._came(self._odometry, now)
         if self.field is None:
             return NOTHING
-        problem = words.problem_with_frame(pose.frame_id, self.field.grid.frame_id, 'odom')
+        problem = problem_with_frame(pose.frame_id, self.field.grid.frame_id, 'odom')
         if problem:
             return self.saw_bad_input(problem, now)
         if last is not None and pose.stamp > last.stamp:

@@ -1,4 +1,4 @@
-"""What the controller says of a goal, a place, a frame or a sight that does not fit."""
+"""What the controller says of a goal, a place or a sight that does not fit."""
 
 from control_field.grid import Grid
 from control_field.records import ControlField
@@ -30,10 +30,3 @@ def problem_with_place(grid: Grid, x: float, y: float) -> str:
     if grid.contains(*grid.cell_from_world(x, y)):
         return ''
     return f'the robot is outside the workspace, at ({x:g}, {y:g}) m'
-
-
-def problem_with_frame(frame_id: str, expected: str, name: str) -> str:
-    """Say that a message is in another frame, a leading slash aside; empty if it is not."""
-    if frame_id.lstrip('/') == expected.lstrip('/'):
-        return ''
-    return f'{name}: frame is {frame_id[:80]!r}, must be {expected!r}'

@@ -94,8 +94,15 @@ def check_frame(frame_id: str, expected: str, name: str) -> None:
         If they differ; the message names ``name`` and both frames.
 
     """
-    if frame_id.lstrip('/') != expected.lstrip('/'):
-        raise ValueError(f'{name}: frame is {frame_id[:80]!r}, must be {expected!r}')
+    if problem := problem_with_frame(frame_id, expected, name):
+        raise ValueError(problem)
+
+
+def problem_with_frame(frame_id: str, expected: str, name: str) -> str:
+    """Say that a message is in another frame, a leading slash aside; empty if it is not."""
+    if frame_id.lstrip('/') == expected.lstrip('/'):
+        return ''
+    return f'{name}: frame is {frame_id[:80]!r}, must be {expected!r}'
 
 
 def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:

@@ -88,7 +88,8 @@ def test_standing_still_makes_nobody_surer():
 
 def test_wheels_far_apart_make_a_turn_less_sure():
     def std(turning_radius):
-        belief = belief_at(10, 6, wear=Wear(heading_noise=0.1, turning_radius=turning_radius))
+        wear = Wear(slip=0.0, drift=0.0, turning_radius=turning_radius)
+        belief = belief_at(10, 6, wear=wear)
         for _ in range(20):
             belief.move(0.0, 0.0, 0.5)
         for _ in range(20):

@@ -8,8 +8,8 @@ import pytest
 
 from control_field import field_kernels, kernels, mending_kernels
 from control_field.headings import heading_from_vector, STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
-from control_field.headings import turn_between
 from kernel_scenes import Scene
+from oracles import turn_between
 from strategies import knowns, rules, seeds, steady
 
 BODY = (False, False, 8)

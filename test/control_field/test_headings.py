@@ -8,7 +8,7 @@ import pytest
 from control_field.field_kernels import heading_of
 from control_field.headings import (
     heading_from_step, heading_from_vector, headings_from_vectors, STEP_COL, STEP_LENGTH, STEP_ROW,
-    turn_between, UNIT)
+    UNIT)
 from strategies import headings, steady
 
 numbers = st.floats(allow_nan=True, allow_infinity=True)
@@ -69,13 +69,3 @@ def test_only_steps_to_neighbours_have_a_heading(d_row, d_col):
     else:
         with pytest.raises(ValueError, match='is not a step'):
             heading_from_step(d_row, d_col)
-
-
-@given(headings, headings, headings)
-@steady
-def test_turns_are_a_distance_on_the_circle(a, b, c):
-    assert turn_between(a, b) == turn_between(b, a) <= 4
-    assert (turn_between(a, b) == 0) == (a == b)
-    assert turn_between(a, c) <= turn_between(a, b) + turn_between(b, c)
-    assert math.isclose(math.cos(turn_between(a, b) * math.pi / 4), UNIT[a] @ UNIT[b],
-                        abs_tol=1e-12)

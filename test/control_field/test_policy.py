@@ -7,11 +7,12 @@ import pytest
 
 from control_field import trial_kernels
 from control_field.grid import Grid
-from control_field.headings import STEP_COL, STEP_ROW, turn_between, UNIT
+from control_field.headings import STEP_COL, STEP_ROW, UNIT
 from control_field.parameters import Parameters
 from control_field.policy import caution_factor, cost_from_q, TrialPolicy
 from control_field.records import ControlField, DECISION_DTYPE, Kind
 from control_field.simulation import GridWorld
+from oracles import turn_between
 from strategies import few, lessons, seeds, steady, taught
 
 EAST, NORTH_EAST, NORTH, WEST, SOUTH = 0, 1, 2, 4, 6

@@ -7,9 +7,9 @@ import pytest
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels import allowed_steps, remember_sight
 from control_field.sight import (
-    allowed_from_blocked, BLOCKED, crop_neighbourhood, FREE, masks_from_neighbourhood,
-    neighbourhood_from_masks, UNKNOWN)
+    BLOCKED, crop_neighbourhood, FREE, masks_from_neighbourhood, UNKNOWN)
 from control_field.trial_kernels import see
+from oracles import allowed_from_blocked, neighbourhood_from_masks
 from strategies import knowns, masks, steady
 
 

@@ -14,7 +14,8 @@ import pytest
 
 from control_field.grid import Grid
 from control_field.headings import N_HEADINGS, STEP_COL, STEP_ROW
-from control_field.sight import allowed_from_blocked, crop_neighbourhood, masks_from_neighbourhood
+from control_field.sight import crop_neighbourhood, masks_from_neighbourhood
+from oracles import allowed_from_blocked
 from sim_node.world import find_world, load_world, save_world, World, world_folders, WorldError
 
 YAML = """\
