@@ -142,8 +142,8 @@ def _course(moment: Any) -> dict[str, Any] | None:
 
 
 def _voices(moment: Any, course: Any) -> list[dict[str, Any]]:
-    from experience_cli.explanation import Sources
     from experience_cli.recording import compass
+    from experience_cli.sources import Sources
     from msgs_bridge.bag_folder import TaskFolder
 
     folder = moment.recording.episode.path.parent

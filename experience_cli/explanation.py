@@ -1,6 +1,5 @@
 """Why the robot did what it did at a moment: decision, command, who had a say in the course."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 import math
@@ -14,12 +13,11 @@ from control_field.headings import STEP_COL, STEP_ROW
 from control_field.limits import Limits, STANDSTILL, Velocity
 from control_field.provenance import Voices, voices_at
 from control_field.records import ControlField, Kind, Prototypes
-from control_field.words import counted
 from experience_cli.errors import UserError
 from experience_cli.recording import Recording
 from learner_node.lessons import Lessons
 from msgs_bridge.bag_columns import read_columns
-from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder
+from msgs_bridge.bag_folder import TaskFolder
 from msgs_bridge.bag_tables import decision_table, sight_table, statuses
 from msgs_bridge.trial_status import TrialStatus
 
@@ -300,44 +298,3 @@ def _stamp_of(recording: Recording, at: float) -> float:
         return at
     raise UserError(f'--at {at:g}: {recording.episode.name} lasts from 0 to {duration:.2f} s '
                     f'(stamps {start:.3f} to {start + duration:.3f} s)')
-
-
-class Sources:
-    """
-    Where prototypes come from, in words.
-
-    Parameters
-    ----------
-    task : TaskFolder
-        Whose bags are looked up.
-
-    """
-
-    def __init__(self, task: TaskFolder) -> None:
-        self._task = task
-        self._starts: dict[int, float | None] = {}
-
-    @cached_property
-    def _episodes(self) -> Mapping[int, EpisodeFolder]:
-        return {episode.number: episode
-                for episode in [*self._task.forgotten(), *self._task.episodes()]}
-
-    def second(self, number: int, stamp: float) -> float | None:
-        """Return when in its bag a prototype was shown or tried, [s]; None if that is gone."""
-        if number not in self._starts:
-            episode = self._episodes.get(number)
-            try:
-                self._starts[number] = None if episode is None else Recording(episode).start
-            except BagError:
-                self._starts[number] = None
-        start = self._starts[number]
-        # The first step is decided on an odometry that may just not have been recorded yet.
-        return None if start is None or math.isnan(stamp) else max(stamp - start, 0.0)
-
-    def text(self, number: int, stamp: float, demonstrated: bool) -> str:
-        """Return where a prototype comes from."""
-        if number < 0:
-            return f'the learner itself, once {counted(-number, "bag")} had been learnt from'
-        second = self.second(number, stamp)
-        when = f'stamp {stamp:.2f} s, its bag is gone' if second is None else f'{second:.2f} s'
-        return f'{self._task.task}/{number:04d} at {when} ({"shown" if demonstrated else "tried"})'

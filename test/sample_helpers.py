@@ -1,11 +1,15 @@
 """The sample bags as a task that tests may change."""
 
+from collections.abc import Callable
 from pathlib import Path
 import shutil
+from typing import Any
 
 from control_field.learner import Refresh
 from experience_cli.relearning import relearnt
-from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.bag_file import start_bag
+from msgs_bridge.bag_folder import episode_from_path, EpisodeFolder, TaskFolder
+from msgs_bridge.bag_records import BagReader
 from msgs_bridge.tables import cloud_from_field, cloud_from_prototypes
 
 BAGS = Path(__file__).resolve().parent.parent / 'bags'
@@ -18,6 +22,18 @@ def sample_copy(folder: Path, name: str = 'bags') -> TaskFolder:
     shutil.copytree(BAGS / 'sample', folder / name / 'sample',
                     ignore=shutil.ignore_patterns('.*'))
     return TaskFolder(folder / name, 'sample')
+
+
+def rewritten(task: TaskFolder, number: int, change: Callable[..., Any]) -> EpisodeFolder:
+    """Record a bag anew, message by message: ``change(topic, message)`` returns what goes in."""
+    old = task.find(number)
+    reader = BagReader(old.bag)
+    [header] = [values for name, values in reader.metadata if name == 'experience_controller']
+    with start_bag(task, old.kind, header) as bag:
+        for channel, log_time, publish_time, message in reader.records():
+            for topic, type_name, cdr in change(channel.topic, channel.schema.name, message):
+                bag.write(topic, type_name, cdr, log_time, publish_time)
+    return episode_from_path(bag.folder)
 
 
 def bytes_of(refresh: Refresh | None) -> tuple[bytes, bytes]:

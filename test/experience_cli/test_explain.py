@@ -18,12 +18,9 @@ from experience_cli.explanation import Moment
 from experience_cli.main import main
 from experience_cli.recording import COMPASS, Recording
 from experience_cli.relearning import fold
-from msgs_bridge.bag_file import start_bag
-from msgs_bridge.bag_folder import episode_from_path
-from msgs_bridge.bag_records import BagReader
 from msgs_bridge.episodes import read_episode
 from msgs_bridge.tables import cloud_from_field, cloud_from_prototypes
-from sample_helpers import DEMO, FIRST, sample_copy, SECOND
+from sample_helpers import DEMO, FIRST, rewritten, sample_copy, SECOND
 
 
 @pytest.fixture
@@ -45,18 +42,6 @@ def explain(capsys):
 
 def unit(name):
     return UNIT[COMPASS.index(name)]
-
-
-def rewritten(task, number, change):
-    """Record a bag anew, message by message: ``change(topic, message)`` returns what goes in."""
-    old = task.find(number)
-    reader = BagReader(old.bag)
-    [header] = [values for name, values in reader.metadata if name == 'experience_controller']
-    with start_bag(task, old.kind, header) as bag:
-        for channel, log_time, publish_time, message in reader.records():
-            for topic, type_name, cdr in change(channel.topic, channel.schema.name, message):
-                bag.write(topic, type_name, cdr, log_time, publish_time)
-    return episode_from_path(bag.folder)
 
 
 @pytest.mark.parametrize('number', [2, 3])
