@@ -7,11 +7,10 @@ import numpy.typing as npt
 
 from control_field import compiled
 from control_field.headings import headings_from_vectors
+from control_field.kernels import StepRules
 from control_field.records import ControlField
 from control_field.sight import BLOCKED
 from control_field.words import counted
-
-Rules = tuple[bool, bool, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +61,7 @@ class Certificate:
 
 def fidelity_of(
     headings: npt.NDArray[np.int8], shown: npt.NDArray[np.int8], known: npt.NDArray[np.int8],
-    rules: Rules,
+    rules: StepRules,
 ) -> float:
     """
     Return the share of demonstrated cells where the field does what was shown.
@@ -86,7 +85,7 @@ def fidelity_of(
 
 
 def certify(
-    field: ControlField, shown: npt.NDArray[np.int8], n_prototypes: int, rules: Rules,
+    field: ControlField, shown: npt.NDArray[np.int8], n_prototypes: int, rules: StepRules,
     reachable: npt.NDArray[np.bool_] | None = None,
 ) -> Certificate:
     """

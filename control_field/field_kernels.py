@@ -6,7 +6,8 @@ import numpy as np
 
 from control_field.headings import UNIT
 from control_field.kernels import (
-    _BLOCKED, best_step, CellMap, FloatMap, IntMap, is_barred, Rules, step_allowed)
+    _BLOCKED, best_step, CellMap, FloatMap, IntMap, is_barred, step_allowed,
+    StepRules)
 
 
 def sees(known: CellMap, row: int, col: int, r: int, c: int) -> bool:
@@ -115,7 +116,7 @@ def courses(
 
 def pull_from_cost(
     known: CellMap, cost: FloatMap, factor: FloatMap, total_x: FloatMap, total_y: FloatMap,
-    rules: Rules,
+    rules: StepRules,
 ) -> CellMap:
     """Return the heading of least cost a cell, ties nearest to eq. 7's course; -1 for none."""
     rows, cols = known.shape
@@ -128,7 +129,7 @@ def pull_from_cost(
     return pull
 
 
-def pull_to_nearest(known: CellMap, cells: IntMap, rules: Rules) -> CellMap:
+def pull_to_nearest(known: CellMap, cells: IntMap, rules: StepRules) -> CellMap:
     """Return the allowed heading straightest towards the nearest prototype; -1 for none."""
     rows, cols = known.shape
     pull = np.full((rows, cols), -1, dtype=np.int8)

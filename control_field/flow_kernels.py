@@ -4,12 +4,12 @@ import numpy as np
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels import (
-    BoolMap, CellMap, FloatMap, is_barred, Rules, step_allowed)
+    BoolMap, CellMap, FloatMap, is_barred, step_allowed, StepRules)
 
 
 def flow_reaches(
     known: CellMap, headings: CellMap, row: int, col: int, goal_row: int, goal_col: int,
-    rules: Rules,
+    rules: StepRules,
 ) -> int:
     """
     Follow the field over the remembered map; tell whether it reaches the goal.
@@ -34,7 +34,7 @@ def flow_reaches(
 
 
 def flow_basin(
-    known: CellMap, headings: CellMap, goal_row: int, goal_col: int, rules: Rules,
+    known: CellMap, headings: CellMap, goal_row: int, goal_col: int, rules: StepRules,
 ) -> CellMap:
     """
     Follow the field from every cell at once.
@@ -77,7 +77,7 @@ def flow_basin(
     return state
 
 
-def flow_ends(known: CellMap, headings: CellMap, state: CellMap, rules: Rules) -> BoolMap:
+def flow_ends(known: CellMap, headings: CellMap, state: CellMap, rules: StepRules) -> BoolMap:
     """
     Mark where flows that do not come home end.
 
@@ -110,7 +110,7 @@ def flow_ends(known: CellMap, headings: CellMap, state: CellMap, rules: Rules) -
 
 
 def flow_lengths(
-    known: CellMap, headings: CellMap, goal_row: int, goal_col: int, rules: Rules,
+    known: CellMap, headings: CellMap, goal_row: int, goal_col: int, rules: StepRules,
 ) -> FloatMap:
     """Return the length of every cell's flow to the goal, inf where it does not get there."""
     rows, cols = known.shape

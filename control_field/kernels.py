@@ -20,7 +20,7 @@ IntMap = npt.NDArray[np.int32] | npt.NDArray[np.int64]
 BoolMap = npt.NDArray[np.bool_]
 FloatMap = npt.NDArray[np.float64]
 #: ``(corner_cutting, unknown_is_blocked, moves)``
-Rules = tuple[bool, bool, int]
+StepRules = tuple[bool, bool, int]
 
 _BLOCKED = int(BLOCKED)
 _UNKNOWN = int(UNKNOWN)
@@ -36,7 +36,7 @@ def is_barred(known: CellMap, row: int, col: int, unknown_is_blocked: bool) -> b
     return state == _BLOCKED or (unknown_is_blocked and state == _UNKNOWN)
 
 
-def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: Rules) -> bool:
+def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: StepRules) -> bool:
     """
     Tell whether the map allows a step.
 
@@ -54,7 +54,7 @@ def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: Rules)
         known, row + STEP_ROW[heading], col + STEP_COL[heading], unknown_is_blocked)
 
 
-def allowed_steps(known: CellMap, row: int, col: int, rules: Rules) -> int:
+def allowed_steps(known: CellMap, row: int, col: int, rules: StepRules) -> int:
     """Return the mask of the steps that the map allows: `step_allowed` for all of them at once."""
     corner_cutting, unknown_is_blocked, moves = rules
     free = 0
@@ -88,7 +88,7 @@ def remember_sight(known: CellMap, row: int, col: int, blocked: int, unknown: in
 
 def cost_to_go(
     known: CellMap, goal_row: int, goal_col: int, preferred: CellMap, spared: FloatMap,
-    factor: FloatMap, rules: Rules,
+    factor: FloatMap, rules: StepRules,
 ) -> FloatMap:
     """
     Return the least cost from every cell to the goal, in cells: eq. 6 run to its fixed point.
@@ -121,7 +121,7 @@ def cost_to_go(
 
 def q_from_cost(
     known: CellMap, cost: FloatMap, preferred: CellMap, spared: FloatMap, factor: FloatMap,
-    discount: float, rules: Rules,
+    discount: float, rules: StepRules,
 ) -> FloatMap:
     """Return the Q-matrix of a cost to go: -1 where a step is known to be blocked."""
     rows, cols = known.shape
@@ -145,7 +145,7 @@ def q_from_cost(
 
 def best_step(
     known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, course: int,
-    rules: Rules,
+    rules: StepRules,
 ) -> int:
     """
     Return the allowed step of least cost to go; ties go to the one nearest the field's course.
@@ -168,7 +168,7 @@ def best_step(
 
 def look_ahead(
     known: CellMap, factor: FloatMap, row: int, col: int, goal_row: int, goal_col: int,
-    n_backups: int, rules: Rules,
+    n_backups: int, rules: StepRules,
 ) -> dict[tuple[int, int], bool]:
     """
     Look at the cells nearest to the robot on the way, at most ``n_backups``.
@@ -205,7 +205,7 @@ def look_ahead(
 
 def rehearse_locally(
     known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, goal_row: int,
-    goal_col: int, n_backups: int, rules: Rules,
+    goal_col: int, n_backups: int, rules: StepRules,
 ) -> None:
     """
     Mend the cost to go around the robot, in place, by at most ``n_backups`` backups each way.

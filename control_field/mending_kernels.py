@@ -5,12 +5,12 @@ import numpy as np
 from control_field.field_kernels import course_at, heading_of, spread
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels import (
-    _BLOCKED, BoolMap, CellMap, FloatMap, IntMap, Rules, step_allowed)
+    _BLOCKED, BoolMap, CellMap, FloatMap, IntMap, step_allowed, StepRules)
 
 
 def through(
     known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, heading: int,
-    rules: Rules,
+    rules: StepRules,
 ) -> float:
     """Return the cost to go by way of a step, inf where it is barred."""
     if heading < 0 or not step_allowed(known, row, col, heading, rules):
@@ -23,7 +23,7 @@ def through(
 def needed(
     row: int, col: int, centre: CellMap, totals: tuple[FloatMap, FloatMap, FloatMap],
     known: CellMap, cost: FloatMap, factor: FloatMap, pull: CellMap, strength: float,
-    headings: CellMap, window: float, rules: Rules,
+    headings: CellMap, window: float, rules: StepRules,
 ) -> bool:
     """Tell whether a cell of a window has a worse course than ``headings`` says it had."""
     reach = int(window)
@@ -44,7 +44,7 @@ def idle_prototypes(
     order: IntMap, cells: IntMap, proto_headings: CellMap, weights: FloatMap,
     totals: tuple[FloatMap, FloatMap, FloatMap], centre: CellMap, known: CellMap, cost: FloatMap,
     factor: FloatMap, pull: CellMap, strength: float, headings: CellMap, window: float,
-    power: float, visible: bool, rules: Rules,
+    power: float, visible: bool, rules: StepRules,
 ) -> BoolMap:
     """
     Drop the prototypes without which no cell's course is worse, one after the other.
@@ -86,7 +86,7 @@ def idle_prototypes(
 
 def mending_cells(
     known: CellMap, cost: FloatMap, headings: CellMap, state: CellMap, fixed: BoolMap,
-    rules: Rules,
+    rules: StepRules,
 ) -> BoolMap:
     """
     Choose the cells whose own course must change for the flow to come home.

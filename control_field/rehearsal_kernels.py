@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
-from control_field.kernels import allowed_steps, CellMap, FloatMap, Rules
+from control_field.kernels import allowed_steps, CellMap, FloatMap, StepRules
 
 Places = npt.NDArray[np.int64]
 #: Mask of the allowed steps of a place that was looked at; what else a place can be:
@@ -52,7 +52,7 @@ def pop(costs: FloatMap, places: Places, n: int) -> tuple[float, int]:
 
 def look_around(
     known: CellMap, factor: FloatMap, row: int, col: int, goal_row: int, goal_col: int,
-    n_backups: int, rules: Rules,
+    n_backups: int, rules: StepRules,
 ) -> tuple[Masks, Places, int, int]:
     """
     Look at the cells nearest to the robot on the way, at most ``n_backups``; `kernels.look_ahead`.
@@ -125,7 +125,7 @@ def rim_around(
 
 def rehearse_locally(
     known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, goal_row: int,
-    goal_col: int, n_backups: int, rules: Rules,
+    goal_col: int, n_backups: int, rules: StepRules,
 ) -> None:
     """Mend the cost to go around the robot, in place; `kernels.rehearse_locally`."""
     noted, touched, top, left = look_around(

@@ -7,7 +7,7 @@ from control_field.flow_kernels import flow_reaches
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels import (
     _BLOCKED, allowed_steps, best_step, CellMap, FloatMap, IntMap, least_chosen, next_highest,
-    rehearse_locally, remember_sight, Rules, window_values)
+    rehearse_locally, remember_sight, StepRules, window_values)
 from control_field.records import Kind
 
 #: ``(rehearsed, window, power, oscillation_limit, n_backups)``
@@ -19,7 +19,7 @@ _EXPLORE, _DETOUR = int(Kind.EXPLORE), int(Kind.DETOUR)
 
 def backup(
     q: FloatMap, known: CellMap, row: int, col: int, action: int, reward: float, next_row: int,
-    next_col: int, alpha: float, discount: float, rules: Rules,
+    next_col: int, alpha: float, discount: float, rules: StepRules,
 ) -> None:
     """Apply eq. 6 once, in place; the maximum is over what the remembered map allows."""
     allowed = allowed_steps(known, next_row, next_col, rules)
@@ -35,7 +35,7 @@ def backup(
 def choose(
     row: int, col: int, course: int, allowed: int, headings: CellMap, known: CellMap, q: FloatMap,
     cost: FloatMap, factor: FloatMap, counts: IntMap, entered: IntMap, goal: tuple[int, int],
-    options: Options, rules: Rules, rng: np.random.Generator,
+    options: Options, rules: StepRules, rng: np.random.Generator,
 ) -> tuple[int, int]:
     """
     Choose the heading of a step, once the sight is in the remembered map.
@@ -68,7 +68,7 @@ def decide(
     row: int, col: int, blocked: int, unknown: int, headings: CellMap, known: CellMap,
     q: FloatMap, cost: FloatMap, factor: FloatMap, counts: IntMap, entered: IntMap,
     punished: npt.NDArray[np.uint8], goal: tuple[int, int], learning: tuple[float, float],
-    options: Options, rules: Rules, rng: np.random.Generator,
+    options: Options, rules: StepRules, rng: np.random.Generator,
 ) -> tuple[int, int, int, int]:
     """
     Make one decision and give its rewards (Case 1 and eq. 4 to 6 online).
@@ -128,7 +128,7 @@ def see(truth: CellMap, row: int, col: int) -> int:
 def run_trial(
     truth: CellMap, row: int, col: int, headings: CellMap, known: CellMap, q: FloatMap,
     cost: FloatMap, factor: FloatMap, goal: tuple[int, int], learning: tuple[float, float],
-    options: Options, rules: Rules, step_limit: int, rng: np.random.Generator, log: IntMap,
+    options: Options, rules: StepRules, step_limit: int, rng: np.random.Generator, log: IntMap,
 ) -> tuple[int, int, int, float, int]:
     """
     Run a trial on the grid, without a robot; the arrays are changed in place.

@@ -92,7 +92,7 @@ _OUTCOMES: Final = {
 
 
 @dataclass(frozen=True, slots=True)
-class Rules:
+class StopRules:
     """
     The numbers of the rules.
 
@@ -159,12 +159,12 @@ class PoseWatch:
 
     Parameters
     ----------
-    rules : Rules
+    rules : StopRules
         The numbers.
 
     """
 
-    def __init__(self, rules: Rules) -> None:
+    def __init__(self, rules: StopRules) -> None:
         """Start with no pose."""
         self.rules = rules
         self.n_dropped = 0
@@ -223,12 +223,12 @@ class ProgressWatch:
 
     Parameters
     ----------
-    rules : Rules
+    rules : StopRules
         The numbers.
 
     """
 
-    def __init__(self, rules: Rules) -> None:
+    def __init__(self, rules: StopRules) -> None:
         """Start with no baseline."""
         self.rules = rules
         self._started: float | None = None

@@ -5,7 +5,7 @@ from typing import Final
 
 from control_field.limits import Limits
 from control_field.parameters import check_fields, parameter
-from control_field.watch import Rules
+from control_field.watch import StopRules
 
 #: The learning parameters that decisions depend on; the others are the learner's alone.
 DECISION_PARAMETERS: Final = (
@@ -127,9 +127,9 @@ class Settings:
         return Limits(self.v_max, self.w_max, self.a_max, self.alpha_max, self.robot_radius)
 
     @property
-    def rules(self) -> Rules:
+    def rules(self) -> StopRules:
         """Return the numbers of the stop rules."""
-        return Rules(self.odom_timeout, self.neighbourhood_timeout, self.v_max, self.pose_jump,
+        return StopRules(self.odom_timeout, self.neighbourhood_timeout, self.v_max, self.pose_jump,
                      self.progress_distance, self.progress_time, self.stall_time, self.time_limit)
 
     @property

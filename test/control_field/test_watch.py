@@ -12,13 +12,13 @@ from control_field.watch import (
     OwnCommands,
     PoseWatch,
     ProgressWatch,
-    Rules,
     StopReason,
+    StopRules,
     TakeoverWatch,
 )
 
 GRID = Grid(20, 20, 0.25)
-RULES = Rules()
+RULES = StopRules()
 commands = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 
 
@@ -144,7 +144,7 @@ def test_who_is_told_to_stand_is_not_stalled():
 
 
 def test_the_time_limit_counts_from_the_first_pose():
-    watch = ProgressWatch(Rules(time_limit=4.0))
+    watch = ProgressWatch(StopRules(time_limit=4.0))
     assert told(watch, [100.0 + t for t in seconds(9)], lambda t: (1.0, 1.0, t)) == (
         104.5, StopReason.TIME_LIMIT)
 
@@ -171,7 +171,7 @@ def test_turning_is_no_stall():
 
 
 def test_a_pause_starts_progress_anew_but_not_the_time_limit():
-    watch = ProgressWatch(Rules(time_limit=20.0))
+    watch = ProgressWatch(StopRules(time_limit=20.0))
     assert told(watch, seconds(9), lambda t: (1.0, 1.0, t)) is None
     watch.restart()
     assert told(watch, [9.0 + t for t in seconds(10)], lambda t: (1.0, 1.0, t)) is None
