@@ -129,9 +129,10 @@ def _moving_span(
     if len(xy) < 2:
         return 0, len(xy), 0
     begun = np.hypot(*(xy - xy[0]).T) > _STILL
-    if not begun.any():
-        return 0, 1, 0
     going = np.hypot(*(xy - xy[-1]).T) > _STILL
+    # Where jitter is wider than that, it may be so of one of the two only.
+    if not (begun.any() and going.any()):
+        return 0, 1, 0
     first, last = int(begun.argmax()) - 1, len(xy) - int(going[::-1].argmax())
     way = np.hypot(*np.diff(xy[first:last + 1], axis=0).T)
     stands = way <= _STANDING * np.maximum(np.diff(stamps[first:last + 1]), 0.0)

@@ -106,6 +106,17 @@ def test_noise_of_the_odometry_while_standing_is_no_drive():
         learn(xy)
 
 
+@pytest.mark.parametrize('ends', [(0.0, 0.03), (0.015, 0.0)], ids=['at the end', 'at the start'])
+def test_a_robot_that_stands_on_an_edge_and_jitters_is_not_driven(ends):
+    jitter = np.array([ends[0], *[0.015, -0.01] * 20, ends[1]])
+    xy = np.array(GRID.world_from_cell(4, 4)) + np.array([[0.5 + way, 0.0] for way in jitter]
+                                                         ) * GRID.resolution
+    for drive in (xy, xy[::-1]):
+        with pytest.raises(ValueError, match='1 cell .* poses of standing still') as caught:
+            learn(drive)
+        assert '-' not in str(caught.value)
+
+
 @given(st.floats(-0.15, 0.15), st.integers(0, 3))
 @steady
 def test_a_diagonal_drive_that_grazes_corners_is_diagonal(off, quarter):
