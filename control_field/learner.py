@@ -146,7 +146,7 @@ class Learner:
         self, n: int, rng: np.random.Generator, driven: ControlField | None = None,
     ) -> list[tuple[int, int]]:
         """
-        Propose cells for the next trial to start from, best first.
+        Propose cells for the next trial to start from, each once, best first.
 
         Where the flow would show most unseen ground that matters; when nothing is left to see (and
         in the paper's profile), known free cells at random. A proposed cell may turn out blocked.
@@ -166,8 +166,11 @@ class Learner:
             rules = rules_of(self.parameters)
             cells = best_cells(promise(field, driven or field, rules), n)
         free = np.argwhere((field.known == 0) & self._current().composition.reachable)
-        picked = free[rng.permutation(len(free))[:n - len(cells)]]
-        return cells + [(int(row), int(col)) for row, col in picked if (row, col) != field.goal]
+        # As many more as may be among the cells already, or the goal.
+        picked = free[rng.permutation(len(free))[:n + 1]]
+        others = [(int(row), int(col)) for row, col in picked]
+        taken = {*cells, field.goal}
+        return cells + [cell for cell in others if cell not in taken][:n - len(cells)]
 
     def teach_here(self, n: int) -> list[tuple[int, int]]:
         """Return the cells from which one more demonstration would help most, best first."""

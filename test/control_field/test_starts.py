@@ -49,6 +49,16 @@ def test_starts_are_cells_of_the_workspace_and_not_known_to_be_walls(lesson, n, 
     assert starts == learner.next_starts(n, np.random.default_rng(0), driven)
 
 
+def test_no_start_is_proposed_twice_and_none_is_left_out():
+    learner = taught(SHOWN, WALLED.shape, WALLED)
+    field = learner.refresh.field
+    starts = learner.next_starts(99, np.random.default_rng(0))
+    assert len(starts) == len(set(starts))
+    free = (field.known == 0) & learner.refresh.composition.reachable
+    assert {tuple(cell) for cell in np.argwhere(free).tolist()} - {field.goal} <= set(starts)
+    assert len(learner.next_starts(20, np.random.default_rng(0))) == 20
+
+
 def test_the_first_start_shows_more_than_a_start_on_known_ground():
     learner = taught(SHOWN, WALLED.shape, WALLED)
     start = learner.next_starts(1, np.random.default_rng(0))[0]
