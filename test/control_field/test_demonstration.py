@@ -106,13 +106,11 @@ def test_noise_of_the_odometry_while_standing_is_no_drive():
         learn(xy)
 
 
-@pytest.mark.parametrize('ends', [(0.0, 0.03), (0.015, 0.0)], ids=['at the end', 'at the start'])
-def test_a_robot_that_stands_on_an_edge_and_jitters_is_not_driven(ends):
-    jitter = np.array([ends[0], *[0.015, -0.01] * 20, ends[1]])
-    xy = np.array(GRID.world_from_cell(4, 4)) + np.array([[0.5 + way, 0.0] for way in jitter]
-                                                         ) * GRID.resolution
+def test_a_robot_that_stands_on_an_edge_and_jitters_is_not_driven():
+    xy = np.tile(GRID.world_from_cell(4, 4), (42, 1))
+    xy[:, 0] += GRID.resolution * (0.5 + np.array([0.015, *[0.015, -0.01] * 20, 0.0]))
     for drive in (xy, xy[::-1]):
-        with pytest.raises(ValueError, match='1 cell .* poses of standing still') as caught:
+        with pytest.raises(ValueError, match=r'1 cell .* poses of standing still') as caught:
             learn(drive)
         assert '-' not in str(caught.value)
 
