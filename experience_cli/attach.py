@@ -16,7 +16,7 @@ _AT_ONCE: Final = 1.5
 _PATIENCE: Final = 60.0
 
 
-def attach(task: str, arguments: argparse.Namespace) -> int:
+def attach(task: str, world: str, arguments: argparse.Namespace) -> int:
     """
     Show the way and let the robot try, in this ROS domain and a namespace; then leave.
 
@@ -41,7 +41,7 @@ def attach(task: str, arguments: argparse.Namespace) -> int:
         else:
             node.set_parameter('sim_node', 'world', 'open')
             teach(node, progress)
-        try_it(node, task, arguments.trials, progress)
+        try_it(node, world, arguments.trials, progress)
         progress.keep(f'the trials are over: {node.learner["prototypes"]} prototypes, '
                       f'basin {float(node.learner["basin"]):.1%}')
     return 0

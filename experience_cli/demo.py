@@ -1,7 +1,7 @@
 """`experience demo`: the paper's two tasks, taught and tried on the real nodes."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 import shutil
 import sys
@@ -16,6 +16,9 @@ from experience_cli.progress import Progress
 WAY: Final = ((3, 2), (3, 15), (16, 15))
 #: A file that says that the folder is a demo's, and may be written anew.
 _MARK: Final = '.experience_demo'
+#: What is taken where nothing is said; what runs already (--attach) has its own.
+_USUAL: Final[Mapping[str, Any]] = {
+    'out': Path('out/demo'), 'profile': 'full', 'seed': 0, 'realtime': False}
 #: Ticks a second of the simulator.
 _RATE: Final = 20.0
 
@@ -26,16 +29,16 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         'demo', help="teach and try the paper's two tasks on real nodes",
         description="Start simulator, controller and learner, show the robot the way once, let "
         "it try, and draw the paper's figures.")
-    parser.add_argument('--out', type=Path, default=Path('out/demo'), metavar='FOLDER',
-                        help='where everything goes (%(default)s)')
+    parser.add_argument('--out', type=Path, metavar='FOLDER',
+                        help=f'where everything goes ({_USUAL["out"]})')
     parser.add_argument('--tasks', metavar='LIST',
-                        help='which tasks, or names of worlds (1,2; with --attach 1)')
+                        help='which tasks, or names or files of worlds (1,2; with --attach 1)')
     parser.add_argument('--trials', type=int, default=6, metavar='N', help='(%(default)s)')
-    parser.add_argument('--profile', choices=('paper', 'full'), default='full',
+    parser.add_argument('--profile', choices=('paper', 'full'),
                         help='equations 1 to 7 to the letter, or with what keeps their promise '
-                        '(%(default)s)')
-    parser.add_argument('--seed', type=int, default=0, metavar='N', help='(%(default)s)')
-    parser.add_argument('--realtime', action='store_true',
+                        f'({_USUAL["profile"]})')
+    parser.add_argument('--seed', type=int, metavar='N', help=f'({_USUAL["seed"]})')
+    parser.add_argument('--realtime', action='store_true', default=None,
                         help='as slow as a real robot, to watch it in RViz')
     parser.add_argument('--attach', action='store_true',
                         help='start no nodes: use the simulator, controller and learner that run '
@@ -48,25 +51,41 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Run the demo; return 0 if the paper's result was shown."""
     began = time.monotonic()
+    _fill_in(arguments)
     tasks = _checked_tasks(arguments)
     worlds = _load_worlds(tasks)
     if arguments.attach:
         from experience_cli.attach import attach
 
-        return attach(tasks[0], arguments)
+        [(task, world)] = tasks.items()
+        return attach(task, world, arguments)
+    _check_grids(tasks, worlds)
     out = _prepare(arguments.out, tasks)
     with own_domain() as environment:
-        for task in tasks:
-            _teach_and_try(task, arguments, out, environment)
-    return _report(tasks, worlds, arguments, out, began)
+        for task, world in tasks.items():
+            _teach_and_try(task, world, arguments, out, environment)
+    return _report(list(tasks), worlds, arguments, out, began)
 
 
-def _checked_tasks(arguments: argparse.Namespace) -> list[str]:
-    """Return the names of the worlds; UserError if an argument is wrong."""
+def _fill_in(arguments: argparse.Namespace) -> None:
+    """Set what was not said; UserError if --attach comes with what is for nodes of the demo's."""
+    for name, value in _USUAL.items():
+        if getattr(arguments, name) is None:
+            setattr(arguments, name, value)
+        elif arguments.attach:
+            raise UserError(f'--{name}: is not for --attach, the nodes that run already have '
+                            f'theirs')
+
+
+def _checked_tasks(arguments: argparse.Namespace) -> dict[str, str]:
+    """Return the worlds by the name of their task; UserError if an argument is wrong."""
     listed = arguments.tasks if arguments.tasks is not None else '1' if arguments.attach else '1,2'
-    tasks = [f'task{name}' if name.isdigit() else name for name in listed.split(',') if name]
+    worlds = [f'task{name}' if name.isdigit() else name for name in listed.split(',') if name]
+    tasks = {_task_of(world): world for world in worlds}
     if not tasks:
         raise UserError(f'--tasks {listed!r} names no task, must be like 1,2')
+    if len(tasks) < len(worlds):
+        raise UserError(f'--tasks {listed}: two of them have one name, and so one folder')
     if not 1 <= arguments.trials <= 10_000:
         raise UserError(f'--trials {arguments.trials}: must be between 1 and 10000')
     if arguments.seed < 0:
@@ -78,16 +97,37 @@ def _checked_tasks(arguments: argparse.Namespace) -> list[str]:
     return tasks
 
 
-def _load_worlds(tasks: list[str]) -> dict[str, Any]:
+def _task_of(world: str) -> str:
+    """Return the name of a world's task: that of the file, without folder and ending."""
+    from msgs_bridge.bag_folder import BagError, check_task_name
+
+    try:
+        return check_task_name(Path(world).stem)
+    except BagError as error:
+        raise UserError(f'--tasks {world}: its {error}') from None
+
+
+def _load_worlds(tasks: Mapping[str, str]) -> dict[str, Any]:
     from sim_node.world import find_world, load_world
 
     try:
-        return {task: load_world(find_world(task)) for task in tasks}
+        return {task: load_world(find_world(world)) for task, world in tasks.items()}
     except ValueError as error:
         raise UserError(str(error)) from None
 
 
-def _prepare(out: Path, tasks: list[str]) -> Path:
+def _check_grids(tasks: Mapping[str, str], worlds: Mapping[str, Any]) -> None:
+    """Refuse a world that the way cannot be shown in."""
+    from experience_cli.summary import grid_text
+
+    shown = _load_worlds({'open': 'open'})['open'].grid
+    for task, world in worlds.items():
+        if world.grid != shown:
+            raise UserError(f'--tasks {tasks[task]}: its world has {grid_text(world.grid)}; the '
+                            f'way is shown in {grid_text(shown)}, it must have those')
+
+
+def _prepare(out: Path, tasks: Collection[str]) -> Path:
     """Make the folder; what an earlier demo left there gives way."""
     mark = out / _MARK
     try:
@@ -120,7 +160,8 @@ def node_parameters(
 
 
 def _teach_and_try(
-    task: str, arguments: argparse.Namespace, out: Path, environment: Mapping[str, str],
+    task: str, world: str, arguments: argparse.Namespace, out: Path,
+    environment: Mapping[str, str],
 ) -> None:
     from experience_cli.node import DemoNode
 
@@ -133,7 +174,7 @@ def _teach_and_try(
         with DemoNode(int(domain) if domain else None, children.check) as node, progress:
             node.wait_for_peers()
             teach(node, progress)
-            try_it(node, task, arguments.trials, progress)
+            try_it(node, world, arguments.trials, progress)
 
 
 def teach(node: Any, progress: Progress) -> None:
@@ -147,10 +188,10 @@ def teach(node: Any, progress: Progress) -> None:
     progress.keep(node.ask('learner_node/record_demonstration', False))
 
 
-def try_it(node: Any, task: str, n_trials: int, progress: Progress) -> None:
+def try_it(node: Any, world: str, n_trials: int, progress: Progress) -> None:
     """Let the world of the task appear, and the trials run."""
     revision = int(node.learner['revision'])
-    node.set_parameter('sim_node', 'world', task)
+    node.set_parameter('sim_node', 'world', world)
     node.ask('learner_node/run_trials')
     _watch(node, n_trials, max(revision, 1) + n_trials, progress)
 

@@ -3,6 +3,7 @@
 import json
 import os
 from pathlib import Path
+import shutil
 import signal
 import sys
 
@@ -13,7 +14,7 @@ from experience_cli.learn import digest
 from learner_node.lessons import Lessons
 from msgs_bridge.bag_folder import TaskFolder
 from msgs_bridge.episodes import read_header
-from ros_helpers import Process, wait_until
+from ros_helpers import Process, ROOT, wait_until
 
 pytestmark = pytest.mark.slow
 COMMAND = [sys.executable, '-m', 'experience_cli.main', 'demo']
@@ -41,10 +42,13 @@ def is_alive(pid):
 
 @pytest.fixture(scope='module')
 def shown(ros_domain, tmp_path_factory):
-    """Run the demo with both tasks and four trials each."""
+    """Run the demo with both tasks, one by the path of its world, and four trials each."""
     folder = tmp_path_factory.mktemp('demo')
     out = folder / 'out'
-    process = Process([*COMMAND, '--out', str(out), '--trials', '4'], folder)
+    for ending in ('yaml', 'pgm'):
+        shutil.copy(ROOT / 'config' / 'worlds' / f'task2.{ending}', folder)
+    tasks = f'1,{folder / "task2.yaml"}'
+    process = Process([*COMMAND, '--out', str(out), '--trials', '4', '--tasks', tasks], folder)
     assert process.wait(150.0) == 0, process.report()
     return out, process
 

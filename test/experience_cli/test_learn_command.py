@@ -213,6 +213,10 @@ def test_wrong_arguments_are_one_line_and_exit_code_2(capsys, arguments):
     (['--tasks', ','], ['--tasks']),
     (['--trials', '0'], ['--trials', '1']),
     (['--seed', '-1'], ['--seed']),
+    (['--tasks', '1,1'], ['--tasks', 'one name']),
+    (['--tasks', 'some/my map.yaml'], ['--tasks', "'my map'", 'letters']),
+    (['--tasks', '../..'], ['--tasks', 'letters']),
+    (['--tasks', '1,dyna'], ['dyna', '20 x 20 cells of 0.25 m']),
 ])
 def test_demo_says_what_is_wrong(arguments, words, tmp_path, capsys):
     line = mistake(capsys, 'demo', '--out', tmp_path / 'out', *arguments)
@@ -225,6 +229,17 @@ def test_demo_does_not_touch_bags_that_no_demo_made(tmp_path, capsys):
     line = mistake(capsys, 'demo', '--out', tmp_path)
     assert '--out' in line
     assert (tmp_path / 'bags' / 'task1' / '0001_demo').is_dir()
+
+
+@pytest.mark.parametrize('option', [
+    ['--out', 'x'], ['--profile', 'full'], ['--seed', '0'], ['--realtime']])
+def test_what_nodes_that_run_already_have_is_not_taken_with_attach(
+    tmp_path, monkeypatch, capsys, option,
+):
+    monkeypatch.chdir(tmp_path)
+    line = mistake(capsys, 'demo', '--attach', *option)
+    assert f'{option[0]}: is not for --attach' in line
+    assert not any(tmp_path.iterdir())
 
 
 def test_demo_says_that_it_cannot_write(tmp_path, capsys):
