@@ -13,14 +13,13 @@ from mcap.writer import CompressionType, Writer
 from msgs_bridge.bag_folder import BagError, EpisodeKind, error_line, mcap_path, TaskFolder
 from msgs_bridge.bag_metadata import (
     BagSummary, known_qos, OfferedQos, TopicSummary, write_metadata)
+from msgs_bridge.episode_header import HEADER_NAME
 from msgs_bridge.type_definitions import message_definition, type_hash
 
 #: A chunk is written when it holds so many bytes, or so much time has gone by since the last
 #: one, on the wall clock or on the messages' own.
 CHUNK_BYTES: Final = 16 * 1024
 CHUNK_SECONDS: Final = 0.5
-#: Name of the MCAP metadata record that a bag of ours begins with.
-HEADER_NAME: Final = 'experience_controller'
 TOPIC: Final = re.compile(r'/?[A-Za-z_~][A-Za-z0-9_/]*')
 
 
@@ -176,8 +175,9 @@ class BagWriter:
 
     Notes
     -----
-    After a `BagError` from `write` or `flush` the bag takes nothing more. What was written
-    before stays readable, but for its index, which `repair_bag` adds.
+    After a `BagError` from `write` or `flush` because the file could not be written, the bag takes
+    nothing more; what was written before stays readable, but for its index, which `repair_bag`
+    adds. What `add_topic` refuses is left out, and the bag goes on.
 
     """
 

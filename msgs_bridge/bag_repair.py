@@ -8,11 +8,12 @@ import re
 from typing import Final
 
 from control_field.words import counted
-from msgs_bridge.bag_file import HEADER_NAME, McapFile, TOPIC
+from msgs_bridge.bag_file import McapFile, TOPIC
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line, mcap_path, TaskFolder
 from msgs_bridge.bag_metadata import (
     BagSummary, has_metadata, is_qos, known_qos, NAME, sync_folder, TopicSummary, write_metadata)
 from msgs_bridge.bag_records import BagReader
+from msgs_bridge.episode_header import HEADER_NAME
 from msgs_bridge.mcap_scan import Channel
 from msgs_bridge.type_definitions import message_definition
 

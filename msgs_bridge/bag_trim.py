@@ -6,11 +6,12 @@ from pathlib import Path
 import shutil
 from typing import Final
 
-from msgs_bridge.bag_file import HEADER_NAME, McapFile
+from msgs_bridge.bag_file import McapFile
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line
 from msgs_bridge.bag_metadata import BagSummary, sync_folder, write_metadata
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.bag_repair import summary_of_file
+from msgs_bridge.episode_header import HEADER_NAME
 
 #: What the whole recording is called beside the cut one; no reader takes it for a bag.
 WHOLE: Final = '.whole'

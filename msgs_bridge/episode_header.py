@@ -10,6 +10,8 @@ from control_field.grid import Grid
 from control_field.parameters import Parameters
 from msgs_bridge.bag_folder import BagError, EpisodeKind
 
+#: Name of the MCAP metadata record that a bag of ours begins with.
+HEADER_NAME: Final = 'experience_controller'
 #: Version of the bags' own layout.
 VERSION: Final = 1
 
