@@ -12,7 +12,7 @@ from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Outcome, Trial
 from control_field.words import counted
 from learner_node.settings import StartPose
-from msgs_bridge.bag_folder import EpisodeFolder
+from msgs_bridge.bag_folder import BagError, EpisodeFolder
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
 
 
@@ -81,21 +81,27 @@ class Lessons:
         Raises
         ------
         BagError
-            If it cannot be read, or is of another grid, frame or version.
+            If it cannot be read, is of another grid, frame or version, or the learner refuses it.
 
         """
         try:
-            read = read_episode(episode.path, self.grid)
+            return self._learn(read_episode(episode.path, self.grid))
         except NothingToLearnError as error:
             # The bag is named where this is said.
             why = str(error).removeprefix(f'{episode.path}: ')
             return Lesson(episode, None, None, f'nothing was learnt: {why}')
+        except BagError:
+            raise
+        except ValueError as error:
+            raise BagError(f'{episode.path} cannot be learnt from: {error}') from error
+
+    def _learn(self, read: Episode) -> Lesson:
         note = '; '.join([*([str(read.report)] if read.report else []), *read.notes])
         if isinstance(read.record, Trial):
             return self._learn_trial(read, read.record, note)
         refresh = self._learner.add_demonstration(read.record)
         self.shown_starts.append(start_of(read.record, self.grid))
-        return Lesson(episode, read, refresh, note)
+        return Lesson(read.folder, read, refresh, note)
 
     def _learn_trial(self, read: Episode, trial: Trial, note: str) -> Lesson:
         steps = counted(trial.n_steps, 'step')

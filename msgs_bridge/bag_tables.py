@@ -247,7 +247,7 @@ def _checked(messages: RawMessages, names: dict[str, int], frame_id: str) -> Col
                     f'{messages.topic}: frame is {frame[:80]!r}, must be {frame_id!r}')
     values = columns.values
     _refuse(columns, (values['sec'] < 0) | (values['nanosec'] >= 1_000_000_000),
-            f'{messages.topic}: its stamp is none')
+            f'{messages.topic}: it has no valid stamp')
     return columns
 
 

@@ -19,12 +19,11 @@ from msgs_bridge.bag_folder import (
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table, pose_table, sight_table, statuses
-from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.episode_header import EpisodeHeader, HEADER_NAME
 from msgs_bridge.trial_status import Label, State, TrialStatus
 
 #: Seconds that stamps may step back before a clock that jumped is assumed.
 CLOCK_JUMP: Final = 1.0
-_HEADER: Final = 'experience_controller'
 
 
 class NothingToLearnError(BagError):
@@ -217,7 +216,7 @@ def _reader(path: Path) -> BagReader:
 
 def _header(bag: BagReader) -> EpisodeHeader:
     for name, values in bag.metadata:
-        if name == _HEADER:
+        if name == HEADER_NAME:
             try:
                 return EpisodeHeader.from_mapping(values)
             except BagError as error:
@@ -305,7 +304,18 @@ def _read_drive(
     record, report = demonstration_from_poses(
         grid, poses.stamps[at], poses.xy[at], sights.stamps[seen], sights.blocked[seen],
         sights.unknown[seen], number)
+    _check_open(record)
     return record, report, tuple(notes)
+
+
+def _check_open(record: Demonstration) -> None:
+    """Refuse a drive that is one loop: with it cut out no way to a goal is left."""
+    first, last = (tuple(cell) for cell in record.cells[[0, -1]].tolist())
+    if first == last:
+        raise ValueError(
+            f'nothing to learn from this drive: it ends in the cell where it began, {first}, so '
+            f'that it leads nowhere; end the drive at the goal, or cut it to the way there with '
+            f'`experience trim`')
 
 
 def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:

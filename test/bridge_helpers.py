@@ -159,6 +159,20 @@ def demonstration_bag(root: Path, n: int = 200, rate: float = 20.0) -> Path:
     return bag.folder
 
 
+#: Cells of a drive that ends where it began.
+LOOP = [(2, 2), (2, 3), (2, 4), (3, 4), (4, 4), (4, 3), (4, 2), (3, 2), (2, 2)]
+
+
+def loop_bag(root: Path, cells: list[tuple[int, int]] = LOOP) -> Path:
+    """Record a demonstration through the centres of some cells that was kept."""
+    header = EpisodeHeader(EpisodeKind.DEMO, 'task1', GRID).to_mapping()
+    with start_bag(TaskFolder(root, 'task1'), EpisodeKind.DEMO, header) as bag:
+        for i, (row, col) in enumerate(cells):
+            bag.write('/odom', ODOMETRY, raw_odometry(i, *GRID.world_from_cell(row, col)),
+                      nanoseconds(i))
+    return bag.folder
+
+
 def trial_bag(root: Path, write: Callable[[BagWriter], None]) -> Path:
     """Record a trial; return its folder."""
     header = EpisodeHeader(EpisodeKind.TRIAL, 'task1', GRID).to_mapping()

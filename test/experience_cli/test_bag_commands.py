@@ -7,7 +7,7 @@ import shutil
 
 import pytest
 
-from bridge_helpers import demonstration_bag
+from bridge_helpers import demonstration_bag, loop_bag
 from experience_cli.main import main
 from msgs_bridge.bag_folder import mcap_path, TaskFolder
 from msgs_bridge.bag_records import BagReader
@@ -366,3 +366,19 @@ def test_a_folder_that_cannot_be_written_is_one_line(task, mistake):
         pytest.skip('root may write everywhere')
     task.find(1).path.chmod(0o500)
     assert 'permission denied' in mistake('label', DEMO, 'failure')
+
+
+def test_a_drive_that_ends_where_it_began_keeps_no_command_from_its_work(
+    tmp_path, monkeypatch, experience, mistake,
+):
+    monkeypatch.chdir(tmp_path)
+    loop_bag(tmp_path / 'bags')
+    [bag] = json.loads(experience('list', '--json'))
+    assert bag['state'] == 'not kept'
+    assert 'ends in the cell where it began, (2, 2)' in bag['note']
+    for command in ('learn', 'inspect'):
+        assert 'nothing was learnt' in mistake(command, 'bags/task1')
+    demonstration_bag(tmp_path / 'bags')
+    assert 'ends in the cell where it began' in experience('learn', 'bags/task1')
+    assert 'relearnt' in experience('label', 'task1/0001', 'success')
+    assert 'to (4, 3)' in experience('trim', 'task1/0001', '--to', '5.5')  # as it is advised

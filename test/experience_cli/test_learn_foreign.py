@@ -8,7 +8,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import get_typestore, Stores
 from sensor_msgs.msg import PointCloud2
 
-from bridge_helpers import demonstration_bag, GRID, nanoseconds, ODOMETRY, raw_odometry, raw_sight
+from bridge_helpers import (
+    demonstration_bag, GRID, loop_bag, nanoseconds, ODOMETRY, raw_odometry, raw_sight)
 from experience_cli.main import main
 from msgs_bridge import qos
 from msgs_bridge.any_bag import open_bag
@@ -138,6 +139,13 @@ class TestInto:
         line = mistake(capsys, bag, '--into', tmp_path / 'bags' / 'task')
         assert "frame is 'map', must be 'odom'" in line
         assert not TaskFolder(tmp_path / 'bags', 'task').episodes()
+
+    def test_a_drive_that_ends_where_it_began_is_not_kept(self, tmp_path, capsys):
+        bag = loop_bag(tmp_path / 'theirs')
+        line = mistake(capsys, bag, '--into', tmp_path / 'bags' / 'task')
+        assert 'ends in the cell where it began' in line
+        assert not TaskFolder(tmp_path / 'bags', 'task').episodes()
+        assert 'ends in the cell where it began' in mistake(capsys, bag, '--odom-topic', '/odom')
 
     def test_the_learner_starts_from_it(self, tmp_path, capsys, ros_domain, ros_node):
         bag = record(tmp_path / 'bag', NAMES, StoragePlugin.SQLITE3)

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from control_field.grid import Grid
 from learner_node.lessons import Lessons
-from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.bag_folder import BagError, TaskFolder
 from msgs_bridge.episodes import read_header
 from ros_helpers import ROOT
 
@@ -32,3 +33,12 @@ def test_places_to_teach_from_lie_apart_and_in_the_workspace(lessons):
 
 def test_no_more_places_than_asked_for(lessons):
     assert len(lessons.teach_here(2)) == 2
+
+
+def test_what_the_learner_refuses_names_the_bag(lessons, monkeypatch):
+    taught = Lessons(lessons.grid, lessons.parameters)
+    bag = TaskFolder(Path(ROOT) / 'bags', 'sample').episodes()[0]
+    # No drive is known that gets so far; should there be one, the commands say it in a line.
+    monkeypatch.setattr(taught._learner.memory, 'grid', Grid(1, 1, 0.25))
+    with pytest.raises(BagError, match=r'0001_demo cannot be learnt from: a demonstration leaves'):
+        taught.learn(bag)

@@ -7,7 +7,7 @@ import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from bridge_helpers import (
-    CLOUD, demonstration_bag, GRID, OCCUPANCY, ODOMETRY, random_decisions,
+    CLOUD, demonstration_bag, GRID, LOOP, loop_bag, OCCUPANCY, ODOMETRY, random_decisions,
     raw_decisions, raw_odometry, raw_sight, raw_status, STATUS, trial_bag, write_drive)
 from control_field.grid import Grid
 from control_field.records import Outcome
@@ -106,6 +106,17 @@ class TestDemonstrations:
             write_drive(bag)
         with pytest.raises(NothingToLearnError, match='the demonstration was not kept'):
             read_episode(bag.folder, GRID)
+
+    def test_a_drive_that_ends_where_it_began_teaches_nothing(self, tmp_path):
+        folder = loop_bag(tmp_path)
+        with pytest.raises(NothingToLearnError, match=r'where it began, \(2, 2\)'):
+            read_episode(folder, GRID)
+        with pytest.raises(BagError, match='end the drive at the goal'):
+            read_foreign_demonstration(folder, GRID)
+
+    def test_a_drive_over_its_goal_and_back_to_it_is_a_way_there(self, tmp_path):
+        folder = loop_bag(tmp_path, LOOP[1:])
+        assert len(read_episode(folder, GRID).record.cells) == len(LOOP) - 1
 
     def test_nothing_driven_or_recorded(self, tmp_path):
         task, header = TaskFolder(tmp_path, 'task1'), EpisodeHeader('demo', 'task1', GRID)
