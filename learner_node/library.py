@@ -86,13 +86,16 @@ class Library:
         Raises
         ------
         BagError
-            If a bag cannot be read, or is of another grid, frame or version.
+            If a bag cannot be read, or is of another grid, frame or version. What is in force
+            stays so.
 
         """
-        self.lessons = Lessons(self.grid, self.lessons.parameters)
         lines = [f'the bags of before are in {self.aside}'] if self.aside else []
         lines += [f'found {report}' for report in repair_task(self.task)]
-        lessons = [self.learn(episode) for episode in self.task.episodes()]
+        fold = Lessons(self.grid, self.lessons.parameters)
+        lessons = [fold.learn(episode) for episode in self.task.episodes()]
+        # Only now: until all of them are learnt from, and if that fails, the field stays.
+        self.lessons, self._n_asked = fold, 0
         lines += [f'{lesson.episode.name}: {lesson.note}'
                   for lesson in lessons if lesson.refresh is None]
         if lessons:
@@ -114,13 +117,12 @@ class Library:
         Raises
         ------
         BagError
-            If there is none, or it cannot be removed.
+            If there is none, it cannot be removed, or the others cannot be relearnt from.
 
         """
         last = self._last()
         self.task.remove(last.number)
-        self.relearn()
-        return f'{last.name} is dropped: {self._standing()}'
+        return self._relearn_after(f'{last.name} is dropped')
 
     def label_last(self, label: Label) -> str:
         """
@@ -129,13 +131,19 @@ class Library:
         Raises
         ------
         BagError
-            If there is none, or it cannot be noted.
+            If there is none, it cannot be noted, or the bags cannot be relearnt from.
 
         """
         last = self._last()
         write_label(last.path, label)
-        self.relearn()
-        return f'{last.name} is labelled {label}: {self._standing()}'
+        return self._relearn_after(f'{last.name} is labelled {label}')
+
+    def _relearn_after(self, change: str) -> str:
+        try:
+            self.relearn()
+        except BagError as error:
+            raise BagError(f'{change}, but the control field stays as it was: {error}') from None
+        return f'{change}: {self._standing()}'
 
     def _last(self) -> EpisodeFolder:
         episodes = self.task.episodes()

@@ -3,16 +3,16 @@
 from collections.abc import Callable
 from concurrent.futures import Future as JobFuture
 from functools import partial
+from operator import attrgetter
 import os
 import time
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
-import rclpy
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message, serialize_message
@@ -35,13 +35,12 @@ from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.topics import Recorded, recorded_topics, type_name
 from learner_node.warm_up import warm_up
-from learner_node.worker import Worker
+from learner_node.worker import result_of, Worker
 from msgs_bridge.bag_folder import BagError, check_unused, EpisodeKind, TaskFolder
 from msgs_bridge.command_line import check_names
-from msgs_bridge.node_main import exit_with, spin_until_signal, start_node
+from msgs_bridge.node_main import exit_with, run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import pose_from_odometry
-from msgs_bridge.processes import prepare
 from msgs_bridge.tables import decisions_from_cloud
 from msgs_bridge.trial_status import State, status_from_trial, trial_from_status, TrialStatus
 
@@ -53,6 +52,8 @@ _FLUSH_PERIOD: Final = 0.5
 _TELL_PERIOD: Final = 1.0
 #: How long the end waits for what is being learnt, [s].
 _WORKER_PATIENCE: Final = 1.0
+_START_POSES: Final = ParameterDescriptor(
+    description='where trials start: x, y, yaw, x, y, yaw, ... [m, rad]', read_only=True)
 
 
 class LearnerNode(Node):
@@ -73,7 +74,8 @@ class LearnerNode(Node):
             self, Parameters, fixed=list(Parameters.__dataclass_fields__))
         self._settings = declare_parameters_from(
             self, Settings, fixed=FIXED, on_change=self._on_settings)
-        poses = self.declare_parameter('start_poses', Parameter.Type.DOUBLE_ARRAY).value
+        poses = self.declare_parameter(
+            'start_poses', Parameter.Type.DOUBLE_ARRAY, _START_POSES).value
         check_names(self)
         task = TaskFolder(self._settings.bags, self._settings.task)
         check_unused(task.path)
@@ -85,6 +87,7 @@ class LearnerNode(Node):
             self._settings, lambda: self._library.next_start(self._settings.starts == 'spread'))
         self._recorder = Recorder(self._library.task, self._library.header)
         self.fatal = ''
+        self.has_ended = False  #: whether the worker is done, too; nothing is lost if it is not
         self._lesson: Lesson | None = None
         self._heard: set[str] = set()
         self._odometry_time = 0
@@ -95,7 +98,7 @@ class LearnerNode(Node):
         self._worker = Worker()
         self._worker.wake = self.create_guard_condition(self._worker.collect).trigger
         self._worker.do(self._library.relearn, self._on_relearnt)
-        self._worker.do(lambda: warm_up(parameters), lambda future: future.result())
+        self._worker.do(lambda: warm_up(parameters), self._on_warm)
         self._session.begin(time.monotonic())
 
     def _make_topics(self) -> None:
@@ -127,7 +130,7 @@ class LearnerNode(Node):
         looks = {'odom': self._saw_odometry, 'experience': self._saw_experience,
                  'trial': self._saw_trial,
                  'cmd_vel': lambda _: self._session.heard_command(time.monotonic())}
-        look = looks.get(topic.name, bool)
+        look = looks.get(topic.name, lambda _: None)
 
         def read(cdr: bytes) -> None:
             message = Raw(name, kind, cdr, self._now(topic.name, cdr))
@@ -293,9 +296,9 @@ class LearnerNode(Node):
 
     def _on_changed(self, future: 'JobFuture[str]') -> None:
         try:
-            text = future.result()
+            text = self._result(future)
         except BagError as error:
-            self._learnt()
+            self._go_on()
             self._desk.answer(False, str(error))
             return
         self._learnt()
@@ -304,7 +307,7 @@ class LearnerNode(Node):
 
     def _on_relearnt(self, future: 'JobFuture[list[str]]') -> None:
         try:
-            for line in future.result():
+            for line in self._result(future):
                 self._say(line)
         except BagError as error:
             self.fatal = str(error)
@@ -314,7 +317,7 @@ class LearnerNode(Node):
 
     def _on_lesson(self, future: 'JobFuture[Lesson]') -> None:
         try:
-            self._lesson = future.result()
+            self._lesson = self._result(future)
         except BagError as error:
             self._lose(error)
             return
@@ -323,10 +326,22 @@ class LearnerNode(Node):
         self._say(sentence)
         self._desk.answer(self._lesson.refresh is not None, sentence)
 
+    def _on_warm(self, future: 'JobFuture[None]') -> None:
+        try:
+            self._result(future)
+        except BagError as error:
+            self._say(str(error), warns=True)
+
+    def _result(self, future: 'JobFuture[Any]') -> Any:
+        return result_of(future, self.get_logger().error)
+
     def _learnt(self) -> None:
         """Push the field, then let the session go on with it."""
-        refresh = self._library.refresh
         self._publish_field(self._session.n_left > 1)
+        self._go_on()
+
+    def _go_on(self) -> None:
+        refresh = self._library.refresh
         self.carry_out(self._session.learnt(
             -1 if refresh is None else refresh.field.revision, time.monotonic()))
         missing = self._settings.auto_trials - self._library.n_trials
@@ -346,18 +361,10 @@ class LearnerNode(Node):
         messages = self._publications.publish_field(field, refresh)
         self._recorder.in_force = [self._raw(*message) for message in messages.items()]
 
-    def close(self) -> bool:
-        """
-        End what is under way: the trial is stopped, the bag closed and marked as aborted.
-
-        Returns
-        -------
-        bool
-            Whether the worker has ended, too; nothing is lost if it has not.
-
-        """
+    def close(self) -> None:
+        """End what is under way: the trial is stopped, the bag closed and marked as aborted."""
         self.carry_out(self._session.shut_down(time.monotonic()))
-        return self._worker.close(_WORKER_PATIENCE)
+        self.has_ended = self._worker.close(_WORKER_PATIENCE)
 
 
 def main(args: list[str] | None = None) -> None:
@@ -371,19 +378,10 @@ def main(args: list[str] | None = None) -> None:
         wrong.
 
     """
-    prepare()
-    node = None
-    try:
-        node = start_node(PROGRAM, LearnerNode, args)
-        spin_until_signal(node, lambda: node.fatal)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        is_done = node is None or node.close()
-        rclpy.try_shutdown()
+    node = run_node(PROGRAM, LearnerNode, args, is_over=attrgetter('fatal'))
     if node is not None and node.fatal:
         exit_with('learner_node', node.fatal)
-    if not is_done:
+    if node is not None and not node.has_ended:
         # Compiling may take seconds yet, and a thread in it does not survive the interpreter.
         os._exit(0)
 

@@ -5,10 +5,40 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from queue import SimpleQueue
 from threading import Thread
+import traceback
 from typing import Any
+
+from msgs_bridge.bag_folder import BagError
 
 Job = Callable[[], Any]
 Done = Callable[['Future[Any]'], None]
+
+
+def result_of(future: 'Future[Any]', log: Callable[[str], object]) -> Any:
+    """
+    Return what a job came to.
+
+    Parameters
+    ----------
+    future : Future
+        That has finished.
+    log : callable
+        Is told where a mistake of ours was made.
+
+    Raises
+    ------
+    BagError
+        If it failed, be it by a mistake of ours: what the learner holds and records is kept.
+
+    """
+    try:
+        return future.result()
+    except BagError:
+        raise
+    except Exception as error:
+        log(''.join(traceback.format_exception(error)))
+        raise BagError(f'a mistake in the learner, please report it: {type(error).__name__}: '
+                       f'{error}') from None
 
 
 class Worker:

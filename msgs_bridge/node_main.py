@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 import os
 import signal
 import sys
@@ -52,9 +53,10 @@ _signals: Final = _Signals()
 
 
 def run_node(
-    program: Program, kind: Callable[[], Node], args: list[str] | None = None,
+    program: Program, kind: Callable[[], AnyNode], args: list[str] | None = None,
     executor: Callable[[], Any] = SingleThreadedExecutor,
-) -> None:
+    is_over: Callable[[AnyNode], Any] = lambda node: False,
+) -> AnyNode | None:
     """
     Run a node until SIGINT or SIGTERM; what it has to do at its end is its `close`.
 
@@ -69,6 +71,13 @@ def run_node(
         Those of the command line by default.
     executor : callable
         Makes the executor.
+    is_over : callable
+        Tells of the node whether its work is over without a signal.
+
+    Returns
+    -------
+    Node or None
+        The node, for which there is no ROS any more; None if a signal came before it was made.
 
     Raises
     ------
@@ -81,7 +90,7 @@ def run_node(
     node = None
     try:
         node = start_node(program, kind, args)
-        spin_until_signal(node, executor=executor())
+        spin_until_signal(node, partial(is_over, node), executor())
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
@@ -91,6 +100,7 @@ def run_node(
         finally:
             with suppress(rcl.RCLError):
                 try_shutdown()
+    return node
 
 
 def start_node(

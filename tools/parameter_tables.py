@@ -74,8 +74,8 @@ def page() -> str:
               f'`control_field_node` has those that decisions depend on: {deciding}. Give both '
               'nodes the same.', Parameters),
         table('control_field_node', '', ControllerSettings, CONTROLLER_FIXED),
-        table('learner_node', 'And `start_poses`: a flat list x, y, yaw, x, y, yaw, ... in metres '
-              'and radians.', LearnerSettings, LEARNER_FIXED),
+        table('learner_node', 'And `start_poses` (fixed): a flat list x, y, yaw, x, y, yaw, ... '
+              'in metres and radians.', LearnerSettings, LEARNER_FIXED),
         table('sim_node', '', SimParameters, SIM_FIXED),
         table('neighbourhood_node', '', SightSettings, SIGHT_FIXED),
         table('teleop_node', '', TeleopSettings, TELEOP_FIXED),

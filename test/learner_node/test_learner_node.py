@@ -5,14 +5,17 @@ import sys
 
 from nav_msgs.msg import Odometry
 import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
 
+from bridge_helpers import demonstration_bag
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from msgs_bridge import qos
 from msgs_bridge.bag_file import start_bag
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
+from msgs_bridge.bag_folder import EpisodeKind, mcap_path, TaskFolder
 from msgs_bridge.bag_repair import needs_repair
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import NothingToLearnError, read_episode
@@ -228,6 +231,50 @@ def test_a_drive_that_teaches_nothing_is_said(ros_domain, ros_node, tmp_path):
         assert process.running
     assert not answer.success
     assert 'nothing' in answer.message
+
+
+def test_a_drive_that_ends_where_it_began_is_said_and_the_task_goes_on(
+    ros_domain, ros_node, tmp_path,
+):
+    for _ in range(2):  # the second learner finds the bag of the first one
+        with start(tmp_path) as process:
+            robot = Robot(ros_node)
+            robot.meet(process)
+            robot.cross(process, None, lambda robot=robot: robot.stamp > 30.0)
+            wait_until(lambda robot=robot: robot.drive(0.6) and robot.stamp > 32.0, node=ros_node)
+            answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
+                          SetBool.Request(data=False))
+            assert process.running
+        assert not answer.success
+        assert 'ends in the cell where it began' in answer.message
+        assert 'Traceback' not in process.stderr
+    assert len(TaskFolder(tmp_path / 'bags', 'task').episodes()) == 2
+
+
+def test_a_change_that_cannot_be_relearnt_publishes_nothing(ros_domain, ros_node, tmp_path):
+    bags = [demonstration_bag(tmp_path / 'bags', n) for n in (200, 250)]
+    fields = collect(ros_node, PointCloud2, 'control_field', qos.LATCHED)
+    with start(tmp_path, task='task1') as process:
+        wait_until(lambda: fields, node=ros_node, processes=[process], what='a field')
+        mcap_path(bags[0]).write_bytes(b'no bag at all')
+        answer = call(ros_node, Trigger, 'learner_node/drop_last')
+        assert not answer.success
+        assert 'task1/0002 is dropped, but the control field stays as it was' in answer.message
+        again = call(ros_node, Trigger, 'learner_node/run_trials')  # it is idle again
+        assert 'simulation is false' in again.message
+        assert not call(ros_node, Trigger, 'learner_node/label_failure').success
+    assert len(fields) == 1
+    assert not field_from_cloud(fields[-1]).is_void
+
+
+def test_the_start_poses_are_fixed(ros_domain, ros_node, tmp_path):
+    with start(tmp_path, start_poses=[1.0, 1.0, 0.0]):
+        answer = call(ros_node, SetParameters, 'learner_node/set_parameters',
+                      SetParameters.Request(parameters=[
+                          Parameter('start_poses', value=[2.0, 2.0, 0.0]).to_parameter_msg()]))
+    [result] = answer.results
+    assert not result.successful
+    assert 'read-only' in result.reason
 
 
 def test_a_full_disk_is_one_line_and_keeps_what_was_recorded(ros_domain, ros_node, tmp_path):

@@ -4,12 +4,12 @@ import threading
 
 import pytest
 
-from bridge_helpers import demonstration_bag, GRID
+from bridge_helpers import demonstration_bag, GRID, loop_bag
 from control_field.parameters import Parameters
 from learner_node.library import Library, set_aside
 from learner_node.recorder import Raw, Recorder, stamp_of
 from learner_node.settings import Settings, start_poses_from_list, StartPose
-from learner_node.worker import Worker
+from learner_node.worker import result_of, Worker
 from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.trial_status import Label
@@ -94,6 +94,38 @@ class TestLibrary:
         library.label_last(Label.SUCCESS)
         assert library.refresh is not None
 
+    def test_a_drive_that_teaches_nothing_leaves_the_task_usable(self, task):
+        field = library_of(task).field().q.tobytes()
+        loop_bag(task.root)
+        library = library_of(task)
+        assert library.field().q.tobytes() == field
+        assert 'task1/0002: nothing was learnt: nothing to learn from this' in library.lines[0]
+
+    @pytest.mark.parametrize('change', ['drop', 'label'])
+    def test_a_change_that_cannot_be_relearnt_leaves_the_field_in_force(self, task, change):
+        for n in (300, 250):
+            demonstration_bag(task.root, n)
+        library = library_of(task)
+        before = library.field().q.tobytes()
+        task.find(1).bag.write_bytes(b'no bag at all')
+        with pytest.raises(BagError, match='but the control field stays as it was'):
+            library.drop_last() if change == 'drop' else library.label_last(Label.FAILURE)
+        assert library.field().q.tobytes() == before
+
+    def test_the_field_in_force_stays_until_all_bags_are_relearnt(self, task):
+        library = library_of(task)
+        held = []
+
+        class Slow(TaskFolder):
+            def episodes(self):
+                held.append(library.refresh)
+                return super().episodes()
+
+        library.task = Slow(task.root, task.task)
+        library.relearn()
+        assert len(held) > 1
+        assert None not in held
+
 
 class TestRecorder:
 
@@ -170,6 +202,15 @@ class TestWorker:
         worker.collect()
         assert isinstance(got[0].exception(), ZeroDivisionError)
         assert got[1].result() == 2
+
+    def test_a_mistake_of_ours_is_one_line_and_logged_with_its_place(self):
+        worker, got, logged = Worker(), [], []
+        worker.do(lambda: 1 / 0, got.append)
+        assert worker.close(5.0)
+        worker.collect()
+        with pytest.raises(BagError, match=r'^a mistake .*ZeroDivisionError: division by zero$'):
+            result_of(got[0], logged.append)
+        assert 'test_library.py' in logged[0]
 
     def test_does_not_wait_for_ever(self):
         worker, gate = Worker(), threading.Event()
