@@ -152,12 +152,14 @@ def _run_seed(experiment: Experiment, seed: int) -> Course:
     steps = collisions = 0
     for number in range(1, experiment.n_trials + 1):
         practice = method.practise(number)
+        is_judged = experiment.judged_after is None or number in experiment.judged_after
         if practice is None:
-            after.append({**after[-1], 'trials': float(number), 'seconds_learning': 0.0})
+            if is_judged:
+                after.append({**after[-1], 'trials': float(number), 'seconds_learning': 0.0})
             continue
         steps, collisions = steps + practice.steps, collisions + practice.collisions
         spent = _Spent(steps, collisions, practice.reinforcements, practice.seconds)
-        if experiment.judged_after is None or number in experiment.judged_after:
+        if is_judged:
             after.append(_row(method, task, judged, shown, number, spent))
     return Course(seed, after, field_columns(method, task, shown))
 

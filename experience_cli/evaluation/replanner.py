@@ -74,7 +74,7 @@ class Replanner:
                 return 2, step, length
             length += float(STEP_LENGTH[heading])
             row, col = row + int(STEP_ROW[heading]), col + int(STEP_COL[heading])
-        return 2, limit, length
+        return 0 if (row, col) == self.task.goal else 2, limit, length
 
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the first step of the shortest way on the map as it is."""

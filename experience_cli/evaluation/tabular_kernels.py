@@ -239,4 +239,4 @@ def greedy_run(
             return 2, step, length
         length += np.sqrt(float(STEP_ROW[action] ** 2 + STEP_COL[action] ** 2))
         place += STEP_ROW[action] * n_cols + STEP_COL[action]
-    return 2, step_limit, length
+    return 0 if place == goal else 2, step_limit, length

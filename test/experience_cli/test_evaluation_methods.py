@@ -5,12 +5,15 @@ import pytest
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
+from control_field.simulation import GridWorld
 from experience_cli.evaluation.experiment import Experiment, has_demonstration, run, run_seed
 from experience_cli.evaluation.generators import generate
 from experience_cli.evaluation.judging import METRICS, spl
+from experience_cli.evaluation.methods import Task
 from experience_cli.evaluation.places import choose_places
 from experience_cli.evaluation.registry import make_method, METHODS
 from experience_cli.evaluation.summary import interval_of_median, summarise
+from experience_cli.evaluation.teachers import demonstrate
 
 
 def experiment(family='rooms', n_trials=4, size=12, **options):
@@ -77,6 +80,25 @@ def test_what_does_not_learn_by_trying_stays_as_it_is():
     for method in ('eq7', 'nearest_prototype'):
         course = run_seed(experiment(method=method), 0)
         assert len({row['success'] for row in course.after}) == 1
+
+
+@pytest.mark.parametrize('method', METHODS)
+def test_every_method_is_judged_as_seldom(method):
+    course = run_seed(experiment(method=method, judged_after=(0, 2, 4)), 0)
+    assert [row['trials'] for row in course.after] == [0, 2, 4]
+
+
+@pytest.mark.parametrize('method', ['ours', 'nearest_prototype', 'replanner', 'dyna_q+demo'])
+@pytest.mark.parametrize(('limit', 'outcome'), [(4, 2), (5, 0)])
+def test_the_last_step_allowed_may_be_the_one_into_the_goal(method, limit, outcome):
+    parameters = Parameters(step_limit=limit)
+    world = GridWorld(np.zeros((1, 6), np.int8), parameters)
+    reachable = np.ones((1, 6), dtype=bool)
+    task = Task(world, Grid(1, 6, 1.0), (0, 5), (0, 0), False, reachable, parameters)
+    taught = make_method(method, task, np.random.default_rng(0))
+    taught.teach(demonstrate(world, 'shortest', (0, 0), (0, 5), np.random.default_rng(0), 1))
+    runs = taught.runs(np.array([[0, 0]]), 0)
+    assert (runs.outcome.tolist(), runs.n_steps.tolist()) == ([outcome], [limit])
 
 
 def test_parts_of_the_course_can_be_left_unjudged():
