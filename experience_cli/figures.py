@@ -20,6 +20,8 @@ from experience_cli.drawing import (
 )
 from experience_cli.report import TaskReport
 
+#: Numbers of the figures of final fields, one a task.
+_FINALS = (3, 4)
 #: Number of the figure, what it counts, and its name in a trial's report.
 _HISTORIES = (
     (5, 'steps to the goal', 'steps'),
@@ -31,18 +33,20 @@ _HISTORIES = (
 def draw_figures(out: Path, reports: Sequence[TaskReport]) -> list[Path]:
     """Write ``figure_2.png`` to ``figure_7.png`` into a folder; return their paths."""
     paths = []
-    for name, figure in _figures(reports):
+    for name, figure in figures_of(reports):
         paths.append(out / f'{name}.png')
         figure.savefig(paths[-1])
     return paths
 
 
-def _figures(reports: Sequence[TaskReport]) -> Iterator[tuple[str, Figure]]:
+def figures_of(reports: Sequence[TaskReport]) -> Iterator[tuple[str, Figure]]:
+    """Draw the figures, each with the name of its file."""
     yield 'figure_2', demonstrated_figure(reports[0])
-    for number, report in enumerate(reports, start=3):
-        # Beside the paper's two tasks there may be others, which its numbers do not fit.
-        yield (f'figure_{number}' if number < 5 else f'figure_{report.name}',
-               final_figure(number, report))
+    for number, report in zip(_FINALS, reports, strict=False):
+        yield f'figure_{number}', final_figure(f'Figure {number}  ', report)
+    # Beside the paper's two tasks there may be others, which its numbers do not fit.
+    for report in reports[len(_FINALS):]:
+        yield f'figure_{report.name}', final_figure('', report)
     for number, what, field in _HISTORIES:
         yield f'figure_{number}', history_figure(number, what, field, reports)
 
@@ -61,13 +65,13 @@ def demonstrated_figure(report: TaskReport) -> Figure:
     return figure
 
 
-def final_figure(number: int, report: TaskReport) -> Figure:
+def final_figure(number: str, report: TaskReport) -> Figure:
     """Draw the final field with the true map and the way of the last trial: figures 3 and 4."""
     figure = new_figure()
     axes = figure.add_subplot()
     refresh = report.final
     grid = refresh.field.grid
-    draw_frame(axes, grid, f'Figure {number}  Final control field of {report.name}')
+    draw_frame(axes, grid, f'{number}Final control field of {report.name}')
     blocked = report.world.occupancy == 100
     draw_cells(axes, grid, blocked, WALL)
     draw_field(axes, refresh.field, blocked)

@@ -14,7 +14,7 @@ from control_field.records import ControlField, Outcome, Trial
 from control_field.simulation import GridWorld
 from control_field.words import counted
 from learner_node.lessons import Lesson, Lessons
-from msgs_bridge.bag_folder import EpisodeFolder, EpisodeKind, TaskFolder
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.bag_tables import pose_table
 from msgs_bridge.episodes import find_topic, read_header
@@ -129,17 +129,22 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
 
     """
     episodes = task.episodes()
+    if not episodes:
+        raise BagError(f'{task.path} holds no bags')
     header = read_header(episodes[0].path)
     fold = Lessons(header.grid, header.parameters)
     lessons = [fold.learn(episode) for episode in episodes]
-    demonstrated = next(lesson for lesson in lessons if lesson.refresh is not None)
+    demonstrated = next((lesson for lesson in lessons if lesson.refresh is not None), None)
+    if demonstrated is None:
+        raise BagError(f'{task.path} holds no demonstration that was kept')
     trials: list[TrialReport] = []
     for lesson in lessons:
         if lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is not None:
             trials.append(_trial_report(len(trials) + 1, lesson))
     assert demonstrated.refresh is not None
     assert fold.refresh is not None
-    n_aborted = sum(lesson.refresh is None for lesson in lessons)
+    n_aborted = sum(lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is None
+                    for lesson in lessons)
     start = header.grid.cell_from_world(*trials[0].path[0]) if trials else (0, 0)
     return TaskReport(
         task.task, demonstrated.refresh, fold.refresh, driven_path(demonstrated.episode)[1],
