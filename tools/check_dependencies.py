@@ -2,7 +2,8 @@
 Compare what the code imports with what package.xml declares.
 
 Every import from outside the standard library has to be declared with its rosdep key, every key
-has to be a real one, and nothing may be declared that nothing uses.
+has to be a real one, and nothing may be declared that nothing uses; for running what only tests
+use neither.
 """
 
 import ast
@@ -25,7 +26,6 @@ OURS = frozenset((
 # Import name -> rosdep key, looked up in rosdistro (rosdep/python.yaml, jazzy/distribution.yaml).
 KEYS = {
     'PIL': 'python3-pil',
-    'ament_index_python': 'ament_index_python',
     'builtin_interfaces': 'builtin_interfaces',
     'diagnostic_msgs': 'diagnostic_msgs',
     'geometry_msgs': 'geometry_msgs',
@@ -45,7 +45,6 @@ KEYS = {
     'rosbags': 'python3-rosbags-pip',
     'rosgraph_msgs': 'rosgraph_msgs',
     'ruamel': 'python3-ruamel.yaml',
-    'rosidl_runtime_py': 'rosidl_runtime_py',
     'scipy': 'python3-scipy',
     'sensor_msgs': 'sensor_msgs',
     'sklearn': 'python3-sklearn',
@@ -115,13 +114,23 @@ def problems(run: Iterable[Import], test: Iterable[Import], package_xml: str) ->
     run, test = list(run), list(test)
     run_keys, test_keys = declared_in(package_xml)
     found = [*_missing(run, run_keys), *_missing(test, run_keys | test_keys)]
-    used = {KEYS.get(i.name) for i in (*run, *test)}
-    for key in sorted(run_keys | test_keys):
-        if key not in TOOLS and key not in KEYS.values():
-            found.append(f'package.xml: {key} is not a rosdep key known to {Path(__file__).name}')
-        elif key not in TOOLS and key not in used:
-            found.append(f'package.xml: {key} is declared, but nothing imports it')
-    return found
+    return [*found, *_idle(run_keys, test_keys, run, test)]
+
+
+def _idle(
+    run_keys: set[str], test_keys: set[str], run: list[Import], test: list[Import],
+) -> Iterator[str]:
+    """Yield what is wrong with keys that are declared."""
+    in_run, in_test = ({KEYS.get(i.name) for i in imports} for imports in (run, test))
+    for key in sorted((run_keys | test_keys) - TOOLS):
+        if key not in KEYS.values():
+            yield f'package.xml: {key} is not a rosdep key known to {Path(__file__).name}'
+        elif key not in in_run | in_test:
+            yield f'package.xml: {key} is declared, but nothing imports it'
+        elif key in run_keys - in_run:
+            yield f'package.xml: {key} is declared for running, but only tests import it'
+        elif key in test_keys - in_test:
+            yield f'package.xml: {key} is declared for tests, but no test imports it'
 
 
 def _missing(imports: Iterable[Import], keys: set[str]) -> Iterator[str]:

@@ -4,7 +4,9 @@ import re
 
 import pytest
 
-from tools.check_dependencies import declared_in, Import, imports_in, imports_of, problems
+from ros_helpers import ROOT
+from tools.check_dependencies import (
+    declared_in, Import, imports_in, imports_of, KEYS, problems)
 
 PACKAGE_XML = """
 <package format="3">
@@ -40,6 +42,23 @@ def test_a_made_up_key_is_named():
 def test_an_idle_declaration_is_named():
     assert problems(RUN[:1], TEST, PACKAGE_XML) == [
         'package.xml: python3-numpy is declared, but nothing imports it']
+
+
+def test_what_only_tests_import_is_declared_for_tests():
+    for_running = PACKAGE_XML.replace('<test_depend>', '<exec_depend>').replace(
+        '</test_depend>', '</exec_depend>')
+    assert problems(RUN, TEST, for_running) == [
+        'package.xml: python3-pytest is declared for running, but only tests import it']
+
+
+def test_what_only_runs_is_not_declared_for_tests():
+    yaml = PACKAGE_XML.replace('python3-pytest', 'python3-yaml')
+    assert problems([*RUN, Import('yaml', 'b.py:3')], [], yaml)[-1] == (
+        'package.xml: python3-yaml is declared for tests, but no test imports it')
+
+
+def test_no_key_is_known_that_is_not_declared():
+    assert set(KEYS.values()) <= set.union(*declared_in((ROOT / 'package.xml').read_text()))
 
 
 def test_imports_are_found_wherever_they_stand(tmp_path):
