@@ -3,7 +3,7 @@ Fuzz every decoder and bag reader, guided by coverage: ``python -m benchmarks.fu
 
 It needs `atheris` (``pip install atheris``), which is in no lock file: it weighs 35 MB and nothing
 else needs it. Every target is fuzzed in a process of its own, which ends at the first error that
-is not a `ValueError`, at a second for one input, or at more memory than it may have. What was
+is not a `ValueError`, at two seconds for one input, or at more memory than it may have. What was
 found to reach new code is kept in the corpus folder, and the next run begins with it.
 """
 

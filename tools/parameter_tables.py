@@ -23,6 +23,8 @@ from sim_node.parameters import SimParameters
 from teleop_node.settings import FIXED as TELEOP_FIXED
 from teleop_node.settings import Settings as TeleopSettings
 
+#: A range of fewer whole numbers is looked at one by one.
+_FEW = 10
 PAGE = Path(__file__).resolve().parents[1] / 'doc' / 'parameters.md'
 
 INTRODUCTION = """# Parameters
@@ -40,28 +42,42 @@ same as one of this node's is a warning.
 """
 
 
-def limits_of(spec: 'Field[Any]') -> str:
-    """Return the range or the choices of a parameter."""
+def limits_of(spec: 'Field[Any]', kind: Any) -> str:
+    """Return the range or the choices of a parameter of a dataclass."""
     meta = spec.metadata
     if meta['choices']:
         return ', '.join(f'`{choice}`' for choice in meta['choices'])
     low, high = meta['low'], meta['high']
     if isinstance(spec.default, bool) or (math.isinf(low) and math.isinf(high)):
         return ''
+    if isinstance(spec.default, int) and high - low < _FEW:
+        values = range(int(low), int(high) + 1)
+        taken = [value for value in values if _takes(kind, spec.name, value)]
+        if len(taken) < len(values):
+            return ' or '.join(map(str, taken))
     return f'{low:g} to {high:g}'
 
 
-def row_of(spec: 'Field[Any]', fixed: bool) -> str:
+def _takes(kind: Any, name: str, value: int) -> bool:
+    """Tell whether a value is allowed beside the defaults."""
+    try:
+        kind(**{name: value})
+    except ValueError:
+        return False
+    return True
+
+
+def row_of(spec: 'Field[Any]', kind: Any, fixed: bool) -> str:
     """Return one line of a table."""
     default = str(spec.default).lower() if isinstance(spec.default, bool) else spec.default
     unit = '' if spec.metadata['unit'] == '1' else spec.metadata['unit']
     meaning = spec.metadata['meaning'] + (' (fixed)' if fixed else '')
-    return f'| `{spec.name}` | `{default}` | {unit} | {limits_of(spec)} | {meaning} |'
+    return f'| `{spec.name}` | `{default}` | {unit} | {limits_of(spec, kind)} | {meaning} |'
 
 
 def table(title: str, note: str, kind: Any, fixed: tuple[str, ...] = ()) -> str:
     """Return a section: a heading, a note and a table of a dataclass."""
-    rows = '\n'.join(row_of(spec, spec.name in fixed) for spec in fields(kind))
+    rows = '\n'.join(row_of(spec, kind, spec.name in fixed) for spec in fields(kind))
     return (f'\n## {title}\n{note}\n\n| name | default | unit | range | meaning |\n'
             f'|---|---|---|---|---|\n{rows}\n')
 
@@ -72,7 +88,8 @@ def page() -> str:
     return INTRODUCTION + ''.join([
         table('Learning', 'Of `learner_node`, `experience learn` and `experience evaluate --set`; '
               f'`control_field_node` has those that decisions depend on: {deciding}. Give both '
-              'nodes the same.', Parameters),
+              'nodes the same. All are fixed on `learner_node`; on `control_field_node` they can '
+              'be changed at run time, and hold from the next trial on.', Parameters),
         table('control_field_node', '', ControllerSettings, CONTROLLER_FIXED),
         table('learner_node', 'And `start_poses` (fixed): a flat list x, y, yaw, x, y, yaw, ... '
               'in metres and radians.', LearnerSettings, LEARNER_FIXED),
