@@ -215,6 +215,7 @@ class _Composer:
             through -= float(self.spared[row, col] * STEP_LENGTH[heading] * self.factor[after])
         best = self.cost[row, col]
         return bool(np.isfinite(best) and through <= best + _WORTH_KEEPING)
+
     def _table(self) -> tuple[Prototypes, npt.NDArray[np.float64]]:
         """Return the prototypes as they stand, and their weights."""
         memory = self.memory

@@ -9,8 +9,6 @@ import numpy.typing as npt
 
 #: What no integer holds is far outside all the same.
 _FAR = 2.0**62
-
-
 #: What fits into memory, field, Q-matrix and all; 4096 x 4096.
 MOST_CELLS: Final = 2**24
 #: Longest name of a frame; it stands in messages for people.

@@ -133,7 +133,6 @@ class TestDemonstrations:
         assert list(read_task(task, GRID, said.append)) == []
         assert len(said) == 3
 
-
     def test_a_bag_of_a_few_bytes_is_said_to_be_cut_off(self, tmp_path):
         folder = demonstration_bag(tmp_path)
         bag = mcap_path(folder)
