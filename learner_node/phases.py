@@ -50,7 +50,7 @@ RECORDING: Final = (Phase.DEMONSTRATION, Phase.SETTLING, *IN_TRIAL)
 WORDS: Final = {
     Phase.IDLE: 'nothing is under way', Phase.DEMONSTRATION: 'a demonstration is recorded',
     Phase.SETTLING: 'a demonstration is being kept', Phase.LEARNING: 'learning',
-    Phase.PLACING: 'the robot is being set back'}
+    Phase.PLACING: 'the robot is being set back', Phase.STARTING: 'a trial is being started'}
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from msgs_bridge.bag_file import BagWriter, start_bag
 from msgs_bridge.bag_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
 
 
-#: Decisions that may arrive before their trial is known to run.
-_N_EARLY: Final = 64
+#: Messages of decisions that may arrive before their trial is recorded: while a demonstration is
+#: kept, or the learner learns, a person may start one.
+_N_EARLY: Final = 4096
 #: Where the stamp of a serialised message lies that begins with a header.
 _STAMP_AT: Final = 4
 
@@ -99,7 +100,7 @@ class Recorder:
             self._sight = message
         if self._writer is not None:
             self.write(message)
-        elif name == 'experience':
+        if name == 'experience' and self.kind is not EpisodeKind.TRIAL:
             self._early.append(message)
 
     def write(self, message: Raw, log_time: int | None = None) -> None:

@@ -5,43 +5,21 @@ It knows no ROS and no files: whoever owns a `Session` tells it what happens, wi
 steady clock, and carries out the effects it returns, in order.
 """
 
-from collections import Counter
 from collections.abc import Callable
 import math
 
 from control_field.records import Outcome
 from control_field.watch import StopReason
 from learner_node.effects import (
-    Abandon,
-    Close,
-    Discard,
-    Effect,
-    Effects,
-    Place,
-    Record,
-    Say,
-    StartTrial,
-    StopTrial,
-)
+    Abandon, Close, Discard, Effect, Effects, Place, Record, Say, StartTrial, StopTrial)
 from learner_node.phases import (
-    IN_TRIAL,
-    LOST,
-    MAX_ASKING,
-    MAX_REQUESTS,
-    MAX_SETTLING,
-    obstacle,
-    Peers,
-    Phase,
-    PLACE_REQUESTS,
-    QUIET,
-    RECORDING,
-    RETRY,
-    SessionError,
-    WORDS,
-)
+    IN_TRIAL, LOST, MAX_ASKING, MAX_REQUESTS, MAX_SETTLING, obstacle, Peers, Phase, PLACE_REQUESTS,
+    QUIET, RECORDING, RETRY, SessionError, WORDS)
 from learner_node.settings import Settings, StartPose
+from learner_node.tally import is_running, Tally
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.trial_status import State, TrialStatus
+
 
 class Session:
     """
@@ -66,7 +44,7 @@ class Session:
         self._start = StartPose(0.0, 0.0)
         self._peers = Peers()
         self._status: TrialStatus | None = None
-        self._counts: Counter[int] = Counter()
+        self._tally = Tally()
         self._began = self._heard = self._asked = -math.inf
         self._n_asked = self._n_silent = 0
         self._stamp = 0.0
@@ -178,6 +156,7 @@ class Session:
         self._peers = peers
         if not peers.controller:
             self._status = None
+            self._tally.clear()
         if lost and self.phase in (*IN_TRIAL, Phase.PLACING):
             return self._break_off(f'the {" and the ".join(lost)} went away', now)
         return self._proceed(now)
@@ -197,7 +176,7 @@ class Session:
         """Take in where the robot is; of interest only while it is being placed."""
         if self.phase is not Phase.PLACING or not self._start.is_near(x, y, yaw):
             return []
-        self._counts.clear()
+        self._tally.clear()
         self._n_asked = 0
         self.trial = 0
         self._go(Phase.STARTING, now)
@@ -205,8 +184,8 @@ class Session:
 
     def saw_decisions(self, trial: int, n_rows: int, now: float) -> Effects:
         """Take in that decisions of a trial have arrived."""
-        self._counts[trial] += n_rows
-        return self._finish(now)
+        self._tally.add(trial, n_rows)
+        return self._finish(now) or self._take_up(now)
 
     def saw_status(self, status: TrialStatus, now: float) -> Effects:
         """Take in how the controller's trial stands."""
@@ -214,9 +193,10 @@ class Session:
         if status.state in (State.RUNNING, State.PAUSED):
             return self._saw_running(status, before, now)
         if status.state is State.ENDED:
-            return self._saw_ended(status, now)
+            return self._saw_ended(status, before, now)
         if self.phase is Phase.TRIAL:
             return self._break_off('the controller started anew', now)
+        self._tally.pass_over(0)
         # A controller that begins has not got what the one before it was asked.
         if self.phase is Phase.STARTING:
             self._n_silent, self._asked = LOST, now
@@ -231,17 +211,25 @@ class Session:
             if status.revision != self.revision:
                 return self._break_off(
                     f'it runs on field revision {status.revision}, not {self.revision}', now)
-        elif self.phase is Phase.IDLE and self._counts[status.trial] >= status.decisions:
-            self.trial = status.trial
-            self._go(Phase.TRIAL, now)
-            return [Record(EpisodeKind.TRIAL)]
-        return []
+        return self._take_up(now)
 
-    def _saw_ended(self, status: TrialStatus, now: float) -> Effects:
-        if self.phase is Phase.STARTING and self._counts[status.trial] > 0:
+    def _take_up(self, now: float) -> Effects:
+        """Record the trial that somebody else has started, as long as nothing of it is lost."""
+        if self.phase is not Phase.IDLE or not self._tally.is_whole(self._status):
+            return []
+        assert self._status is not None
+        self.trial = self._status.trial
+        self._go(Phase.TRIAL, now)
+        return [Record(EpisodeKind.TRIAL)]
+
+    def _saw_ended(
+        self, status: TrialStatus, before: TrialStatus | None, now: float,
+    ) -> Effects:
+        if self.phase is Phase.STARTING and self._tally[status.trial] > 0:
             self.trial = status.trial  # it ended before it was seen to run
         if self.phase not in IN_TRIAL or status.trial != self.trial:
-            return self._proceed(now)
+            missed = self._tally.missed(status, before, self.phase)
+            return [*([Say(missed, warns=True)] if missed else []), *self._proceed(now)]
         self._go(Phase.FINISHING, now)
         return self._finish(now)
 
@@ -250,13 +238,14 @@ class Session:
         status = self._status
         if self.phase is not Phase.FINISHING or status is None or status.outcome is None:
             return []
-        if self._counts[self.trial] < status.decisions or (
+        if self._tally[self.trial] < status.decisions or (
                 self._stamp < status.stamp and now - self._began < self._patience):
             return []
         if status.outcome is Outcome.ABORTED:
             return self._break_off(status.reason or 'the controller aborted it', now, told=True)
         if status.reason.startswith(StopReason.ASKED.sentence):
             self.n_left = 0
+        self._tally.forget(self.trial)
         self._go(Phase.LEARNING, now)
         return [Close()]
 
@@ -276,14 +265,14 @@ class Session:
             return []
         self.n_left = max(self.n_left - 1, 0) if self.trial else self.n_left
         self.trial = 0
-        self._counts.clear()
         self._go(Phase.WAITING if self.n_left else Phase.IDLE, now)
-        return self._proceed(now)
+        return self._take_up(now) or self._proceed(now)
 
     def failed(self, now: float) -> Effects:
         """Take in that nothing more can be recorded: stop the robot."""
         stops = self.phase in IN_TRIAL
         self.n_left = 0
+        self._tally.pass_over(self.trial)
         self._go(Phase.IDLE, now)
         return [Abandon(''), *([StopTrial()] if stops else [])]
 
@@ -291,13 +280,16 @@ class Session:
 
     def tick(self, now: float) -> Effects:
         """Look whether something has not come for too long; call it about every 50 ms."""
+        if self.phase is Phase.IDLE:
+            lost = self._tally.loss(self._status)
+            return [Say(lost, warns=True)] if lost else []
         if self.phase is Phase.SETTLING:
             return self._settle(now)
         if self.phase is Phase.TRIAL:
             return self._watch_trial(now)
         if self.phase is Phase.FINISHING and now - self._began > self.settings.peer_timeout:
             return self._break_off(
-                f'{self._counts[self.trial]} of {self._status.decisions if self._status else 0} '
+                f'{self._tally[self.trial]} of {self._status.decisions if self._status else 0} '
                 f'decisions arrived', now)
         if self.phase is Phase.FINISHING:
             return self._finish(now)
@@ -369,15 +361,12 @@ class Session:
 
     def _wait(self, missing: str, now: float) -> Effects:
         effects: Effects = []
-        if self._is_running() and now - self._asked > RETRY:
+        if is_running(self._status) and now - self._asked > RETRY:
             effects += self._ask(StopTrial(), now)
         if missing != self._told and now - self._began > self.settings.peer_timeout:
             self._told = missing
             effects.append(Say(f'the next trial waits: {missing}', warns=True))
         return effects
-
-    def _is_running(self) -> bool:
-        return self._status is not None and self._status.state in (State.RUNNING, State.PAUSED)
 
     def _obstacle(self) -> str:
         return obstacle(self._peers, self._status, self.revision, self.settings.controller)
@@ -391,10 +380,12 @@ class Session:
         elif self.phase in IN_TRIAL:
             effects.append(Abandon('' if told else reason, self.trial))
         # A request to a controller that runs nothing could come late and stop the trial after it.
-        if self.phase in IN_TRIAL and self._peers.controller and self._is_running():
+        if self.phase in IN_TRIAL and self._peers.controller and is_running(self._status):
             effects.append(StopTrial())
+        # A controller that is gone may use the number again.
+        self._tally.clear()
+        self._tally.pass_over(self.trial if is_running(self._status) else 0)
         self.trial = 0
-        self._counts.clear()
         self._asked = now
         self._go(Phase.WAITING if self.n_left else Phase.IDLE, now)
         return effects

@@ -144,6 +144,18 @@ class TestRecorder:
         assert [(channel.topic, log, sent) for channel, log, sent, _ in records] == [
             ('/contact', 5, 1), ('/map', 5, 2), ('/odom', 6, 6)]
 
+    def test_keeps_the_decisions_of_a_trial_that_starts_during_a_demonstration(self, tmp_path):
+        library = library_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(library.task, library.header)
+        recorder.start(EpisodeKind.DEMO, 0)
+        for stamp in range(200):
+            recorder.saw('experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', stamp))
+        recorder.close()
+        trial = recorder.start(EpisodeKind.TRIAL, 300)
+        recorder.saw('experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 301))
+        recorder.close()
+        assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(200), 301]
+
     def test_leaves_nothing_of_what_is_discarded(self, tmp_path):
         library = library_of(TaskFolder(tmp_path, 'task1'))
         recorder = Recorder(library.task, library.header)

@@ -239,6 +239,91 @@ class TestTrials:
         assert play.phase is Phase.IDLE
 
 
+def warnings_of(effects):
+    return [effect.text for effect in effects if isinstance(effect, Say) and effect.warns]
+
+
+class TestTrialsOfOthers:
+    """Those that a person starts while the session does something else."""
+
+    def start_while_learning(self, play, seen, decisions=4):
+        play('relearn')
+        play('saw_status', running(7))
+        if seen:
+            play('saw_decisions', 7, seen)
+        play('saw_status', running(7, decisions=decisions))
+
+    def test_one_that_starts_while_the_learner_learns_is_recorded_afterwards(self, play):
+        self.start_while_learning(play, 4)
+        assert play('learnt', 2) == [Record(EpisodeKind.TRIAL)]
+        assert (play.phase, play.session.trial) == (Phase.TRIAL, 7)
+        play('saw_status', ended(7, decisions=4))
+        assert play.log[-1] == Close()
+        assert warnings_of(play.log) == []
+
+    def test_one_that_starts_while_a_trial_is_learnt_is_recorded_afterwards(self, trying):
+        trying('stop_trials')
+        trying('saw_decisions', 1, 3)
+        trying('saw_status', ended())
+        trying('saw_decisions', 2, 1)
+        trying('saw_status', running(2, decisions=1))
+        assert trying('learnt', 2) == [Record(EpisodeKind.TRIAL)]
+
+    @pytest.mark.parametrize('end', ['keep', 'discard'])
+    def test_one_that_starts_during_a_demonstration_is_recorded_afterwards(self, play, end):
+        play('record')
+        play('saw_status', running(7))
+        play('saw_decisions', 7, 2)
+        play('saw_status', running(7, decisions=2))
+        play(end)
+        play.wait(1.0)
+        play('learnt', 2)
+        play('saw_status', running(7, decisions=2))
+        assert play.log[-1] == Record(EpisodeKind.TRIAL)
+
+    def test_decisions_that_come_after_their_status_are_waited_for(self, play):
+        play('saw_status', running(7, decisions=1))
+        assert play.wait(0.5) == []
+        assert play('saw_decisions', 7, 1) == [Record(EpisodeKind.TRIAL)]
+
+    def test_one_that_lost_its_beginning_is_told_of_once(self, play):
+        self.start_while_learning(play, 1)
+        assert play('learnt', 2) == []
+        [told] = warnings_of(play.wait(10.0))
+        assert told.startswith('trial 7 is not recorded: 1 of its 4 decisions arrived')
+        play('saw_status', running(7, decisions=5))
+        play('saw_status', ended(7, decisions=5))
+        assert len(warnings_of(play.log)) == 1
+        assert Record(EpisodeKind.TRIAL) not in play.log
+
+    def test_one_that_is_over_before_it_can_be_recorded_is_told_of(self, play):
+        self.start_while_learning(play, 4)
+        play('saw_status', ended(7, decisions=4))
+        assert warnings_of(play.log) == [
+            'trial 7 is not recorded: the learner was still learning']
+        assert play('learnt', 2) == []
+
+    def test_one_that_ended_before_the_learner_came_is_not_told_of(self, play):
+        play('saw_status', ended(7))
+        assert play.wait(5.0) == []
+
+    def test_one_that_was_broken_off_is_not_told_of_again(self, play):
+        play('saw_status', running(7))
+        [*_, stop] = play.wait(6.0)  # no odometry
+        assert stop == StopTrial()
+        n_told = len(warnings_of(play.log))
+        play('saw_status', running(7, decisions=2))
+        play.wait(5.0)
+        play('saw_status', ended(7, Outcome.STOPPED))
+        assert len(warnings_of(play.log)) == n_told
+
+    def test_a_controller_that_started_anew_may_use_the_number_again(self, play):
+        play('saw_status', running(1))
+        play.wait(6.0)
+        play('saw_status', idle())
+        assert play('saw_status', running(1)) == [Record(EpisodeKind.TRIAL)]
+
+
 class TestRetries:
 
     def test_the_robot_is_placed_again(self, play):
@@ -260,6 +345,12 @@ class TestRetries:
         assert Discard() in play.log
         assert any(isinstance(effect, Say) and 'broken off' in effect.text for effect in play.log)
         assert play.session.n_left == 1
+
+    def test_a_trial_that_is_being_started_is_called_so(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        with pytest.raises(SessionError, match='cannot change a bag now: a trial is being start'):
+            play('relearn')
 
     def test_a_start_that_may_yet_be_answered_is_not_asked_for_twice(self, play):
         play('run_trials', 1)
@@ -348,7 +439,9 @@ class TestLostPeers:
         play('saw_status', running(9, decisions=5))
         play('run_trials', 1)
         assert play.wait(0.5) == [StopTrial()]
-        assert play('saw_status', ended(9, Outcome.STOPPED)) == [Place(START)]
+        told, *rest = play('saw_status', ended(9, Outcome.STOPPED))
+        assert told == Say('trial 9 is not recorded: the learner runs trials itself', warns=True)
+        assert rest == [Place(START)]
 
 
 def test_nothing_goes_on_when_nothing_can_be_recorded(trying):

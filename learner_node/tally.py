@@ -1,0 +1,93 @@
+"""What has arrived of the controller's trials: whether one that others start can be recorded."""
+
+from collections import Counter
+from typing import Final
+
+from learner_node.phases import Phase
+from msgs_bridge.trial_status import State, TrialStatus
+
+#: Ticks after which decisions that have not arrived are lost; ticks for the reason of `LOST`.
+_LATE: Final = 40
+#: Why a trial was not recorded, by what the session was doing when it ended.
+_BUSY: Final = {
+    Phase.DEMONSTRATION: 'a demonstration was being recorded',
+    Phase.SETTLING: 'a demonstration was being kept',
+    Phase.LEARNING: 'the learner was still learning'}
+
+
+def is_running(status: TrialStatus | None) -> bool:
+    """Tell whether a trial runs, or is paused."""
+    return status is not None and status.state in (State.RUNNING, State.PAUSED)
+
+
+class Tally:
+    """The decisions that have arrived, by trial, and which trial is over for the session."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._counts: Counter[int] = Counter()
+        self._passed = self._short = self._n_short = 0
+
+    def __getitem__(self, trial: int) -> int:
+        """Return how many decisions of a trial have arrived."""
+        return self._counts[trial]
+
+    def add(self, trial: int, n_rows: int) -> None:
+        """Take in that decisions of a trial have arrived."""
+        self._counts[trial] += n_rows
+
+    def forget(self, trial: int) -> None:
+        """Forget a trial that was recorded: a controller started anew may use its number again."""
+        del self._counts[trial]
+
+    def pass_over(self, trial: int) -> None:
+        """Leave a trial be: it was broken off, and people know; 0 for none."""
+        self._passed = trial
+
+    def clear(self) -> None:
+        """Forget all trials."""
+        self._counts.clear()
+        self._passed = 0
+
+    def is_whole(self, status: TrialStatus | None) -> bool:
+        """Tell whether a trial runs of which nothing is lost yet."""
+        return (status is not None and is_running(status) and status.trial != self._passed
+                and self._counts[status.trial] >= status.decisions)
+
+    def loss(self, status: TrialStatus | None) -> str:
+        """Say, once, that a trial runs that cannot be recorded any more; call it every tick."""
+        if (status is None or not is_running(status) or status.trial == self._passed
+                or self.is_whole(status)):
+            self._n_short = 0
+            return ''
+        self._n_short = self._n_short + 1 if status.trial == self._short else 1
+        self._short = status.trial
+        if self._n_short < _LATE:
+            return ''
+        n = self._counts[status.trial]
+        self._passed = status.trial
+        return (f'trial {status.trial} is not recorded: {n} of its {status.decisions} decisions '
+                f'arrived here, it began before the learner could hear it')
+
+    def missed(
+        self, status: TrialStatus, before: TrialStatus | None, phase: Phase,
+    ) -> str:
+        """
+        Say that a trial has ended that was not recorded, if people do not know it yet.
+
+        Parameters
+        ----------
+        status : TrialStatus
+            Of its end.
+        before : TrialStatus or None
+            The one before; what was not seen to run may have ended long ago.
+        phase : Phase
+            What the session was doing meanwhile.
+
+        """
+        if (before is None or not is_running(before) or before.trial != status.trial
+                or status.trial == self._passed):
+            return ''
+        self._passed = status.trial
+        why = _BUSY.get(phase, 'the learner runs trials itself')
+        return f'trial {status.trial} is not recorded: {why}'
