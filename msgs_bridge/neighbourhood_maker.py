@@ -59,7 +59,8 @@ class NeighbourhoodMaker:
         self._poses = PoseHistory()
         self._stamp = 0.0
         self._read: Any = None
-        self._made: tuple[tuple[int, int], Cells] | None = None
+        #: The cells made last, and of what: cell, pose at the scan, settings.
+        self._made: tuple[tuple[object, ...], Cells] | None = None
 
     @property
     def has_seen(self) -> bool:
@@ -117,19 +118,20 @@ class NeighbourhoodMaker:
     def _cells(self, cell: tuple[int, int], pose: Pose) -> Cells:
         if self.problem(pose.stamp):
             return bounded(np.full((3, 3), UNKNOWN, dtype=np.int8), cell, self.grid)
-        if self._made is None or self._made[0] != cell:
-            self._made = cell, self._look(cell)
+        # A scan may come before the odometry of its time: then its pose is known better later.
+        then = self._poses.nearest(self._stamp) if self.settings.source == 'scan' else None
+        made_of = cell, then, self.settings
+        if self._made is None or self._made[0] != made_of:
+            self._made = made_of, self._look(cell, then)
         return self._made[1]
 
-    def _look(self, cell: tuple[int, int]) -> Cells:
+    def _look(self, cell: tuple[int, int], then: Pose | None) -> Cells:
         settings, grid = self.settings, self.grid
-        if settings.source == 'costmap':
+        if then is None:
             costmap, values = self._read
             return neighbourhood_from_costmap(
                 costmap, values, cell, grid, lethal=settings.lethal_threshold,
                 radius=settings.robot_radius, seen_share=settings.seen_share)
-        then = self._poses.nearest(self._stamp)
-        assert then is not None
         return neighbourhood_from_scan(
             self._read, Placement(then.x, then.y, then.yaw), settings.laser, cell, grid,
             settings.body)

@@ -59,6 +59,21 @@ class TestMaker:
         assert made.col == 11
         np.testing.assert_array_equal(made.cells[:, 1], BLOCKED)
 
+    def test_a_scan_that_is_newer_than_odometry_is_placed_anew_when_its_own_comes(self):
+        maker = self.maker()
+        maker.saw(scan(1.2, 3.2, robot_x=2.74))
+        made = maker.neighbourhood(odometry(1.15, x=2.5))  # from there the wall were at 2.96
+        np.testing.assert_array_equal(made.cells[:, 2], BLOCKED)
+        made = maker.neighbourhood(odometry(1.2, x=2.74))
+        assert (made.cells[:, 2] != BLOCKED).all()
+
+    def test_settings_count_at_once(self):
+        maker = self.maker()
+        maker.saw(scan(1.0, 3.1))
+        assert (maker.neighbourhood(odometry(1.0)).cells[:, 2] == FREE).all()
+        maker.settings = SightSettings(robot_radius=0.3)
+        assert (maker.neighbourhood(odometry(1.05)).cells[:, 2] == BLOCKED).all()
+
     @pytest.mark.parametrize(('age', 'said'), [
         (0.6, '0.60 s older'), (-0.6, '0.60 s newer'), (100.0, '100.00 s older')])
     def test_stale_is_unknown(self, age, said):
