@@ -8,14 +8,14 @@ import numpy as np
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.simulation import GridWorld
+from experience_cli.demo import WAY
+from experience_cli.driver import cells_along
 from experience_cli.evaluation.experiment import Course, Experiment, run_all
 from experience_cli.evaluation.generators import DYNA_GOAL, dyna_maze, DYNA_START
 from experience_cli.evaluation.teachers import demonstration_from_path
 from sim_node.world import load_world
 
 WORLDS = Path(__file__).resolve().parent.parent / 'config' / 'worlds'
-#: Corners of the paper's demonstration, cells.
-WAY = ((3, 2), (3, 15), (16, 15))
 #: Steps of the demonstration in the Dyna maze, and the least there are.
 DYNA_STEPS, DYNA_LEAST = 16, 14
 
@@ -35,16 +35,11 @@ def paper_experiment(name: str, parameters: Parameters, n_trials: int) -> Experi
 
     """
     world = load_world(WORLDS / f'{name}.yaml')
-    path = [WAY[0]]
-    for row, col in WAY[1:]:
-        while path[-1] != (row, col):
-            last = path[-1]
-            path.append((last[0] + int(np.sign(row - last[0])),
-                         last[1] + int(np.sign(col - last[1]))))
     open_world = GridWorld(np.zeros_like(world.occupancy), parameters)
     return Experiment(
         world.grid, world.occupancy, WAY[-1], [WAY[0]], n_trials, spread=False, teacher='blind',
-        parameters=parameters, demonstrations=(demonstration_from_path(open_world, path, 1),),
+        parameters=parameters,
+        demonstrations=(demonstration_from_path(open_world, cells_along(WAY), 1),),
         start_radius=0.0)
 
 

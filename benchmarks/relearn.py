@@ -19,6 +19,8 @@ from control_field.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Trial
 from control_field.simulation import GridWorld
+from experience_cli.demo import WAY
+from experience_cli.driver import cells_along
 from experience_cli.learn import digest
 from msgs_bridge.bag_file import BagWriter, start_bag
 from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
@@ -30,8 +32,6 @@ from msgs_bridge.tables import cloud_from_decisions, cloud_from_field, cloud_fro
 from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
 from sim_node.world import find_world, load_world
 
-#: Corners of the demonstration, cells.
-WAY = ((3, 2), (3, 15), (16, 15))
 #: Seconds a cell, and odometry messages in one.
 STEP, TICKS = 1.25, 12
 TASK = 'task1'
@@ -64,12 +64,7 @@ class Recorder:
 
     def demonstration(self, world: GridWorld) -> Demonstration:
         """Record the way that is shown."""
-        cells = [WAY[0]]
-        for row, col in WAY[1:]:
-            while cells[-1] != (row, col):
-                last = cells[-1]
-                cells.append((last[0] + int(np.sign(row - last[0])),
-                              last[1] + int(np.sign(col - last[1]))))
+        cells = cells_along(WAY)
         with self._start(EpisodeKind.DEMO) as bag:
             self._drive(bag, np.array(cells), world)
         stamps = np.arange(len(cells)) * STEP

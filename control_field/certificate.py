@@ -108,17 +108,17 @@ def certify(
         cost = compiled.cost_to_go(field.known, *field.goal, shown, np.zeros(shown.shape),
                                    np.ones(shown.shape), rules)
         reachable = np.isfinite(cost)
-    counted = (field.known == 0) & reachable
-    n = int(counted.sum())
+    judged = (field.known == 0) & reachable
+    n = int(judged.sum())
     state = compiled.flow_basin(field.known, headings, *field.goal, rules)
     proven = compiled.flow_basin(field.known, headings, *field.goal, (rules[0], True, rules[2]))
     at_end = compiled.flow_ends(field.known, headings, state, rules)
-    away = counted.copy()
+    away = judged.copy()
     away[field.goal] = False
     return Certificate(
-        basin=float((state[counted] == 1).mean()) if n else 0.0,
-        proven=float((proven[counted] == 1).mean()) if n else 0.0,
-        sinks=np.argwhere(at_end & counted).astype(np.int32),
+        basin=float((state[judged] == 1).mean()) if n else 0.0,
+        proven=float((proven[judged] == 1).mean()) if n else 0.0,
+        sinks=np.argwhere(at_end & judged).astype(np.int32),
         fidelity=fidelity_of(headings, shown, field.known, rules),
         n_prototypes=n_prototypes, n_free=int((field.known == 0).sum()), n_reachable=n,
         coherence_min=float(field.coherence[away].min()) if away.any() else 0.0)

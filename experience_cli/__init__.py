@@ -1,1 +1,1 @@
-"""The command line: demo, learn, evaluate, inspect, repair."""
+"""The command line `experience`: a module a command, listed in `main.COMMANDS`."""

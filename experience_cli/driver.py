@@ -23,6 +23,17 @@ def points_from_cells(grid: Grid, cells: Sequence[tuple[int, int]]) -> list[Poin
     return [grid.world_from_cell(row, col) for row, col in cells]
 
 
+def cells_along(corners: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return the cells ``(row, col)`` of a way that leads straight from corner to corner."""
+    cells = list(corners[:1])
+    for row, col in corners[1:]:
+        while cells[-1] != (row, col):
+            last_row, last_col = cells[-1]
+            cells.append((last_row + (row > last_row) - (row < last_row),
+                          last_col + (col > last_col) - (col < last_col)))
+    return cells
+
+
 class Driver:
     """
     Drives along a line of points.

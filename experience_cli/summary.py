@@ -24,8 +24,8 @@ class Summary:
     bag, kind, path : str
         Such as ``task1/0003``, ``trial``, and where its folder is.
     state : str
-        ``kept`` (it is learnt from), ``not kept``, ``aborted``, ``forgotten``, ``cut`` (its
-        recording was not closed) or ``unreadable``.
+        ``kept`` (it is learnt from), ``not kept``, ``aborted``, ``forgotten``, ``recording`` (by
+        a learner that runs), ``cut`` (its recording was not closed) or ``unreadable``.
     begun : float or None
         Time of day, [s] since 1970; None in simulated time.
     duration : float or None

@@ -91,7 +91,7 @@ class Replanner:
 
     def notes(self) -> Notes:
         """Return the basin on its own map."""
-        counted = (self.known == 0) & np.isfinite(self._cost(self.known))
+        judged = (self.known == 0) & np.isfinite(self._cost(self.known))
         home = compiled.flow_basin(
             self.known, self._headings(self.known), *self.task.goal, self.task.world.rules) == 1
-        return Notes(0, basin=float(home[counted].mean()) if counted.any() else float('nan'))
+        return Notes(0, basin=float(home[judged].mean()) if judged.any() else float('nan'))

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 import pytest
 
 from control_field.grid import Grid
-from experience_cli.driver import Driver, NEAR, points_from_cells
+from experience_cli.demo import WAY
+from experience_cli.driver import cells_along, Driver, NEAR, points_from_cells
 
 TICK = 0.05
 
@@ -59,3 +60,10 @@ def test_it_does_not_command_at_the_end():
     driver = Driver([(0.0, 0.0), (1.0, 0.0)])
     assert driver.command(1.0, 0.0, 0.0) is None
     assert driver.travelled == pytest.approx(driver.length)
+
+
+def test_the_paper_s_way_is_one_cell_after_the_other():
+    cells = cells_along(WAY)
+    assert [cells[0], cells[-1], len(cells)] == [WAY[0], WAY[-1], 27]
+    assert set(WAY) <= set(cells)
+    assert all(max(abs(b[0] - a[0]), abs(b[1] - a[1])) == 1 for a, b in pairwise(cells))

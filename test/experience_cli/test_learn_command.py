@@ -1,5 +1,7 @@
 """`experience learn`, `inspect` and `repair` on bags, and what users may get wrong."""
 
+import argparse
+import importlib
 import json
 import sys
 
@@ -10,7 +12,7 @@ import pytest
 from bridge_helpers import demonstration_bag, GRID, random_decisions, raw_decisions, raw_status
 from control_field.records import Outcome
 from experience_cli.learn import digest, field_bytes
-from experience_cli.main import main
+from experience_cli.main import COMMANDS, main
 from learner_node.lessons import Lessons
 from msgs_bridge.bag_file import start_bag
 from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
@@ -190,9 +192,12 @@ def test_repair_mends_and_says_so(task, capsys):
 def test_help_names_every_command(capsys):
     with pytest.raises(SystemExit, match='0'):
         main(['--help'])
-    text = capsys.readouterr().out
-    for name in ('demo', 'learn', 'inspect', 'repair'):
-        assert name in text
+    listed = [line.split()[0] for line in capsys.readouterr().out.splitlines()
+              if line.startswith('    ') and line[4] != ' ']
+    subparsers = argparse.ArgumentParser('').add_subparsers()
+    assert listed == [
+        importlib.import_module(f'experience_cli.{name}').add_parser(subparsers).prog.strip()
+        for name in COMMANDS]
 
 
 @pytest.mark.parametrize('arguments', [
