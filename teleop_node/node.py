@@ -11,6 +11,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
 import rclpy
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -35,7 +36,7 @@ from teleop_node.lifecycle import Signals
 from teleop_node.settings import FIXED, Settings
 from teleop_node.status_line import line_from_facts, line_over, message_over
 from teleop_node.teaching import Answer, Teaching
-from teleop_node.terminal import Terminal
+from teleop_node.terminal import descriptor, Terminal
 
 #: How often keys are looked at, the line is written, peers are looked for, [s].
 _KEY_PERIOD: Final = 0.02
@@ -113,8 +114,11 @@ class TeleopNode(Node):
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
     def _make_services(self) -> None:
+        # One that waits for an answer must keep neither the answer nor other requests waiting.
+        group = ReentrantCallbackGroup()
         for action in Action:
-            self.create_service(Trigger, f'~/{action}', self._service(action))
+            self.create_service(
+                Trigger, f'~/{action}', self._service(action), callback_group=group)
         learner, controller = self.settings.learner, self.settings.controller
         self._record = self.create_client(SetBool, f'{learner}/record_demonstration')
         self._learner_parameters = self.create_client(GetParameters, f'{learner}/get_parameters')
@@ -379,20 +383,12 @@ def _close(node: TeleopNode) -> None:
 
 
 def _make_node() -> TeleopNode:
-    source, target = (_descriptor(stream) for stream in (sys.stdin, sys.stdout))
+    source, target = (descriptor(stream) for stream in (sys.stdin, sys.stdout))
     node = TeleopNode(Terminal(source, target) if os.isatty(source) else None)
     if node.settings.keyboard and node.terminal is None:
         raise ValueError('standard input is no terminal, so there are no keys to read: start it '
                          'in a terminal of its own, or set keyboard:=false for its services alone')
     return node
-
-
-def _descriptor(stream: Any) -> int:
-    """Return the descriptor of a standard stream; -1 where it is closed."""
-    try:
-        return int(stream.fileno())
-    except (AttributeError, OSError, ValueError):
-        return -1
 
 
 if __name__ == '__main__':

@@ -100,3 +100,11 @@ class Terminal:
             return os.get_terminal_size(self.target).columns or _USUAL_WIDTH
         except OSError:
             return _USUAL_WIDTH
+
+
+def descriptor(stream: Any) -> int:
+    """Return the descriptor of a standard stream; -1 where it is closed."""
+    try:
+        return int(stream.fileno())
+    except (AttributeError, OSError, ValueError):
+        return -1

@@ -10,6 +10,7 @@ from nav_msgs.msg import Odometry
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
 from msgs_bridge import qos
 from msgs_bridge.bag_label import read_label
@@ -82,6 +83,10 @@ class Person:
         self.terminal.type('k')
         self.wait(lambda: abs(self.pose.v) + abs(self.pose.w) < 1e-6, 'the standstill')
 
+    def asks(self, action):
+        """Call the service of an action; return its answer."""
+        return ros_helpers.call(self.node, Trigger, f'teleop_node/{action}')
+
     def slows_time(self, factor):
         """Let the simulator go slower, so that a busy machine's person has time to act."""
         request = SetParameters.Request(
@@ -150,6 +155,31 @@ def test_teach_redo_keep_try_label_drop(person):
     person.terminal.type('\x1b')
     assert person.terminal.wait() == 0
     assert person.terminal.mode() == person.terminal.before
+
+
+@only_real_time
+@pytest.mark.slow
+def test_every_action_is_a_service_that_answers_and_keeps_no_key_waiting(person):
+    assert person.asks('start_demonstration').success
+    person.holds('i', lambda pose: pose.x > 1.2, 'the wrong way')
+    assert person.asks('redo').success
+    person.wait(lambda: person.is_at(*START), 'the robot set back')
+    person.holds('i', lambda pose: pose.x > 2.6, 'the goal')
+    assert 'prototypes' in person.asks('keep').message
+    assert person.asks('run_trials').success
+    person.wait(lambda: len(person.ended()) == N_TRIALS, 'the trials')
+    person.wait(lambda: len(person.episodes()) == 1 + N_TRIALS, 'the bags')
+    person.wait(lambda: 'ready' in person.terminal.lines()[-1], 'the learner')
+    for action, label in (('label_failure', Label.FAILURE), ('label_success', Label.SUCCESS)):
+        assert person.asks(action).success
+        assert read_label(person.folder / 'bags/drive/0003_trial') is label
+    assert person.asks('drop_last').success
+    assert person.episodes() == ['0001_demo', '0002_trial']
+    assert person.asks('stop').success
+    assert not person.asks('keep').success
+    person.holds('l', lambda pose: pose.yaw < -0.5, 'a turn')
+    assert person.asks('quit').success
+    assert person.terminal.wait() == 0
 
 
 @only_real_time
