@@ -13,9 +13,13 @@ SIZE = 12
 
 @pytest.fixture
 def world(tmp_path):
-    occupancy = generate('rooms', SIZE, 3)
+    return written(tmp_path, 'rooms', 3)
+
+
+def written(folder, family, seed):
+    occupancy = generate(family, SIZE, seed)
     rows = [''.join('.' if cell == 0 else '@' for cell in row) for row in occupancy[::-1]]
-    path = tmp_path / 'rooms.map'
+    path = folder / f'{family}.map'
     path.write_text(f'type octile\nheight {SIZE}\nwidth {SIZE}\nmap\n' + '\n'.join(rows) + '\n')
     return path
 
@@ -76,11 +80,11 @@ def numbers_from_outside(world, field):
     home = {cell: follow(free, headings, goal, cell) for cell in cost}
     lengths = {cell: sum(np.hypot(*STEPS[heading]) for heading in taken)
                for cell, taken in home.items() if taken is not None}
-    not_blocked = field['known'] != 100
-    known = [cell for cell in least_costs(not_blocked, goal) if field['known'][cell] == 0]
-    basin = [follow(not_blocked, headings, goal, cell) is not None for cell in known]
+    allowed = field['known'] == 0 if field['unknown_is_blocked'] else field['known'] != 100
+    known = [cell for cell in least_costs(allowed, goal) if field['known'][cell] == 0]
+    basin = [follow(allowed, headings, goal, cell) is not None for cell in known]
     shown = [headings[cell] == field['shown'][cell] for cell in cells_of(field['shown'] >= 0)
-             if not_blocked[cell] and step(not_blocked, cell, field['shown'][cell])]
+             if field['known'][cell] != 100 and step(allowed, cell, field['shown'][cell])]
     return {
         'field_success': len(lengths) / len(cost),
         'field_success_spl': sum(cost[cell] / length if length else 1.0
@@ -92,8 +96,13 @@ def numbers_from_outside(world, field):
         'greedy_steps': len(follow(free, field['q_matrix'].argmax(axis=2), goal, (1, 1)))}
 
 
-def test_anybody_can_check_the_numbers_from_the_field_file(world, tmp_path, capsys):
-    assert run(world, '--json', str(tmp_path / 'a.json'),
+@pytest.mark.parametrize(('family', 'seed', 'more'), [
+    ('rooms', 3, ()), ('random', 1, ('--set', 'unknown_is_blocked=true'))])
+def test_anybody_can_check_the_numbers_from_the_field_file(
+    tmp_path, capsys, family, seed, more,
+):
+    world = written(tmp_path, family, seed)
+    assert run(world, *more, '--json', str(tmp_path / 'a.json'),
                '--save-field', str(tmp_path / 'field.npz')) == 0
     assert 'field_success' in capsys.readouterr().out
     report = json.loads((tmp_path / 'a.json').read_text())
@@ -101,6 +110,26 @@ def test_anybody_can_check_the_numbers_from_the_field_file(world, tmp_path, caps
     last = report['after'][-1]
     for name, value in numbers_from_outside(world, field).items():
         assert last[name]['values'][0] == pytest.approx(value), name
+
+
+@pytest.mark.parametrize(('method', 'count'), [
+    ('q_learning+demo', lambda field: (field['q_matrix'] != 0).any(axis=2).sum()),
+    ('dyna_q', lambda field: (field['q_matrix'] != 0).any(axis=2).sum()),
+    ('nearest_prototype', lambda field: (field['shown'] >= 0).sum()),
+    ('replanner', lambda field: 0)])
+def test_the_size_of_other_methods_can_be_counted_in_the_field_file_too(
+    world, tmp_path, method, count,
+):
+    assert run(world, '--method', method, '--json', str(tmp_path / 'a.json'),
+               '--save-field', str(tmp_path / 'field.npz')) == 0
+    last = json.loads((tmp_path / 'a.json').read_text())['after'][-1]
+    field = np.load(tmp_path / 'field.npz')
+    assert len(field['centres']) == 0
+    assert last['hidden_neurons']['values'][0] == count(field)
+    if method != 'replanner':
+        assert last['basin']['values'][0] is None
+        assert (field['known'] == -1).all()
+    assert last['greedy_steps']['values'] == last['flow_steps']['values']
 
 
 def test_report_has_an_entry_for_every_number_of_trials(world, tmp_path):
