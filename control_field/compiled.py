@@ -32,8 +32,17 @@ def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
                                              function.__defaults__)
                 rebound.__module__ = module.__name__
                 rebound.__qualname__ = f'{name}_{digest}'
-                compiled[name] = namespace[name] = numba.njit(cache=True)(rebound)
+                compiled[name] = namespace[name] = _jit(rebound)
     return compiled
+
+
+def _jit(function: types.FunctionType) -> Callable[..., Any]:
+    try:
+        return numba.njit(cache=True)(function)
+    except RuntimeError:
+        # There is no folder to write a cache to: a service's user without a home, and a package
+        # that belongs to root. Then it is compiled at every start.
+        return numba.njit(function)
 
 
 # What comes later replaces what is called the same: rehearsal is laid out for compiled code.
