@@ -24,12 +24,13 @@ def run(arguments: argparse.Namespace) -> int:
     from experience_cli.references import find_whole_bag
     from experience_cli.relearning import relearnt_sentence
     from msgs_bridge.bag_folder import check_unused, TaskFolder
-    from msgs_bridge.bag_label import label_from_text, write_label
+    from msgs_bridge.bag_judgement import judge_bag
+    from msgs_bridge.bag_label import label_from_text
 
     episode = find_whole_bag(arguments.bag, arguments.bags)
     task = TaskFolder(episode.path.parent.parent, episode.path.parent.name)
     check_unused(task.path)
-    write_label(episode.path, label_from_text(arguments.label, arguments.bag))
+    judge_bag(episode.path, label_from_text(arguments.label, arguments.bag))
     print(f'{episode.name}: labelled {arguments.label}')
     print(relearnt_sentence(task))
     return 0

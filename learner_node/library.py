@@ -11,7 +11,7 @@ from control_field.words import counted
 from learner_node.lessons import Lesson, Lessons
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
-from msgs_bridge.bag_label import write_label
+from msgs_bridge.bag_judgement import judge_bag
 from msgs_bridge.bag_repair import repair_task
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.trial_status import Label
@@ -135,7 +135,7 @@ class Library:
 
         """
         last = self._last()
-        write_label(last.path, label)
+        judge_bag(last.path, label)
         return self._relearn_after(f'{last.name} is labelled {label}')
 
     def _relearn_after(self, change: str) -> str:

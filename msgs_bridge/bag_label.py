@@ -5,7 +5,7 @@ import re
 from typing import Final
 
 from msgs_bridge.bag_folder import BagError, error_line
-from msgs_bridge.bag_metadata import custom_data, NAME, with_custom_data, write_atomically
+from msgs_bridge.bag_metadata import NAME, with_note, write_atomically
 from msgs_bridge.trial_status import Label
 
 #: The key in rosbag2's ``custom_data``.
@@ -63,7 +63,7 @@ def label_from_text(text: str, path: Path | str) -> Label:
     return Label(text)
 
 
-def write_label(folder: Path | str, label: Label) -> None:
+def write_label(folder: Path | str, label: Label | None) -> None:
     """
     Keep what a person says of a bag; nothing that was recorded is changed.
 
@@ -71,8 +71,9 @@ def write_label(folder: Path | str, label: Label) -> None:
     ----------
     folder : Path
         The bag's folder, whose recording was closed.
-    label : Label
-        `Label.NONE` takes back what was said, also what was said while it was recorded.
+    label : Label or None
+        `Label.NONE` takes back what was said while it was recorded; None leaves no trace of what
+        was said afterwards. `bag_judgement.judge_bag` knows which is called for.
 
     Raises
     ------
@@ -88,5 +89,5 @@ def write_label(folder: Path | str, label: Label) -> None:
                        f'`experience repair {folder}`') from None
     except (OSError, UnicodeDecodeError) as error:
         raise BagError(f'cannot read {path}: {error}') from None
-    values = {**custom_data(text), KEY: str(label) or _NONE}
-    write_atomically(path, with_custom_data(text, values, path).encode())
+    value = None if label is None else str(label) or _NONE
+    write_atomically(path, with_note(text, KEY, value, path).encode())

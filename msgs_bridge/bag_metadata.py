@@ -211,6 +211,33 @@ def with_custom_data(text: str, values: Mapping[str, str], path: Path) -> str:
     return text[:block.start()] + head + lines + text[block.end():]
 
 
+def with_note(text: str, key: str, value: str | None, path: Path) -> str:
+    """
+    Return the text of a ``metadata.yaml`` with one note set, or taken out (None).
+
+    The other notes stay as they are written, so that one taken out again leaves no trace.
+
+    Raises
+    ------
+    BagError
+        If it has no place for any; ``path`` is named.
+
+    """
+    values = custom_data(text)
+    if value is None and key not in values:
+        return text
+    block = _CUSTOM.search(text)
+    head, *lines = block[0].splitlines(keepends=True) if block else ['']
+    own = re.compile(rf'\s*["\']?{re.escape(key)}["\']?\s*:')
+    others = [line for line in lines if not own.match(line)]
+    if block is None or head.strip() != 'custom_data:' or not others:
+        values.pop(key, None)
+        return with_custom_data(text, values | ({} if value is None else {key: value}), path)
+    indent = ' ' * (len(others[0]) - len(others[0].lstrip()))
+    note = '' if value is None else f'{indent}"{key}": "{value}"\n'
+    return text[:block.start()] + head + ''.join(others) + note + text[block.end():]
+
+
 def has_metadata(folder: Path) -> bool:
     """Tell whether a bag's folder has a ``metadata.yaml`` that can be read."""
     try:

@@ -234,7 +234,7 @@ def _why_void(bag: BagReader) -> str:
 
 
 def _demonstration(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
-    status = _last_of_demonstration(_messages(bag, 'trial', header.topics))
+    status = last_of_demonstration(_messages(bag, 'trial', header.topics))
     label = _label(episode, status)
     _check_kept(episode, status, label)
     try:
@@ -246,7 +246,7 @@ def _demonstration(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader
     return Episode(episode, header, record, report, status, notes, label)
 
 
-def _last_of_demonstration(messages: RawMessages) -> TrialStatus | None:
+def last_of_demonstration(messages: RawMessages) -> TrialStatus | None:
     """Return the last of the learner's own: those of trial 0 are none of the controller's."""
     return next((status for _, status in statuses(messages, True)
                  if status.trial == 0 and status.state in (State.RUNNING, State.ENDED)), None)
@@ -321,7 +321,7 @@ def _check_open(record: Demonstration) -> None:
 def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
     rows, n_refused, refusal = decision_table(
         _messages(bag, 'experience', header.topics), header.grid)
-    number, ended = _own_trial(_messages(bag, 'trial', header.topics), rows)
+    number, ended = own_trial(_messages(bag, 'trial', header.topics), rows)
     own = rows[rows['trial'] == number]
     notes = [f'{counted(n_refused, "message")} refused, the first: {refusal}'] if n_refused else []
     if ended is not None and ended.decisions > len(own):
@@ -334,7 +334,7 @@ def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Epi
     return Episode(episode, header, record, None, ended, tuple(notes), label)
 
 
-def _own_trial(
+def own_trial(
     messages: RawMessages, rows: npt.NDArray[np.void],
 ) -> tuple[int, TrialStatus | None]:
     """

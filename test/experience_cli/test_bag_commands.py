@@ -131,6 +131,7 @@ def test_a_trial_labelled_a_failure_is_learnt_from_as_one(task, experience):
     assert changed == {'sample/0002_trial/metadata.yaml'}
     experience('label', FIRST, 'none')
     assert field_of(task) == before
+    assert files_of(task.root) == files
 
 
 def test_without_its_demonstration_there_is_no_field(task, experience):

@@ -62,6 +62,22 @@ def test_notes_of_others_stay_when_a_label_is_written(values):
     assert with_custom_data(again, {}, NAME) == text
 
 
+@pytest.mark.parametrize('notes', [
+    ' ~', ' {}', '\n    robot: "tb3"\n    \'by\':  me # yesterday', '\n      a: |\n        b: c'])
+def test_a_label_taken_back_leaves_the_notes_of_others_as_they_were_written(tmp_path, notes):
+    text = f'a:\n  files: 1\n  custom_data:{notes}\n  ros_distro: jazzy\n'
+    path = tmp_path / NAME
+    path.write_text(text)
+    write_label(tmp_path, None)
+    assert path.read_text() == text
+    for label in (Label.SUCCESS, Label.FAILURE):
+        write_label(tmp_path, label)
+        assert read_label(tmp_path) is label
+        assert custom_data(path.read_text()) == {**custom_data(text), KEY: str(label)}
+    write_label(tmp_path, None)
+    assert path.read_text() == text.replace('{}', '~')  # that is how rosbag2 writes none
+
+
 @pytest.mark.parametrize('written', [
     '  custom_data: {experience_label: failure}\n',
     '  custom_data:\n    experience_label: failure',

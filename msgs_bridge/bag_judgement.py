@@ -1,0 +1,61 @@
+"""What a person says of a bag, beside what was said of it while it was recorded."""
+
+from pathlib import Path
+
+from msgs_bridge.bag_folder import EpisodeKind, mcap_path
+from msgs_bridge.bag_label import write_label
+from msgs_bridge.bag_records import BagReader, RawMessages
+from msgs_bridge.bag_tables import decision_table
+from msgs_bridge.episodes import (
+    find_topic, last_of_demonstration, NothingToLearnError, own_trial, read_header)
+from msgs_bridge.trial_status import Label
+
+
+def judge_bag(folder: Path | str, label: Label) -> None:
+    """
+    Keep what a person says of a bag; nothing that was recorded is changed.
+
+    Parameters
+    ----------
+    folder : Path
+        The bag's folder, whose recording was closed.
+    label : Label
+        `Label.NONE` takes back what was said. Unless that was said while it was recorded, the
+        folder is then, byte by byte, as it was before anything was said.
+
+    Raises
+    ------
+    BagError
+        If the bag cannot be read or the label not be written, or the bag was not closed.
+
+    """
+    is_as_recorded = label is Label.NONE and recorded_label(folder) is Label.NONE
+    write_label(folder, None if is_as_recorded else label)
+
+
+def recorded_label(folder: Path | str) -> Label:
+    """
+    Return what a person said of a bag while it was recorded.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, or is none of ours.
+
+    """
+    path = Path(folder)
+    try:
+        header = read_header(path)
+    except NothingToLearnError:
+        return Label.NONE
+    bag = BagReader(mcap_path(path))
+
+    def messages(role: str) -> RawMessages:
+        return bag.messages(find_topic(bag.topics, role, header.topics))
+
+    if header.kind is EpisodeKind.DEMO:
+        status = last_of_demonstration(messages('trial'))
+    else:
+        rows = decision_table(messages('experience'), header.grid)[0]
+        status = own_trial(messages('trial'), rows)[1]
+    return Label.NONE if status is None else status.label
