@@ -85,7 +85,8 @@ def about_moment(moment: Any) -> dict[str, Any]:
         'trial': None if status is None else {
             'number': status.trial, 'state': str(status.state), 'reason': status.reason},
         'decision': [_row(row, moment) for row in moment.decisions],
-        'command': _command(moment), 'course': _course(moment)}
+        'command': _command(moment), 'course': _course(moment),
+        'no_course': moment.no_course if moment.course is None else None}
 
 
 def _command(moment: Any) -> dict[str, Any]:
@@ -247,7 +248,7 @@ def _velocity_text(velocity: list[float | None]) -> str:
 def _course_lines(about: dict[str, Any]) -> list[str]:
     course = about['course']
     if course is None:
-        return ['there was no field yet']
+        return [about['no_course']]
     x, y = course['vector']
     there = (f'field revision {course["revision"]} in cell {tuple(about["cell"])}: vector '
              f'({x:+.4f}, {y:+.4f}), course {course["heading"]}, coherence '

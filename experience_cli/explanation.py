@@ -19,6 +19,7 @@ from learner_node.lessons import Lessons
 from msgs_bridge.bag_columns import read_columns
 from msgs_bridge.bag_folder import TaskFolder
 from msgs_bridge.bag_tables import decision_table, sight_table, statuses
+from msgs_bridge.episode_header import HEADER_NAME
 from msgs_bridge.trial_status import TrialStatus
 
 #: A requested command belongs to a moment if it is no older, [s].
@@ -249,7 +250,7 @@ class Moment:
     @cached_property
     def course(self) -> Course | None:
         """
-        Return the course of the cell; None where there was no field yet.
+        Return the course of the cell; None where there is none, see `no_course`.
 
         Raises
         ------
@@ -268,6 +269,21 @@ class Moment:
             if voices is not None:
                 return Course(field, prototypes, voices, 'recorded')
         return self._relearnt(field, prototypes)
+
+    @property
+    def no_course(self) -> str:
+        """Say why there is no course: there was no field, or just none in the bag."""
+        recording = self.recording
+        origin = next((values['imported_from'] for name, values in recording.reader.metadata
+                       if name == HEADER_NAME and 'imported_from' in values), '')
+        if origin:
+            return f'the bag holds no field: it was taken over from {origin}'
+        folder, number = recording.episode.path.parent, recording.episode.number
+        before = TaskFolder(folder.parent, folder.name).episodes()
+        if len(recording.messages('control_field')) or all(
+                episode.number >= number for episode in before):
+            return 'there was no field yet'
+        return 'the bag holds no field: which one was in force is not known'
 
     def _relearnt(self, field: ControlField, prototypes: Prototypes | None) -> Course | None:
         """Learn from the bags before this one, which says on which map the courses were made."""

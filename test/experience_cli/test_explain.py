@@ -10,6 +10,7 @@ import pytest
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
+from bridge_helpers import demonstration_bag
 from control_field.headings import UNIT
 from control_field.limits import Limits
 from control_field.provenance import TOLERANCE
@@ -133,6 +134,17 @@ def test_in_the_first_demonstration_a_person_drove_and_there_was_no_field(task, 
     text = explain(DEMO, 3.0, '--bags', 'bags')
     assert 'a person drove' in text
     assert 'there was no field yet' in text
+
+
+def test_a_bag_that_holds_no_field_is_not_said_to_be_from_before_there_was_one(task, explain):
+    theirs = demonstration_bag(task.root / 'theirs')
+    assert main(['learn', str(theirs), '--odom-topic', '/odom', '--into', str(task.path)]) == 0
+    text = explain('sample/0004', 3.0, '--bags', 'bags')
+    assert 'the bag holds no field: it was taken over from 0001_demo' in text
+    assert 'no field yet' not in text
+    bare = rewritten(task, 3, lambda topic, *rest: [] if topic == '/control_field' else [
+        (topic, *rest)])
+    assert 'the bag holds no field: which' in explain(bare.name, 3.0)['no_course']
 
 
 def test_without_recorded_prototypes_they_are_relearnt(task, explain):
