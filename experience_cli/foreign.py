@@ -81,18 +81,18 @@ def import_all(arguments: argparse.Namespace) -> Path:
 
     """
     from msgs_bridge.any_bag import missing_from, open_bag
-    from msgs_bridge.bag_folder import check_unused, TaskFolder
+    from msgs_bridge.bag_folder import changing, TaskFolder
     from msgs_bridge.bag_import import import_demonstration
 
     folder = arguments.into.absolute()
     task = TaskFolder(folder.parent, folder.name)
-    check_unused(task.path)
-    header = _header(arguments, task)
-    for path in arguments.bags:
-        episode = import_demonstration(_there(path), task, header, _names(arguments))
-        if not arguments.quiet:
-            missing = missing_from(open_bag(path))
-            print(f'{path} is kept as {episode.path}' + (f'; {missing}' if missing else ''))
+    with changing(task.path, make=True):
+        header = _header(arguments, task)
+        for path in arguments.bags:
+            episode = import_demonstration(_there(path), task, header, _names(arguments))
+            if not arguments.quiet:
+                missing = missing_from(open_bag(path))
+                print(f'{path} is kept as {episode.path}' + (f'; {missing}' if missing else ''))
     return folder
 
 

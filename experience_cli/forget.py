@@ -20,23 +20,29 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from experience_cli.references import find_whole_bag, named, task_of
+    from experience_cli.references import task_of
     from experience_cli.relearning import relearnt_sentence
-    from msgs_bridge.bag_folder import check_unused
+    from msgs_bridge.bag_folder import changing
 
     task, number, kind = task_of(arguments.bag, arguments.bags)
-    check_unused(task.path)
-    if arguments.undo:
-        _check_kind(task, number, kind)
-        episode = task.recall(number)
-        print(f'{episode.name} is back in {episode.path}')
-    else:
-        find_whole_bag(arguments.bag, arguments.bags)
-        episode = task.forget(number)
-        print(f'{episode.name} is forgotten (kept in {episode.path}; `experience forget --undo '
-              f'{named(arguments.bag, arguments.bags)}` brings it back)')
-    print(relearnt_sentence(task))
+    with changing(task.path):
+        if arguments.undo:
+            _check_kind(task, number, kind)
+            episode = task.recall(number)
+            print(f'{episode.name} is back in {episode.path}')
+        else:
+            _forget(arguments, task, number)
+        print(relearnt_sentence(task))
     return 0
+
+
+def _forget(arguments: argparse.Namespace, task: Any, number: int) -> None:
+    from experience_cli.references import find_whole_bag, named
+
+    find_whole_bag(arguments.bag, arguments.bags)
+    episode = task.forget(number)
+    print(f'{episode.name} is forgotten (kept in {episode.path}; `experience forget --undo '
+          f'{named(arguments.bag, arguments.bags)}` brings it back)')
 
 
 def _check_kind(task: Any, number: int, kind: str) -> None:

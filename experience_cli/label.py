@@ -23,14 +23,14 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.references import find_whole_bag
     from experience_cli.relearning import relearnt_sentence
-    from msgs_bridge.bag_folder import check_unused, TaskFolder
+    from msgs_bridge.bag_folder import changing, TaskFolder
     from msgs_bridge.bag_judgement import judge_bag
     from msgs_bridge.bag_label import label_from_text
 
     episode = find_whole_bag(arguments.bag, arguments.bags)
     task = TaskFolder(episode.path.parent.parent, episode.path.parent.name)
-    check_unused(task.path)
-    judge_bag(episode.path, label_from_text(arguments.label, arguments.bag))
-    print(f'{episode.name}: labelled {arguments.label}')
-    print(relearnt_sentence(task))
+    with changing(task.path):
+        judge_bag(episode.path, label_from_text(arguments.label, arguments.bag))
+        print(f'{episode.name}: labelled {arguments.label}')
+        print(relearnt_sentence(task))
     return 0

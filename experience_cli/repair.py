@@ -18,10 +18,10 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.episodes import episodes_of_all
-    from msgs_bridge.bag_folder import check_unused
+    from msgs_bridge.bag_folder import changing
     from msgs_bridge.bag_repair import repair_bag
 
     for episode in episodes_of_all(arguments.bags):
-        check_unused(episode.path.parent)
-        print(repair_bag(episode.path))
+        with changing(episode.task_path):
+            print(repair_bag(episode.path))
     return 0

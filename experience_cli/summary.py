@@ -8,8 +8,9 @@ from typing import Any
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from experience_cli.recording import Recording
-from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line, is_in_use
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line
 from msgs_bridge.bag_label import read_label
+from msgs_bridge.bag_lock import is_in_use
 from msgs_bridge.bag_repair import needs_repair
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
 

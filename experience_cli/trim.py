@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.references import find_whole_bag, named
     from experience_cli.relearning import relearnt_sentence
-    from msgs_bridge.bag_folder import check_unused, EpisodeKind, TaskFolder
+    from msgs_bridge.bag_folder import changing, EpisodeKind, TaskFolder
 
     given = arguments.first is not None or arguments.last is not None
     if given == arguments.undo:
@@ -35,14 +35,14 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f'{episode.name} is a trial: only a demonstration can be cut (`experience '
                         f'forget` un-teaches a trial)')
     task = TaskFolder(episode.path.parent.parent, episode.path.parent.name)
-    check_unused(task.path)
-    if arguments.undo:
-        print(_restored(episode))
-    else:
-        print(f'{trim(episode, arguments.first, arguments.last)} (the whole recording is kept '
-              f'beside it; `experience trim --undo {named(arguments.bag, arguments.bags)}` puts '
-              f'it back)')
-    print(relearnt_sentence(task))
+    with changing(task.path):
+        if arguments.undo:
+            print(_restored(episode))
+        else:
+            print(f'{trim(episode, arguments.first, arguments.last)} (the whole recording is kept '
+                  f'beside it; `experience trim --undo {named(arguments.bag, arguments.bags)}` '
+                  f'puts it back)')
+        print(relearnt_sentence(task))
     return 0
 
 

@@ -36,7 +36,7 @@ from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.topics import Recorded, recorded_topics, type_name
 from learner_node.warm_up import warm_up
 from learner_node.worker import result_of, Worker
-from msgs_bridge.bag_folder import BagError, check_unused, EpisodeKind, TaskFolder
+from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
 from msgs_bridge.command_line import check_names
 from msgs_bridge.node_main import exit_with, run_node
 from msgs_bridge.parameters import declare_parameters_from
@@ -78,11 +78,12 @@ class LearnerNode(Node):
             'start_poses', Parameter.Type.DOUBLE_ARRAY, _START_POSES).value
         check_names(self)
         task = TaskFolder(self._settings.bags, self._settings.task)
-        check_unused(task.path)
         grid = self._settings.grid
-        self._library = Library(
-            task, grid, parameters, start_poses_from_list(poses, grid), self._settings.fresh)
+        starts = start_poses_from_list(poses, grid)
         task.hold()
+        self._library = Library(task, grid, parameters, starts, self._settings.fresh)
+        if self._library.aside:
+            task.hold()
         self._session = Session(
             self._settings, lambda: self._library.next_start(self._settings.starts == 'spread'))
         self._recorder = Recorder(self._library.task, self._library.header)

@@ -5,7 +5,7 @@ Nothing here reads a bag; it names, numbers and lists them.
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 import fcntl
@@ -16,11 +16,12 @@ import re
 import shutil
 from typing import Final
 
+from msgs_bridge.bag_lock import (
+    IN_USE, is_in_use, lock, open_lock, REMOVED, sweep, taken)
+
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
 _EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
 _LOCK: Final = '.lock'
-#: Locked by the learner that records here, for as long as it lives.
-_IN_USE: Final = '.in_use'
 #: Folder within a task's folder for the bags that were forgotten.
 _FORGOTTEN: Final = '.forgotten'
 
@@ -64,8 +65,12 @@ class EpisodeFolder:
     @property
     def name(self) -> str:
         """Return task and number as people type them: ``task1/0003``."""
-        task = self.path.parent.parent if self.is_forgotten else self.path.parent
-        return f'{task.name}/{self.number:04d}'
+        return f'{self.task_path.name}/{self.number:04d}'
+
+    @property
+    def task_path(self) -> Path:
+        """Return the folder of its task."""
+        return self.path.parent.parent if self.is_forgotten else self.path.parent
 
     @property
     def is_forgotten(self) -> bool:
@@ -137,6 +142,7 @@ class TaskFolder:
         self.root = Path(root)
         self.task = check_task_name(task)
         self.path = self.root / task
+        self._held: int | None = None
         if _leads_out(self.root, task):
             raise BagError(f'{self.path} leads out of {self.root}')
 
@@ -144,20 +150,27 @@ class TaskFolder:
         """
         Keep the folder to this process until that ends, however it ends.
 
+        Once it was set aside it has to be held anew: the lock goes with the old folder.
+
         Raises
         ------
         BagError
             If another process holds it, or the folder cannot be written.
 
         """
-        path = self.path / _IN_USE
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            self._held = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            file = open_lock(self.path)
         except OSError as error:
-            raise BagError(error_line('write', path, error)) from None
-        if not _lock(self._held):
-            raise BagError(_taken(self.path))
+            raise BagError(error_line('record into', self.path, error) + '; set the parameter '
+                           'bags to a folder that can be written') from None
+        if not lock(file):
+            os.close(file)
+            raise BagError(taken(self.path))
+        if self._held is not None:
+            os.close(self._held)
+        self._held = file
+        sweep(self.path)
 
     def episodes(self) -> list[EpisodeFolder]:
         """
@@ -229,6 +242,8 @@ class TaskFolder:
         """
         Remove a bag, at once or not at all.
 
+        What cannot be deleted of it is no bag any more; whoever holds the folder next tries again.
+
         Raises
         ------
         BagError
@@ -236,12 +251,12 @@ class TaskFolder:
 
         """
         episode = self.find(number)
-        bin_path = self.path / f'.removed-{episode.path.name}-{os.getpid()}'
+        bin_path = self.path / f'{REMOVED}{episode.path.name}-{os.urandom(4).hex()}'
         try:
             episode.path.rename(bin_path)
-            shutil.rmtree(bin_path)
         except OSError as error:
             raise BagError(error_line('remove', episode.path, error)) from None
+        shutil.rmtree(bin_path, ignore_errors=True)
 
     def forget(self, number: int) -> EpisodeFolder:
         """
@@ -293,43 +308,49 @@ class TaskFolder:
             os.close(file)
 
 
-def is_in_use(folder: Path) -> bool:
-    """Tell whether a learner records into a task's folder."""
-    try:
-        file = os.open(folder / _IN_USE, os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
-        return False
-    try:
-        return not _lock(file)
-    finally:
-        os.close(file)
-
-
-def check_unused(folder: Path) -> None:
+@contextmanager
+def changing(folder: Path, make: bool = False) -> Iterator[None]:
     """
-    Make sure that no learner records into a task's folder before bags in it are changed.
+    Keep a task's folder to this process while bags in it are changed; no learner starts meanwhile.
+
+    Where the lock's file cannot be made, as on a read-only disk, nobody can record either.
+
+    Parameters
+    ----------
+    folder : Path
+    make : bool
+        Whether to make the folder if there is none; it goes again if no bag comes into it.
 
     Raises
     ------
     BagError
-        If one does.
+        If a learner records into it, or another process changes it.
 
     """
-    if is_in_use(folder):
-        raise BagError(_taken(folder))
-
-
-def _lock(file: int) -> bool:
+    is_new = make and not folder.exists()
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if is_new:
+            folder.mkdir(parents=True)
+        file = open_lock(folder)
     except OSError:
-        return False
-    return True
+        file = None
+    try:
+        if is_in_use(folder) if file is None else not lock(file):
+            raise BagError(taken(folder))
+        sweep(folder)
+        yield
+    finally:
+        if is_new and not _episodes_in(folder):
+            _remove_unused(folder)
+        if file is not None:
+            os.close(file)
 
 
-def _taken(folder: Path) -> str:
-    return (f'{folder} is in use by a learner that is running: stop it first, or ask it (its '
-            f'services drop and label bags)')
+def _remove_unused(folder: Path) -> None:
+    with suppress(OSError):
+        for name in (_LOCK, IN_USE):
+            (folder / name).unlink(missing_ok=True)
+        folder.rmdir()
 
 
 def _episodes_in(folder: Path) -> list[EpisodeFolder]:

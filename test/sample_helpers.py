@@ -51,4 +51,5 @@ def field_of(task: TaskFolder) -> tuple[bytes, bytes]:
 def files_of(folder: Path) -> dict[str, bytes]:
     """Return every file under a folder, by its name there."""
     return {str(path.relative_to(folder)): path.read_bytes()
-            for path in sorted(folder.rglob('*')) if path.is_file() and path.name != '.lock'}
+            for path in sorted(folder.rglob('*'))
+            if path.is_file() and path.name not in ('.lock', '.in_use')}

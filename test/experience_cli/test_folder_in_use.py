@@ -1,5 +1,6 @@
 """No command changes bags behind the back of a learner that runs."""
 
+from pkgutil import resolve_name
 import shutil
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import sys
 import pytest
 
 from experience_cli.main import main
+from msgs_bridge.bag_lock import is_in_use
 from ros_helpers import ROOT
 
 HOLD = """
@@ -40,3 +42,28 @@ def test_it_is_refused_in_one_line_and_nothing_is_changed(held, capsys, command)
     assert said.count('\n') == 1
     assert 'is in use by a learner that is running' in said
     assert {path: path.stat().st_mtime_ns for path in held.rglob('*')} == before
+
+
+@pytest.mark.parametrize(('work', 'command'), [
+    ('learner_node.lessons.Lessons.learn', ['label', '{}/0002_trial', 'success']),
+    ('learner_node.lessons.Lessons.learn', ['forget', '{}/0002_trial']),
+    ('learner_node.lessons.Lessons.learn', ['trim', '{}/0001_demo', '--to', '5']),
+    ('msgs_bridge.bag_repair.repair_bag', ['repair', '{}']),
+    ('msgs_bridge.bag_import.import_demonstration',
+     ['learn', '{}/0001_demo', '--into', '{}', '--quiet'])], ids=lambda c: c[0])
+def test_no_learner_can_start_until_a_command_is_done(tmp_path, monkeypatch, work, command):
+    task = tmp_path / 'sample'
+    shutil.copytree(ROOT / 'bags/sample', task)
+    module, _, name = work.rpartition('.')
+    place = resolve_name(module)
+    original, seen = getattr(place, name), []
+
+    def spy(*arguments):
+        seen.append(is_in_use(task))
+        return original(*arguments)
+
+    monkeypatch.setattr(place, name, spy)
+    assert main([word.format(task) for word in command]) == 0
+    assert seen
+    assert all(seen)
+    assert not is_in_use(task)

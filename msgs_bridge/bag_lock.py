@@ -1,0 +1,50 @@
+"""Whose a task's folder is: a learner's for as long as it lives, a command's while it works."""
+
+import fcntl
+import os
+from pathlib import Path
+import shutil
+from typing import Final
+
+#: The file that is locked; the system lets go of it when the process ends, however it ends.
+IN_USE: Final = '.in_use'
+#: What a bag is called once it is removed, followed by its name, until all of it is deleted.
+REMOVED: Final = '.removed-'
+
+
+def open_lock(folder: Path) -> int:
+    """Open the file that is locked, and make it if need be; raises OSError."""
+    return os.open(folder / IN_USE, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+
+
+def lock(file: int) -> bool:
+    """Lock it; tell whether nobody else has."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def is_in_use(folder: Path) -> bool:
+    """Tell whether a learner records into a task's folder, or a command changes bags in it."""
+    try:
+        file = os.open(folder / IN_USE, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        return not lock(file)
+    finally:
+        os.close(file)
+
+
+def taken(folder: Path) -> str:
+    """Say that a folder is another's, and what to do."""
+    return (f'{folder} is in use by a learner that is running (or by a command that changes bags '
+            f'in it): stop it first, or ask it (its services drop and label bags)')
+
+
+def sweep(folder: Path) -> None:
+    """Delete what is left of bags that were removed; only for who holds the folder."""
+    for path in folder.glob(f'{REMOVED}*'):
+        shutil.rmtree(path, ignore_errors=True)
