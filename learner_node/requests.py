@@ -1,21 +1,25 @@
 """What the learner asks the controller for."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 from std_srvs.srv import Trigger
 
 #: Gets whether the controller does what it was asked for, and what it says to that.
 Answered = Callable[[bool, str], None]
 
+#: Requests without an answer that are kept: a stop is repeated for as long as a trial runs.
+_MOST_OPEN: Final = 8
+
 
 class Requests:
     """
-    Requests to the controller, of which only the newest can arrive.
+    Requests to the controller, of which none from before a start can arrive after it.
 
     A request that nobody has answered may be delivered yet: the middleware sends it again for
     seconds, and a controller that died and was started anew gets it in the middle of its next
-    trial. What is still open goes with its client, therefore, before the next thing is asked for.
+    trial. What is still open goes with its client, therefore, before the next start. A stop takes
+    back no more than a start that still waits for the controller.
 
     Parameters
     ----------
@@ -31,6 +35,8 @@ class Requests:
         self._names = {kind: f'{controller}/{kind}_trial' for kind in ('start', 'stop')}
         self._clients = {kind: self._client(kind) for kind in self._names}
         self._open: list[tuple[str, Any]] = []
+        #: Kinds of requests that were dropped from these, and may arrive yet.
+        self._lost: set[str] = set()
         self._waiting: Answered | None = None
 
     def _client(self, kind: str) -> Any:
@@ -40,11 +46,6 @@ class Requests:
         """Tell whether there is a controller."""
         return bool(self._node.count_services(
             self._node.resolve_service_name(self._names['start'])))
-
-    @property
-    def has_open(self) -> bool:
-        """Tell whether something that was asked for is not answered yet."""
-        return any(not future.done() for _, future in self._open)
 
     def start(self, answered: Answered) -> None:
         """Ask to start a trial, as soon as the controller can be asked."""
@@ -64,16 +65,26 @@ class Requests:
             self._ask('start').add_done_callback(lambda future: _tell(future, answered))
 
     def _ask(self, kind: str) -> Any:
+        self._tidy()
         future = self._clients[kind].call_async(Trigger.Request())
         self._open.append((kind, future))
         return future
 
+    def _tidy(self) -> None:
+        """Drop what is answered; of what is not, the oldest where there is much of it."""
+        self._open = [(kind, future) for kind, future in self._open if not future.done()]
+        while len(self._open) >= _MOST_OPEN:
+            kind, future = self._open.pop(0)
+            self._clients[kind].remove_pending_request(future)
+            self._lost.add(kind)
+
     def _withdraw(self) -> None:
         """Take back what nobody has answered."""
-        for kind in {kind for kind, future in self._open if not future.done()}:
+        for kind in {kind for kind, future in self._open if not future.done()} | self._lost:
             self._node.destroy_client(self._clients[kind])
             self._clients[kind] = self._client(kind)
         self._open.clear()
+        self._lost.clear()
 
 
 def _tell(future: Any, answered: Answered) -> None:

@@ -93,8 +93,35 @@ def test_a_stop_that_was_answered_keeps_its_client(ros_domain, ros_node, request
         wait_until(lambda: all(client.service_is_ready() for client in clients), node=ros_node,
                    what='the services')
         requests.stop()
-        exchange(ros_node, peer, requests, lambda: not requests.has_open, 'the answer to stop')
+        exchange(ros_node, peer, requests, lambda: 'stop' in asked, 'the request to stop')
+        [(_, stop)] = requests._open
+        exchange(ros_node, peer, requests, stop.done, 'the answer to stop')
         requests.start(lambda *answer: answers.append(answer))
         exchange(ros_node, peer, requests, lambda: len(answers) == 2, 'the second answer')
         assert asked == ['start', 'stop', 'start']
         assert list(ros_node.clients) == clients
+
+
+def test_what_is_asked_for_again_and_again_is_not_piled_up(ros_node, requests):
+    stop = next(client for client in ros_node.clients if 'stop' in client.srv_name)
+    for _ in range(100):  # nobody is there to answer
+        requests.stop()
+    assert len(requests._open) < 20
+    assert len(stop._pending_requests) < 20
+    for _, future in requests._open:
+        future.set_result(None)
+    requests.start(lambda *_: None)
+    assert stop not in ros_node.clients  # what was dropped may arrive yet
+    assert not requests._open
+
+
+def test_what_was_answered_is_dropped(ros_domain, ros_node, requests):
+    with controller(ros_domain) as (peer, asked):
+        clients = list(ros_node.clients)
+        wait_until(lambda: all(client.service_is_ready() for client in clients), node=ros_node,
+                   what='the services')
+        for number in range(1, 4):
+            requests.stop()
+            [(_, stop)] = requests._open
+            exchange(ros_node, peer, requests, stop.done, 'the answer to stop')
+            assert asked == ['stop'] * number
