@@ -55,6 +55,13 @@ def clamp(value: float, low: float, high: float) -> float:
     return low if value < low else high if value > high else value
 
 
+def nearest_to_rest(first: Velocity, second: Velocity) -> Velocity:
+    """Return of speed and turning rate the smaller of two; 0 where they differ in direction."""
+    v, w = (math.copysign(min(abs(a), abs(b)), a) if a * b > 0.0 else 0.0
+            for a, b in zip(first, second, strict=True))
+    return v, w
+
+
 def within_speed(wanted: Velocity, limits: Limits) -> Velocity:
     """Return the velocity nearest to ``wanted`` that the robot can drive at all."""
     return (clamp(wanted[0], -limits.v_max, limits.v_max),

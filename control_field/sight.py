@@ -17,6 +17,8 @@ from control_field.headings import N_HEADINGS, STEP_COL, STEP_ROW
 FREE: Final = 0
 BLOCKED: Final = 100
 UNKNOWN: Final = -1
+#: Mask of all eight neighbours.
+ALL: Final = 0xFF
 
 
 def masks_from_neighbourhood(neighbourhood: npt.NDArray[np.int8]) -> tuple[int, int]:

@@ -43,6 +43,10 @@ class StopReason(StrEnum):
         """Say it in one sentence."""
         return _SENTENCES[self]
 
+    def told(self, detail: str) -> str:
+        """Say it in one sentence, with what is known beyond that."""
+        return f'{self.sentence}: {detail}' if detail else self.sentence
+
     @property
     def outcome(self) -> Outcome | None:
         """Return how the trial ends by it; None where it is only paused."""
@@ -50,8 +54,8 @@ class StopReason(StrEnum):
 
 
 _SENTENCES: Final = {
-    StopReason.STALE_ODOMETRY: 'no odometry has arrived in time',
-    StopReason.STALE_NEIGHBOURHOOD: 'no neighbourhood has arrived in time',
+    StopReason.STALE_ODOMETRY: 'no usable odometry has arrived in time',
+    StopReason.STALE_NEIGHBOURHOOD: 'no usable neighbourhood has arrived in time',
     StopReason.CLOCK_JUMPED_BACK: 'the stamps of the odometry went back in time',
     StopReason.OUTSIDE_WORKSPACE: 'the robot has left the workspace',
     StopReason.POSE_JUMPED: 'the pose moved farther than the robot can drive',
@@ -82,6 +86,7 @@ _OUTCOMES: Final = {
     StopReason.NO_PROGRESS: Outcome.STOPPED,
     StopReason.ASKED: Outcome.STOPPED,
     StopReason.NO_FIELD: Outcome.STOPPED,
+    StopReason.WRONG_FIELD: Outcome.STOPPED,
     StopReason.OTHER_PUBLISHER: Outcome.STOPPED,
     StopReason.STALLED: Outcome.COLLISION,
     StopReason.CONTACT: Outcome.COLLISION,
@@ -126,6 +131,8 @@ class StopRules:
 #: Speed from which a command counts as told to drive, [m/s], and what counts as moving, [m].
 _TOLD: Final = 0.02
 _MOVED: Final = 0.01
+#: Messages in a row with stamps behind the last good one that are a clock set back, not late.
+_SET_BACK: Final = 5
 
 
 class Freshness:
@@ -169,6 +176,19 @@ class PoseWatch:
         self.rules = rules
         self.n_dropped = 0
         self._last: tuple[float, float, float] | None = None
+        self._behind = 0, math.inf
+
+    def n_behind(self, stamp: float) -> int:
+        """Count the messages in a row, this one too, that are behind by more than the timeout."""
+        n, last = self._behind
+        is_behind = self._last is not None and stamp < self._last[0] - self.rules.odom_timeout
+        self._behind = (n + 1 if stamp > last else 1) if is_behind else 0, stamp
+        return self._behind[0]
+
+    @staticmethod
+    def went_back(n_behind: int) -> bool:
+        """Tell whether so many messages are behind that none of them is late: a clock was set."""
+        return n_behind >= _SET_BACK
 
     def is_repeated(self, stamp: float) -> bool:
         """Tell whether a message is a duplicate, or late by less than the timeout; counts it."""
@@ -215,11 +235,11 @@ class PoseWatch:
 
 class ProgressWatch:
     """
-    Whether the robot comes forward: `progress_distance` or a step within `progress_time`.
+    Whether the robot comes forward: `progress_distance` or a cell within `progress_time`.
 
-    Like Nav2's SimpleProgressChecker it measures from where it last came forward; a step to the
-    next cell counts too, so that exploring a small place is no reason to stop. Stamps that leap
-    ahead, because somebody sets a clock, say nothing of how long the robot has stood.
+    Like Nav2's SimpleProgressChecker it measures from where it last came forward; entering
+    the next cell counts too, so that exploring a small place is no reason to stop. Stamps that
+    leap ahead, because somebody sets a clock, say nothing of how long the robot has stood.
 
     Parameters
     ----------
@@ -241,7 +261,7 @@ class ProgressWatch:
         self._last: float | None = None
 
     def observe(
-        self, stamp: float, x: float, y: float, yaw: float, n_steps: int, told: float,
+        self, stamp: float, x: float, y: float, yaw: float, n_cells: int, told: float,
     ) -> StopReason | None:
         """
         Take in where the robot is.
@@ -250,8 +270,8 @@ class ProgressWatch:
         ----------
         stamp : float, [s]
         x, y, yaw : float, [m] and [rad]
-        n_steps : int
-            Steps made so far.
+        n_cells : int
+            Cells entered so far.
         told : float
             Speed it was told to drive since the last pose, [m/s].
 
@@ -267,9 +287,9 @@ class ProgressWatch:
             return StopReason.TIME_LIMIT
         if self._is_stalled(stamp, x, y, yaw, told):
             return StopReason.STALLED
-        if self._base is None or n_steps != self._base[3] or math.hypot(
+        if self._base is None or n_cells != self._base[3] or math.hypot(
                 x - self._base[1], y - self._base[2]) >= self.rules.progress_distance:
-            self._base = (stamp, x, y, n_steps)
+            self._base = (stamp, x, y, n_cells)
         if stamp - self._base[0] > self.rules.progress_time:
             return StopReason.NO_PROGRESS
         return None

@@ -36,7 +36,7 @@ from msgs_bridge.poses import (
     pose_from_pose_stamped,
     variances_from_covariance,
 )
-from msgs_bridge.tables import cloud_from_decisions, field_from_cloud
+from msgs_bridge.tables import cloud_from_decisions, field_from_cloud, OtherVersionError
 from msgs_bridge.trial_status import status_from_trial
 from msgs_bridge.velocities import twist_stamped_from_velocity, velocity_from_twist
 
@@ -139,12 +139,22 @@ class ControlFieldNode(Node):
     def _on_field(self, msg: PointCloud2) -> None:
         try:
             field = field_from_cloud(msg)
+        except OtherVersionError as error:
+            self.supervisor.refuse_field(str(error))
+            self._leave_field()
         except ValueError as error:
             self.supervisor.refuse_field(str(error))
-            return
-        if self.supervisor.accept_field(field):
-            self._read_sight()
-        self._tell_trial()
+        else:
+            if self.supervisor.accept_field(field):
+                self._read_sight()
+                self._tell_trial()
+            else:
+                self._leave_field()
+
+    def _leave_field(self) -> None:
+        """End a trial: a field that belongs to something else has come in the place of its own."""
+        supervisor = self.supervisor
+        self._publish(supervisor.stop(StopReason.WRONG_FIELD, supervisor.refusal))
 
     def _on_neighbourhood(self, msg: OccupancyGrid) -> None:
         self._book.sight = msg
@@ -159,13 +169,13 @@ class ControlFieldNode(Node):
         try:
             neighbourhood = neighbourhood_from_grid(self._book.sight, grid)
         except ValueError as error:
-            self.supervisor.refuse_message(str(error))
+            self.supervisor.intake.refuse(str(error))
             return False
         self.supervisor.saw_neighbourhood(neighbourhood, time.monotonic())
         return True
 
     def _on_odometry(self, msg: Odometry) -> None:
-        now = time.monotonic()
+        now, clock = time.monotonic(), self.get_clock().now().nanoseconds * 1e-9
         try:
             pose = pose_from_odometry(msg)
         except ValueError as error:
@@ -173,7 +183,7 @@ class ControlFieldNode(Node):
             return
         if self._settings.lockstep:
             self._take_tick(msg, pose, now)
-        elif not self.supervisor.is_late(pose, self.get_clock().now().nanoseconds * 1e-9):
+        elif not self.supervisor.intake.is_late_pose(pose, clock):
             self._book.odometry = msg
             self._publish(self.supervisor.saw_pose(pose, now), msg)
 
@@ -209,7 +219,7 @@ class ControlFieldNode(Node):
         try:
             return velocity_from_twist(msg)
         except ValueError as error:
-            self.supervisor.refuse_message(str(error))
+            self.supervisor.intake.refuse(str(error))
             return None
 
     def _on_command(self, msg: Any) -> None:
@@ -243,7 +253,7 @@ class ControlFieldNode(Node):
             goal = pose_from_pose_stamped(msg)
             self.supervisor.saw_goal(goal.x, goal.y)
         except ValueError as error:
-            self.supervisor.refuse_message(str(error))
+            self.supervisor.intake.refuse(str(error))
 
     def _on_localisation(self, msg: PoseWithCovarianceStamped) -> None:
         name = self._settings.pose_topic
@@ -251,7 +261,7 @@ class ControlFieldNode(Node):
             pose = pose_from_initialpose(msg, name)
             variances = variances_from_covariance(msg.pose.covariance, name)
         except ValueError as error:
-            self.supervisor.refuse_message(str(error))
+            self.supervisor.intake.refuse(str(error))
             return
         self.supervisor.saw_localisation(pose, variances)
 

@@ -82,13 +82,14 @@ def diagnostic_from_supervisor(
     """
     status = supervisor.status
     problem = supervisor.problem
+    counts = sorted(supervisor.intake.counts.items())
     values: dict[str, Any] = {
         'state': status.state, 'trial': status.trial, 'revision': status.revision,
         'stop_reason': _reason(supervisor) or '', 'held': supervisor.held,
         'field_refused': supervisor.refusal, 'other_publishers': ', '.join(sorted(peers.others)),
         'speed': f'{supervisor.velocity[0]:.3f}', 'turn_rate': f'{supervisor.velocity[1]:.3f}',
         **_localisation(supervisor),
-        **{key.replace(' ', '_'): count for key, count in sorted(supervisor.counts.items())}}
+        **{key.replace(' ', '_'): count for key, count in counts}}
     message = peers.mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
     if supervisor.field is None and not message:
         message = 'no control field yet'

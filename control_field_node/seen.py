@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from control_field.gate import Sight, sight_from_cells
 from control_field.grid import Grid
-from control_field.sight import masks_from_neighbourhood
+from control_field.sight import ALL, masks_from_neighbourhood
 from msgs_bridge.neighbourhoods import Neighbourhood
 
 
@@ -33,6 +33,11 @@ class Seen:
     unknown: int
     barred: frozenset[tuple[int, int]]
     sight: Sight
+
+    @property
+    def shows_nothing(self) -> bool:
+        """Tell whether all around the robot is unknown."""
+        return self.unknown == ALL
 
     @property
     def is_tight(self) -> bool:

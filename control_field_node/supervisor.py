@@ -5,19 +5,19 @@ Whoever owns a `Supervisor` tells it what arrives, with the time on a steady clo
 the `Answer` it gets.
 """
 
-from collections import Counter
 from collections.abc import Callable
-import math
 from typing import Final
 
 from control_field.gate import gate, GateReason
 from control_field.grid import Grid
-from control_field.limits import STANDSTILL, Velocity, within_acceleration, within_speed
+from control_field.limits import (
+    nearest_to_rest, STANDSTILL, Velocity, within_acceleration, within_speed)
 from control_field.parameters import Parameters
 from control_field.records import ControlField
-from control_field.watch import Freshness, PoseWatch, StopReason, TakeoverWatch
+from control_field.watch import StopReason, TakeoverWatch
 from control_field_node import words
 from control_field_node.answer import Answer, NOTHING, STOP
+from control_field_node.intake import Intake
 from control_field_node.localisation import Localisation
 from control_field_node.seen import cached_seen, Seen
 from control_field_node.settings import Settings
@@ -28,8 +28,6 @@ from msgs_bridge.trial_status import State, TrialStatus
 
 #: Time a command is taken to last where it is not known yet, [s].
 _USUAL_STEP: Final = 0.05
-#: Age from which a stamp is taken to be of another clock, [s].
-_OTHER_CLOCK: Final = 60.0
 
 
 class Supervisor:
@@ -58,7 +56,6 @@ class Supervisor:
         self.ended_by: StopReason | None = None
         self.refusal = ''
         self.held = ''
-        self.counts: Counter[str] = Counter()
         self.velocity: Velocity = STANDSTILL
         self.pose: Pose | None = None
         self.neighbourhood: Neighbourhood | None = None
@@ -68,12 +65,10 @@ class Supervisor:
         self._seen = cached_seen()
         self.localisation = Localisation(settings, parameters.seed)
         self._takeover = TakeoverWatch(settings.takeover_timeout)
-        self._odometry, self._sight = Freshness(0.0), Freshness(0.0)
-        self._poses = PoseWatch(settings.rules)
+        self.intake = Intake(settings, log)
         self._dt = _USUAL_STEP
         self._driven: float | None = None
-        self._bad_until = -math.inf
-        self._refused: set[str] = set()
+        self._detail = ''
         self.change_settings(settings)
 
     def change_settings(self, settings: Settings) -> None:
@@ -81,11 +76,8 @@ class Supervisor:
         self.settings = settings
         self.limits = settings.limits
         self._takeover.timeout = settings.takeover_timeout
-        self._poses.rules = settings.rules
         self.localisation.settings = settings
-        waits = settings.lockstep
-        self._odometry.timeout = math.inf if waits else settings.odom_timeout
-        self._sight.timeout = math.inf if waits else settings.neighbourhood_timeout
+        self.intake.change_settings(settings)
 
     @property
     def grid(self) -> Grid | None:
@@ -97,12 +89,14 @@ class Supervisor:
         """Return how the trial stands."""
         run = self.run
         if run is None:
+            why, reason = words.why_idle(self.field, self.refusal)
             return self._ended or TrialStatus(
-                State.IDLE, self._trial,
+                State.IDLE, self._trial, reason=why, stop_reason=reason,
                 revision=-1 if self.field is None else self.field.revision)
+        problem = self.problem
         return TrialStatus(
-            State.RUNNING if self.problem is None else State.PAUSED, run.trial,
-            reason='' if self.problem is None else self.problem.sentence,
+            State.RUNNING if problem is None else State.PAUSED, run.trial,
+            reason='' if problem is None else problem.told(self._detail), stop_reason=problem,
             steps=run.policy.n_steps, decisions=run.policy.n_decisions,
             reinforcements=run.policy.n_reinforcements, revision=run.revision,
             stamp=self._stamp)
@@ -133,7 +127,7 @@ class Supervisor:
 
     def refuse_field(self, why: str) -> None:
         """Keep the field there is; say so once a reason."""
-        self.counts['refused fields'] += 1
+        self.intake.counts['refused fields'] += 1
         if why != self.refusal:
             self._log('error', f'control field refused: {why}')
         self.refusal = why
@@ -157,26 +151,27 @@ class Supervisor:
             return f'trial {self.run.trial} is already running'
         if self.field is None or self.field.is_void:
             return f'there is no control field: {self.refusal or "show the way first"}'
-        if self.pose is None or self._odometry.is_stale(now):
-            return f'no odometry has arrived for {self._odometry.timeout:g} s'
-        if self.neighbourhood is None or self._sight.is_stale(now):
-            return f'no neighbourhood has arrived for {self._sight.timeout:g} s'
+        if self.pose is None or self.intake.odometry.is_stale(now):
+            return f'no odometry has arrived for {self.intake.odometry.timeout:g} s'
+        if self.neighbourhood is None or self.intake.sight.is_stale(now):
+            return f'no neighbourhood has arrived for {self.intake.sight.timeout:g} s'
         if self.localisation.is_lost:
             return f'no pose has arrived on {self.settings.pose_topic}'
         return words.problem_with_place(self.field.grid, self.pose.x, self.pose.y)
 
-    def stop(self, reason: StopReason = StopReason.ASKED) -> Answer:
+    def stop(self, reason: StopReason = StopReason.ASKED, detail: str = '') -> Answer:
         """End the trial, if one runs, with one standstill."""
         if self.run is None:
             return NOTHING
-        return self._end(ended_by(reason))
+        return self._end(ended_by(reason, reason.told(detail)))
 
     def _end(self, move: Move) -> Answer:
         run, silent = self.run, self.problem is StopReason.TAKEN_OVER
         assert run is not None
         self._ended = TrialStatus(
             State.ENDED, run.trial, move.outcome, move.reason, run.policy.n_steps,
-            run.policy.n_decisions, run.policy.n_reinforcements, run.revision, self._stamp)
+            run.policy.n_decisions, run.policy.n_reinforcements, run.revision, self._stamp,
+            stop_reason=move.stop)
         self.run, self.problem, self.ended_by, self.held = None, None, move.stop, ''
         self._log('info' if move.stop is None else 'warning', self._ended.sentence)
         if silent:
@@ -191,7 +186,7 @@ class Supervisor:
             return NOTHING
         if reason.outcome is not None:
             return self._end(ended_by(reason, detail))
-        self.problem = reason
+        self.problem, self._detail = reason, detail
         run.interrupt()
         self._log('warning', f'trial {run.trial} pauses: {detail or reason.sentence}')
         if reason is StopReason.TAKEN_OVER:
@@ -203,41 +198,27 @@ class Supervisor:
         if self.problem is not None and self.run is not None:
             self._log('info', f'trial {self.run.trial} goes on: no longer so that '
                               f'{self.problem.sentence}')
+            if self.problem is StopReason.TAKEN_OVER and self.pose is not None:
+                self.velocity = nearest_to_rest(self.velocity, (self.pose.v, self.pose.w))
             self.problem = None
 
     # What arrives
 
     def saw_neighbourhood(self, neighbourhood: Neighbourhood, now: float) -> None:
         """Take in a neighbourhood; one older than the last is passed over."""
-        last = self.neighbourhood
-        if last is not None and not self.settings.lockstep and (
-                0.0 < last.stamp - neighbourhood.stamp <= self.settings.neighbourhood_timeout):
-            self.counts['late neighbourhoods'] += 1
-            return
-        self.neighbourhood = neighbourhood
-        self._came(self._sight, now)
-
-    def refuse_message(self, what: str) -> None:
-        """Pass over something that is not to be trusted; say so once a kind."""
-        self.counts['refused messages'] += 1
-        kind = what.partition(' is ')[0]
-        if kind not in self._refused:
-            self._refused.add(kind)
-            self._log('warning', f'refused: {what} (not said again)')
+        if not self.intake.is_late_sight(neighbourhood, self.neighbourhood):
+            self.neighbourhood = neighbourhood
+            self.intake.came(self.intake.sight, now, self.problem is not None)
 
     def saw_bad_input(self, what: str, now: float) -> Answer:
         """Take in odometry that is not to be trusted: stand still until it has been good again."""
-        self.refuse_message(what)
-        self._bad_until = now + (0.0 if self.settings.lockstep else self.settings.odom_timeout)
+        self.intake.distrust(now)
         if self.problem is StopReason.STALE_ODOMETRY or self._takeover.is_taken_over(now):
-            return NOTHING  # the robot stands because nothing good comes, or a person drives it
-        return self._pause(StopReason.BAD_INPUT, what)
-
-    def _came(self, what: Freshness, now: float) -> None:
-        """Take in that odometry or sight has come; one that was missed has to stay for a while."""
-        if self.problem is not None and what.is_stale(now):
-            self._bad_until = now + what.timeout
-        what.saw(now)
+            answer = NOTHING  # the robot stands as nothing good comes, or a person drives it
+        else:
+            answer = self._pause(StopReason.BAD_INPUT, what)
+        self.intake.refuse(what, is_said=answer is not NOTHING)
+        return answer
 
     def saw_foreign(self, velocity: Velocity, now: float) -> Answer:
         """Take in a command on `cmd_vel` that is not an own one: somebody else drives."""
@@ -253,35 +234,19 @@ class Supervisor:
         """Take in that the robot touches something."""
         return self._pause(StopReason.CONTACT)
 
-    def is_late(self, pose: Pose, clock: float) -> bool:
-        """
-        Tell whether a pose is a duplicate or came late, and is to be passed over.
-
-        ``clock`` is what stamps are made of, [s]. A stamp far from it is of another clock,
-        such as a simulator's, and its age unknown.
-        """
-        age, timeout = clock - pose.stamp, self.settings.odom_timeout
-        old = timeout < age < _OTHER_CLOCK
-        if old:
-            self.refuse_message(f'odom: age is {age:.2f} s, must be below odom_timeout '
-                                f'({timeout:g} s); are the clocks set?')
-        late = self._poses.is_repeated(pose.stamp)
-        self.counts['late odometry'] += late
-        return old or late
-
     def saw_localisation(self, pose: Pose, variances: tuple[float, float, float]) -> None:
         """Take in a pose of `pose_topic`, with its variances [m^2, m^2, rad^2]."""
         problem = problem_with_frame(
             pose.frame_id, self.settings.pose_frame_id, self.settings.pose_topic)
         if problem:
-            self.refuse_message(f'{problem} (pose_frame_id)')
+            self.intake.refuse(f'{problem} (pose_frame_id)')
         elif not self.localisation.localise(pose, variances):
-            self.counts['poses not used'] += 1
+            self.intake.counts['poses not used'] += 1
 
     def saw_pose(self, pose: Pose, now: float) -> Answer:
         """Take in a pose of the odometry and answer it."""
         last, self.pose = self.pose, pose
-        self._came(self._odometry, now)
+        self.intake.came(self.intake.odometry, now, self.problem is not None)
         if self.field is None:
             return NOTHING
         problem = problem_with_frame(pose.frame_id, self.field.grid.frame_id, 'odom')
@@ -290,7 +255,7 @@ class Supervisor:
         if last is not None and pose.stamp > last.stamp:
             self._dt = pose.stamp - last.stamp
         self.pose = self.localisation.place(pose, self.neighbourhood)
-        reason = self._poses.observe(
+        reason = self.intake.poses.observe(
             pose.stamp, pose.x, pose.y, self.field.grid, (self.pose.x, self.pose.y))
         if self.run is None:
             return NOTHING
@@ -304,9 +269,11 @@ class Supervisor:
             return self._follow(run, pose, seen)
         if seen is None:
             return self._pause(StopReason.STALE_NEIGHBOURHOOD)
+        if seen.shows_nothing and run.parameters.unknown_is_blocked:
+            return self._pause(StopReason.STALE_NEIGHBOURHOOD, 'all around the robot is unknown')
         if problem := words.problem_with_sight(seen, run.policy.field.grid, pose.x, pose.y):
             return self._pause(StopReason.BAD_INPUT, problem)
-        if now < self._bad_until:
+        if self.intake.is_bad(now):
             return NOTHING
         self._resume()
         move = run.step(pose, seen, self.velocity[0])
@@ -324,8 +291,8 @@ class Supervisor:
         return Answer(None, move.rows)
 
     def _seen_now(self, now: float) -> Seen | None:
-        if self.neighbourhood is None or self.grid is None or self._sight.is_stale(now) or (
-                abs(self._stamp - self.neighbourhood.stamp) > self._sight.timeout):
+        if self.neighbourhood is None or self.grid is None or self.intake.sight.is_stale(now) or (
+                abs(self._stamp - self.neighbourhood.stamp) > self.intake.sight.timeout):
             return None
         parameters = self.parameters if self.run is None else self.run.parameters
         return self._seen(self.localisation.see(self.neighbourhood), self.grid,
@@ -338,7 +305,7 @@ class Supervisor:
             wanted, self.velocity, dt, (pose.x, pose.y, pose.yaw),
             None if seen is None else seen.sight, self.limits)
         if reason is not GateReason.NONE:
-            self.counts[f'gate {reason}'] += 1
+            self.intake.counts[f'gate {reason}'] += 1
         self.held = reason.sentence if wanted[0] and not self.velocity[0] else ''
         return self.velocity, reason
 
@@ -359,11 +326,11 @@ class Supervisor:
 
     def watch(self, now: float) -> Answer:
         """Look whether something has not arrived for too long."""
-        if self.run is None or now < self._bad_until or self._takeover.is_taken_over(now):
+        if self.run is None or self.intake.is_bad(now) or self._takeover.is_taken_over(now):
             return NOTHING
-        if self._odometry.is_stale(now):
+        if self.intake.odometry.is_stale(now):
             return self._pause(StopReason.STALE_ODOMETRY)
-        if self._sight.is_stale(now) and self.problem is None:
+        if self.intake.sight.is_stale(now) and self.problem is None:
             return self._pause(StopReason.STALE_NEIGHBOURHOOD)
         return NOTHING
 
@@ -390,7 +357,7 @@ class Supervisor:
         if self.neighbourhood is None or self.pose is None:
             self.velocity = wanted
             return Answer(wanted)
-        seen = None if self._odometry.is_stale(now) else self._seen_now(now)
+        seen = None if self.intake.odometry.is_stale(now) else self._seen_now(now)
         return Answer(self._gated(wanted, self.pose, seen, self._dt + self._since(dt))[0])
 
     def _since(self, dt: float) -> float:

@@ -87,6 +87,8 @@ class TrialRun:
         self._fresh: ControlField | None = None
         self._is_home = False
         self._followed: Seen | None = None
+        self._cell: tuple[int, int] | None = None
+        self._n_cells = 0
 
     @property
     def revision(self) -> int:
@@ -118,8 +120,11 @@ class TrialRun:
             Speed it was told to drive since the last pose, [m/s].
 
         """
+        if self._cell != (seen.row, seen.col):
+            self._cell = seen.row, seen.col
+            self._n_cells += 1
         stop = self._progress.observe(
-            pose.stamp, pose.x, pose.y, pose.yaw, self.policy.n_steps, told)
+            pose.stamp, pose.x, pose.y, pose.yaw, self._n_cells, told)
         if stop is not None:
             return ended_by(stop)
         if not self.drive.is_due(pose, seen):

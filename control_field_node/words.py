@@ -2,7 +2,16 @@
 
 from control_field.grid import Grid
 from control_field.records import ControlField
+from control_field.watch import StopReason
 from control_field_node.seen import Seen
+
+
+def why_idle(field: ControlField | None, refusal: str) -> tuple[str, StopReason | None]:
+    """Say why no trial can be started, with the reason's name; nothing if one can be."""
+    if field is not None and not field.is_void:
+        return '', None
+    reason = StopReason.WRONG_FIELD if refusal else StopReason.NO_FIELD
+    return reason.told(refusal), reason
 
 
 def problem_with_goal(field: ControlField | None, x: float, y: float) -> str:

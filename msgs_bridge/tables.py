@@ -34,6 +34,10 @@ EXPERIENCE_DTYPE: Final[np.dtype[np.void]] = np.dtype(
 _VERSION_DTYPE: Final[np.dtype[np.void]] = np.dtype([('version', 'u1')])
 
 
+class OtherVersionError(TableError):
+    """A table of a version that is not known here."""
+
+
 def cloud_from_field(field: ControlField) -> PointCloud2:
     """Write a control field, organised rows x cols; equal fields give equal bytes."""
     grid = field.grid
@@ -196,8 +200,13 @@ def _table(msg: Any, dtype: np.dtype[np.void], name: str) -> npt.NDArray[np.void
     """Read a table, its version first: another version may well have other columns."""
     try:
         versions = table_from_cloud(msg, _VERSION_DTYPE)['version']
-        check_column('table', 'version', versions, versions == VERSION, str(VERSION))
+        place = first_bad(versions == VERSION)
+        if place is not None:
+            raise OtherVersionError(
+                f'{name}: version is {versions[place]} at {place}, must be {VERSION}')
         return table_from_cloud(msg, dtype)
+    except OtherVersionError:
+        raise
     except TableError as error:
         raise TableError(f'{name}: {error}') from None
 

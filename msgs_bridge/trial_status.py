@@ -9,6 +9,7 @@ from typing import Any, Final
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.records import Outcome
+from control_field.watch import StopReason
 from control_field.words import counted
 
 #: ``name`` of the status.
@@ -62,6 +63,8 @@ class TrialStatus:
         Of the message it answers.
     label : Label
         What a person said of it.
+    stop_reason : StopReason, optional
+        The name of the reason.
 
     Raises
     ------
@@ -80,6 +83,7 @@ class TrialStatus:
     revision: int = -1
     stamp: float = 0.0
     label: Label = Label.NONE
+    stop_reason: StopReason | None = None
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -122,7 +126,7 @@ def status_from_trial(status: TrialStatus, hardware_id: str = '') -> DiagnosticS
         'state': status.state, 'trial': status.trial, 'outcome': status.outcome or '',
         'reason': status.reason, 'steps': status.steps, 'decisions': status.decisions,
         'reinforcements': status.reinforcements, 'revision': status.revision,
-        'stamp': repr(float(status.stamp)),
+        'stamp': repr(float(status.stamp)), 'stop_reason': status.stop_reason or '',
     }
     if status.label:
         values['label'] = status.label
@@ -150,6 +154,8 @@ def trial_from_status(msg: Any) -> TrialStatus:
             _choice(values, 'outcome', Outcome) if outcome else None),
         reason=_value(values, 'reason'), stamp=_number(values, 'stamp', float),
         label=_choice({'label': ''} | values, 'label', Label),
+        stop_reason=_choice(values, 'stop_reason', StopReason) if values.get(
+            'stop_reason') else None,
         **{name: _number(values, name, int) for name in (
             'trial', 'steps', 'decisions', 'reinforcements', 'revision')})
 

@@ -174,6 +174,18 @@ def test_unknown_ground_is_free_or_blocked_as_the_parameter_says():
         assert (choice.heading == EAST) == (not keep_out)
 
 
+@pytest.mark.parametrize('profile', ['paper', 'full'])
+@given(seeds, st.integers(0, 255))
+@steady
+def test_what_was_free_once_and_is_unknown_now_is_kept_out_of_where_unknown_is_blocked(
+        profile, seed, unknown):
+    policy = policy_of(field_of(known=0), seed=seed, profile=profile, unknown_is_blocked=True)
+    choice = policy.decide(2, 1, 0, unknown, 0.0)
+    assert choice.heading < 0 or not unknown >> choice.heading & 1
+    if not unknown & 1 << EAST:
+        assert choice.heading == EAST
+
+
 def test_an_oscillation_turns_into_exploration_by_counts():
     policy = policy_of(oscillation_limit=2)
     choices = [policy.decide(2, 1, 0, 0, 0.0) for _ in range(10)]

@@ -1,3 +1,4 @@
+from array import array
 import math
 import os
 import signal
@@ -11,12 +12,15 @@ from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from std_srvs.srv import Trigger
 
-from control_field.records import Kind, Outcome
+from control_field.grid import Grid
+from control_field.records import ControlField, Kind, Outcome
+from control_field.watch import StopReason
 from controller_helpers import GRID, straight_field
 from controller_peer import (
     BEHIND, controller, LOCKSTEP, Peer, simulator, velocity_of)
 from msgs_bridge import qos
 from msgs_bridge.poses import initialpose_from_pose, odometry_from_pose, Pose, seconds_from_stamp
+from msgs_bridge.tables import cloud_from_field
 from msgs_bridge.trial_status import State
 import ros_helpers
 
@@ -332,6 +336,22 @@ def test_a_second_controller_on_the_same_robot_ends_the_trial(peer, tmp_path):
         peer.wait(ended, 'the end of the trial')
     assert peer.status.outcome is Outcome.STOPPED
     assert 'another controller' in peer.status.reason
+
+
+@pytest.mark.parametrize('other', ['grid', 'version'])
+def test_a_field_of_something_else_ends_the_trial(peer, other):
+    peer.push().drive()
+    cloud = cloud_from_field(ControlField.void(Grid(10, 10, 0.25)) if other == 'grid'
+                             else straight_field((3, 8)))
+    if other == 'version':
+        version = next(field.offset for field in cloud.fields if field.name == 'version')
+        cloud.data[version::cloud.point_step] = array('B', [7] * (cloud.width * cloud.height))
+    peer.field.publish(cloud)
+    peer.wait(lambda: peer.tick() or peer.status.state is State.ENDED, 'the end of the trial')
+    assert (peer.status.outcome, peer.status.stop_reason) == (
+        Outcome.STOPPED, StopReason.WRONG_FIELD)
+    assert other == 'grid' or 'version is 7' in peer.status.reason
+    peer.wait(peer.has_stopped, 'a standstill')
 
 
 def test_exclusive_cmd_vel_is_refused_to_a_silent_publisher_too(ros_node, tmp_path):

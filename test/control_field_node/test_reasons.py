@@ -26,6 +26,8 @@ def test_bad_odometry_all_the_time_is_said_once():
         bench.take(bench.supervisor.watch(bench.now))
     assert bench.velocity == STANDSTILL
     assert reasons(bench) == ['odom: position is nan']
+    assert sum('position is nan' in text for _, text in bench.lines) == 1
+    assert 'position is nan' in bench.supervisor.status.reason
     assert bench.run().outcome is Outcome.GOAL
 
 

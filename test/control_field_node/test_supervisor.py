@@ -83,7 +83,8 @@ def test_stopping_sends_one_standstill():
 def paused_by(bench, reason):
     return (bench.supervisor.status.state is State.PAUSED
             and bench.supervisor.problem is reason
-            and bench.supervisor.status.reason == reason.sentence)
+            and bench.supervisor.status.stop_reason is reason
+            and bench.supervisor.status.reason.startswith(reason.sentence))
 
 
 def test_stale_odometry_pauses_once_and_the_trial_goes_on_when_it_is_back():
@@ -105,6 +106,25 @@ def test_stale_neighbourhoods_pause():
     assert bench.run().outcome is Outcome.GOAL
 
 
+def test_where_all_is_unknown_and_that_is_blocked_the_robot_waits_until_it_sees():
+    bench = Bench(parameters=Parameters(unknown_is_blocked=True), field=False)
+    bench.supervisor.accept_field(dataclasses.replace(
+        straight_field(GOAL), known=np.zeros(GRID.shape, np.int8)))
+    bench.start()
+    for _ in range(20):
+        bench.tick()
+    seen, bench.world = bench.world, np.full(GRID.shape, -1, np.int8)
+    for _ in range(100):
+        bench.tick()
+    assert paused_by(bench, StopReason.STALE_NEIGHBOURHOOD)
+    assert 'unknown' in bench.supervisor.status.reason
+    assert bench.velocity == STANDSTILL
+    n_decisions = bench.supervisor.status.decisions
+    bench.world = seen
+    assert bench.run().outcome is Outcome.GOAL
+    assert bench.supervisor.status.decisions < n_decisions + 12
+
+
 def test_neighbourhoods_with_old_stamps_are_stale_however_often_they_come():
     bench = driving()
     old = bench.supervisor.neighbourhood
@@ -124,6 +144,36 @@ def test_odometry_that_lies_ends_the_trial(change, reason, outcome):
     status = bench.supervisor.status
     assert (status.outcome, status.reason) == (outcome, reason.sentence)
     assert bench.supervisor.ended_by is reason
+
+
+@pytest.mark.parametrize('seconds', [1.0, 5.0, 50.0])
+def test_a_clock_that_is_set_back_ends_the_trial_though_messages_look_late(seconds):
+    bench = Bench()
+    bench.pose = dataclasses.replace(bench.pose, stamp=100.0)
+    bench.start().tick()
+    clock = bench.now
+    for _ in range(4):
+        clock += DT
+        pose = dataclasses.replace(bench.pose, stamp=clock - seconds)
+        assert bench.supervisor.intake.is_late_pose(pose, clock)
+    pose = dataclasses.replace(bench.pose, stamp=clock + DT - seconds)
+    assert not bench.supervisor.intake.is_late_pose(pose, clock + DT)
+    assert bench.take(bench.supervisor.saw_pose(pose, clock + DT)).velocity == STANDSTILL
+    assert bench.supervisor.status.stop_reason is StopReason.CLOCK_JUMPED_BACK
+    assert not any('clocks' in line for _, line in bench.lines)
+
+
+def test_what_was_on_its_way_for_long_between_new_ones_sets_no_clock_back():
+    bench = driving()
+    late = dataclasses.replace(bench.pose, stamp=bench.now - 0.9)
+    for i in range(20):
+        old = dataclasses.replace(late, stamp=late.stamp + 0.01 * i)
+        assert bench.supervisor.intake.is_late_pose(old, bench.now)
+        if i % 3 == 0:
+            bench.tick()
+            assert not bench.supervisor.intake.is_late_pose(
+                dataclasses.replace(bench.pose, stamp=bench.now + 1e-3), bench.now)
+    assert bench.run().outcome is Outcome.GOAL
 
 
 def test_bad_odometry_pauses_until_it_has_been_good_for_a_while():
@@ -195,6 +245,20 @@ def test_a_person_takes_over_at_once_and_the_field_waits():
     taught = [row for row in bench.rows if row['kind'] == Kind.TAUGHT]
     assert [(row['col'], row['next_col']) for row in taught] == [(4, 5)]
     assert bench.run().outcome is Outcome.GOAL
+
+
+@pytest.mark.parametrize('told', [(-1e30, 1e30), (0.22, -2.84), (-0.1, 0.0)])
+def test_after_a_person_the_robot_begins_from_how_it_moves_not_from_what_it_was_told(told):
+    bench = driving()
+    bench.take(bench.supervisor.saw_foreign(told, bench.now))
+    for _ in range(40):
+        n = len(bench.sent)
+        bench.tick(velocity=STANDSTILL)
+        if any(answer.velocity for answer in bench.sent[n:]):
+            break
+    limits = bench.supervisor.limits
+    assert abs(bench.velocity[0]) <= limits.a_max * DT + 1e-9
+    assert abs(bench.velocity[1]) <= limits.alpha_max * DT + 1e-9
 
 
 def test_a_person_can_drive_to_the_goal():
@@ -304,24 +368,24 @@ def test_a_field_of_another_grid_is_refused_and_the_old_one_kept():
 def test_late_and_repeated_odometry_is_passed_over(stamp, late):
     bench = driving()
     pose = dataclasses.replace(bench.pose, stamp=bench.now + stamp)
-    assert bench.supervisor.is_late(pose, bench.now) == late
-    assert bench.supervisor.counts['late odometry'] == late
+    assert bench.supervisor.intake.is_late_pose(pose, bench.now) == late
+    assert bench.supervisor.intake.counts['late odometry'] == late
 
 
 @pytest.mark.parametrize(('age', 'late'), [(0.1, False), (2.0, True), (1e9, False), (-5.0, False)])
 def test_odometry_that_was_long_on_its_way_is_passed_over_unless_its_clock_is_another(age, late):
     bench = driving()
     pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
-    assert bench.supervisor.is_late(pose, pose.stamp + age) == late
+    assert bench.supervisor.intake.is_late_pose(pose, pose.stamp + age) == late
     assert any('age is' in line for _, line in bench.lines) == late
 
 
 def test_a_refused_message_is_said_once_and_counted():
     bench = Bench()
     for value in range(5):
-        bench.supervisor.refuse_message(f'odom: position is ({value}, nan), must be finite')
+        bench.supervisor.intake.refuse(f'odom: position is ({value}, nan), must be finite')
     assert sum('refused' in line for _, line in bench.lines) == 1
-    assert bench.supervisor.counts['refused messages'] == 5
+    assert bench.supervisor.intake.counts['refused messages'] == 5
 
 
 def test_a_goal_clicked_elsewhere_is_answered_in_words():
@@ -338,18 +402,23 @@ def test_a_trial_keeps_to_the_unknown_it_was_started_with():
     bench.supervisor.parameters = Parameters(unknown_is_blocked=True)
     assert bench.run().outcome is Outcome.GOAL
     bench.pose = Pose(bench.now, *GRID.world_from_cell(5, 3), 0.0)
-    assert bench.start().run().outcome is Outcome.GAVE_UP
+    bench.start().run(1.0)
+    assert paused_by(bench, StopReason.STALE_NEIGHBOURHOOD)
 
 
 class TestVoidField:
 
     def test_there_is_nothing_to_drive_on(self):
-        bench = Bench()
+        bench = Bench(field=False)
+        assert bench.supervisor.status.stop_reason is StopReason.NO_FIELD
         bench.tick()
         assert bench.supervisor.accept_field(ControlField.void(GRID))
         assert 'no control field' in bench.supervisor.start(bench.now)
         assert bench.supervisor.status.revision == 0
+        assert bench.supervisor.status.reason == StopReason.NO_FIELD.sentence
         assert bench.supervisor.accept_field(straight_field(GOAL))
+        assert bench.supervisor.status.stop_reason is None
+        bench.tick()
         assert bench.supervisor.start(bench.now) == ''
 
     def test_ends_a_trial_that_runs(self):

@@ -90,7 +90,7 @@ def test_keys_take_a_trial_over():
 def test_what_the_gate_changed_is_counted_and_so_are_fields_that_were_refused():
     bench = Bench().start()
     bench.run()
-    counts = bench.supervisor.counts
+    counts = bench.supervisor.intake.counts
     changed = [answer for answer in bench.sent if answer.requested is not None]
     assert sum(n for what, n in counts.items() if what.startswith('gate ')) == len(changed) > 0
     for _ in range(2):
@@ -151,7 +151,7 @@ def test_a_late_neighbourhood_is_passed_over_and_counted():
     late = dataclasses.replace(newest, stamp=newest.stamp - 0.1)
     bench.supervisor.saw_neighbourhood(late, bench.now)
     assert bench.supervisor.neighbourhood is newest
-    assert bench.supervisor.counts['late neighbourhoods'] == 1
+    assert bench.supervisor.intake.counts['late neighbourhoods'] == 1
 
 
 def test_a_localisations_pose_in_another_frame_is_refused_and_a_useless_one_counted():
@@ -160,10 +160,10 @@ def test_a_localisations_pose_in_another_frame_is_refused_and_a_useless_one_coun
     supervisor = bench.supervisor
     there = Pose(bench.now, 2.0, 1.4, 0.0, frame_id='moon')
     supervisor.saw_localisation(there, VARIANCES)
-    assert supervisor.counts['refused messages'] == 1
+    assert supervisor.intake.counts['refused messages'] == 1
     assert 'no pose' in supervisor.start(bench.now)
     for _ in range(3):  # the later ones say nothing new
         supervisor.saw_localisation(dataclasses.replace(there, frame_id='/map'), VARIANCES)
-    assert supervisor.counts['poses not used'] == 2
-    assert supervisor.counts['refused messages'] == 1
+    assert supervisor.intake.counts['poses not used'] == 2
+    assert supervisor.intake.counts['refused messages'] == 1
     assert supervisor.start(bench.now) == ''

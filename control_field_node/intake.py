@@ -1,0 +1,102 @@
+"""What has arrived: how fresh it is, and what was not to be trusted. ROS-free."""
+
+from collections import Counter
+from collections.abc import Callable
+import math
+from typing import Final
+
+from control_field.watch import Freshness, PoseWatch
+from control_field_node.settings import Settings
+from msgs_bridge.neighbourhoods import Neighbourhood
+from msgs_bridge.poses import Pose
+
+#: Age from which a stamp is taken to be of another clock, [s].
+_OTHER_CLOCK: Final = 60.0
+
+
+class Intake:
+    """
+    Looks at what arrives before anybody acts on it.
+
+    Parameters
+    ----------
+    settings : Settings
+        Of the rules.
+    log : callable
+        Gets ``'warning'`` and one line.
+
+    Attributes
+    ----------
+    counts : Counter
+        What was refused or passed over, by what it is.
+    odometry, sight : Freshness
+    poses : PoseWatch
+
+    """
+
+    def __init__(self, settings: Settings, log: Callable[[str, str], None]) -> None:
+        """Start with nothing received."""
+        self.counts: Counter[str] = Counter()
+        self.odometry, self.sight = Freshness(0.0), Freshness(0.0)
+        self.poses = PoseWatch(settings.rules)
+        self._log = log
+        self._bad_until = -math.inf
+        self._refused: set[str] = set()
+        self.change_settings(settings)
+
+    def change_settings(self, settings: Settings) -> None:
+        """Take over new settings; in lock-step nothing is ever stale."""
+        self._settings = settings
+        self.poses.rules = settings.rules
+        waits = settings.lockstep
+        self.odometry.timeout = math.inf if waits else settings.odom_timeout
+        self.sight.timeout = math.inf if waits else settings.neighbourhood_timeout
+
+    def refuse(self, what: str, is_said: bool = False) -> None:
+        """Count something that is not to be trusted; say so once a kind, if nobody else does."""
+        self.counts['refused messages'] += 1
+        kind = what.partition(' is ')[0]
+        if kind not in self._refused:
+            self._refused.add(kind)
+            if not is_said:
+                self._log('warning', f'refused: {what} (not said again)')
+
+    def distrust(self, now: float) -> None:
+        """Take in that odometry was bad: it has to be good for its timeout."""
+        self._bad_until = now + (
+            0.0 if self._settings.lockstep else self._settings.odom_timeout)
+
+    def is_bad(self, now: float) -> bool:
+        """Tell whether what was bad or missing has not been good for long enough."""
+        return now < self._bad_until
+
+    def came(self, what: Freshness, now: float, is_missed: bool) -> None:
+        """Take in that odometry or sight has come; what was missed has to stay for a while."""
+        if is_missed and what.is_stale(now):
+            self._bad_until = now + what.timeout
+        what.saw(now)
+
+    def is_late_pose(self, pose: Pose, clock: float) -> bool:
+        """
+        Tell whether a pose is a duplicate or came late, and is to be passed over.
+
+        ``clock`` is what stamps are made of, [s]. A stamp far from it is of another clock,
+        such as a simulator's, and its age unknown. One behind the last ones is late, too, until
+        so many are that the clock was set back.
+        """
+        age, timeout = clock - pose.stamp, self._settings.odom_timeout
+        n_behind = self.poses.n_behind(pose.stamp)
+        old = timeout < age < _OTHER_CLOCK and not self.poses.went_back(n_behind)
+        if old and not n_behind:
+            self.refuse(f'odom: age is {age:.2f} s, must be below odom_timeout '
+                        f'({timeout:g} s); are the clocks set?')
+        late = self.poses.is_repeated(pose.stamp) or (old and n_behind > 0)
+        self.counts['late odometry'] += late
+        return old or late
+
+    def is_late_sight(self, sight: Neighbourhood, last: Neighbourhood | None) -> bool:
+        """Tell whether a neighbourhood is older than the last, and is to be passed over."""
+        late = last is not None and not self._settings.lockstep and (
+            0.0 < last.stamp - sight.stamp <= self._settings.neighbourhood_timeout)
+        self.counts['late neighbourhoods'] += late
+        return late
