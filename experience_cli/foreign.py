@@ -80,19 +80,23 @@ def import_all(arguments: argparse.Namespace) -> Path:
         If an argument is wrong, or a bag cannot be read, teaches nothing or cannot be kept.
 
     """
-    from msgs_bridge.any_bag import missing_from, open_bag
+    from msgs_bridge.any_bag import missing_from
     from msgs_bridge.bag_folder import changing, TaskFolder
-    from msgs_bridge.bag_import import import_demonstration
+    from msgs_bridge.bag_import import check_drive, import_demonstration
 
     folder = arguments.into.absolute()
     task = TaskFolder(folder.parent, folder.name)
     with changing(task.path, make=True):
         header = _header(arguments, task)
-        for path in arguments.bags:
-            episode = import_demonstration(_there(path), task, header, _names(arguments))
+        # All of them before the first is kept: half of them is not what was asked for.
+        drives = [check_drive(_there(path), header.grid, _names(arguments))
+                  for path in arguments.bags]
+        for drive in drives:
+            episode = import_demonstration(drive, task, header)
             if not arguments.quiet:
-                missing = missing_from(open_bag(path))
-                print(f'{path} is kept as {episode.path}' + (f'; {missing}' if missing else ''))
+                missing = missing_from(drive.bag)
+                print(f'{drive.path} is kept as {episode.path}'
+                      + (f'; {missing}' if missing else ''))
     return folder
 
 
@@ -111,21 +115,21 @@ def _header(arguments: argparse.Namespace, task: Any) -> Any:
     """Return the header of a demonstration in the workspace that the arguments describe."""
     from control_field.parameters import Parameters
     from experience_cli.episodes import episodes_from_paths
+    from experience_cli.workspace import common_header
     from msgs_bridge.bag_folder import EpisodeKind
     from msgs_bridge.episode_header import EpisodeHeader
-    from msgs_bridge.episodes import read_header
 
-    model = [arguments.like] if arguments.like is not None else (
-        [task.path] if task is not None and task.episodes() else [])
-    if not model:
+    of_task = None if task is None else common_header(task.episodes())
+    found = of_task if arguments.like is None else common_header(
+        episodes_from_paths([arguments.like]))
+    if found is None:
         return EpisodeHeader(EpisodeKind.DEMO, '', _grid(arguments), Parameters())
-    found = read_header(episodes_from_paths(model)[-1].path)
     given = [f'--{name}' for name in _WORKSPACE if getattr(arguments, name) is not None]
     if given and found.grid != _grid(arguments):
-        raise UserError(f'{given[0]}: the workspace is that of {model[0]}, {found.grid}; leave '
-                        f'the option out')
-    if task is not None and task.episodes():
-        read_header(task.episodes()[-1].path).check_grid(found.grid, task.path)
+        raise UserError(f'{given[0]}: the workspace is that of {arguments.like or task.path}, '
+                        f'{found.grid}; leave the option out')
+    if of_task is not None:
+        of_task.check_grid(found.grid, task.path)
     return EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters)
 
 

@@ -46,6 +46,7 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     """Learn from bags of ours."""
     from experience_cli.episodes import episodes_from_paths
     from experience_cli.relearning import last_header
+    from experience_cli.workspace import odd_one_named
     from learner_node.lessons import Lessons
 
     try:
@@ -57,12 +58,13 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
         raise UserError(f'nothing was learnt: {episodes[-1].path} holds nothing to learn from')
     lessons = Lessons(header.grid, header.parameters)
     differing = []
-    for episode in _with_progress(episodes):
-        if arguments.check and episode.bag.exists() and recorded_differs(episode, lessons):
-            differing.append(episode)
-        lesson = lessons.learn(episode)
-        if not arguments.quiet:
-            _print(line_from_lesson(lesson))
+    with odd_one_named(episodes):
+        for episode in _with_progress(episodes):
+            if arguments.check and episode.bag.exists() and recorded_differs(episode, lessons):
+                differing.append(episode)
+            lesson = lessons.learn(episode)
+            if not arguments.quiet:
+                _print(line_from_lesson(lesson))
     if lessons.refresh is None:
         raise UserError('nothing was learnt: there is no demonstration in these bags')
     _finish(arguments, lessons.refresh, lessons.field())

@@ -1,6 +1,7 @@
 """What the bags of a task teach once something about them has changed."""
 
 from control_field.learner import Refresh
+from experience_cli.workspace import odd_one_named
 from learner_node.lessons import Lesson, Lessons
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder
 from msgs_bridge.episode_header import EpisodeHeader
@@ -27,7 +28,8 @@ def fold(episodes: list[EpisodeFolder]) -> tuple[Lessons | None, list[Lesson]]:
     if header is None:
         return None, []
     lessons = Lessons(header.grid, header.parameters)
-    return lessons, [lessons.learn(episode) for episode in episodes]
+    with odd_one_named(episodes):
+        return lessons, [lessons.learn(episode) for episode in episodes]
 
 
 def last_header(episodes: list[EpisodeFolder]) -> EpisodeHeader | None:

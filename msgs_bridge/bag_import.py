@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from control_field.grid import Grid
 from msgs_bridge.any_bag import open_bag
 from msgs_bridge.bag_file import BagWriter, start_bag
 from msgs_bridge.bag_folder import BagError, episode_from_path, EpisodeFolder, TaskFolder
@@ -55,37 +57,75 @@ def roles_of_topics(bag: Bag, names: Mapping[str, str]) -> dict[str, str]:
     return found
 
 
-def import_demonstration(
-    path: Path | str, task: TaskFolder, header: EpisodeHeader, names: Mapping[str, str],
-) -> EpisodeFolder:
+@dataclass(frozen=True, eq=False)
+class ForeignDrive:
     """
-    Write what matters of a foreign bag into the next bag of a task, bytes as they are.
+    A drive that another recorder recorded, and that teaches something.
+
+    Parameters
+    ----------
+    path : Path
+        As it was named.
+    bag : Bag
+    topics : dict of str to str
+        Topics by role.
+
+    """
+
+    path: Path
+    bag: Bag
+    topics: dict[str, str]
+
+
+def check_drive(path: Path | str, grid: Grid, names: Mapping[str, str]) -> ForeignDrive:
+    """
+    Make sure that a foreign bag teaches something in a workspace.
 
     Parameters
     ----------
     path : Path
         The foreign bag, see `open_bag`.
-    task : TaskFolder
-    header : EpisodeHeader
-        Workspace and parameters of the new bag.
+    grid : Grid
     names : mapping of str to str
         Topics by role, see `roles_of_topics`.
 
     Raises
     ------
     BagError
-        If it cannot be read, teaches nothing in that workspace, or cannot be written.
+        If it cannot be read, or teaches nothing in that workspace.
 
     """
-    path = Path(path)
     bag = open_bag(path)
     topics = roles_of_topics(bag, names)
-    read_foreign_demonstration(path, header.grid, topics)
+    read_foreign_demonstration(path, grid, topics)
+    return ForeignDrive(Path(path), bag, topics)
+
+
+def import_demonstration(
+    drive: ForeignDrive, task: TaskFolder, header: EpisodeHeader,
+) -> EpisodeFolder:
+    """
+    Write what matters of a foreign bag into the next bag of a task, bytes as they are.
+
+    Parameters
+    ----------
+    drive : ForeignDrive
+        Was checked in the header's workspace.
+    task : TaskFolder
+    header : EpisodeHeader
+        Workspace and parameters of the new bag.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read any more, or not be written.
+
+    """
     values = EpisodeHeader(
-        header.kind, task.task, header.grid, header.parameters, topics).to_mapping()
-    writer = start_bag(task, header.kind, {**values, 'imported_from': path.name})
+        header.kind, task.task, header.grid, header.parameters, drive.topics).to_mapping()
+    writer = start_bag(task, header.kind, {**values, 'imported_from': drive.path.name})
     try:
-        _copy(bag, topics, writer)
+        _copy(drive.bag, drive.topics, writer)
         writer.close()
     except BagError:
         with suppress(BagError):

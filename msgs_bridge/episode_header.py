@@ -16,6 +16,10 @@ HEADER_NAME: Final = 'experience_controller'
 VERSION: Final = 1
 
 
+class WorkspaceError(BagError):
+    """The bag was recorded in another workspace."""
+
+
 @dataclass(frozen=True)
 class EpisodeHeader:
     """
@@ -81,13 +85,13 @@ class EpisodeHeader:
 
         Raises
         ------
-        BagError
+        WorkspaceError
             If grid or frame differ; the message names both.
 
         """
         if self.grid != grid:
-            raise BagError(f'{path} was recorded on {self.grid}, '
-                           f'this workspace is {grid}')
+            raise WorkspaceError(f'{path} was recorded on {self.grid}, '
+                                 f'this workspace is {grid}')
 
 
 def _object(values: Mapping[str, str], key: str) -> dict[str, Any]:

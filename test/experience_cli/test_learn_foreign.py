@@ -140,6 +140,20 @@ class TestInto:
         assert "frame is 'map', must be 'odom'" in line
         assert not TaskFolder(tmp_path / 'bags', 'task').episodes()
 
+    def test_unless_all_of_them_can_be_kept_none_is(self, tmp_path, capsys):
+        good = record(tmp_path / 'good', {'odom': '/odom'})
+        other = record(tmp_path / 'other', {'odom': '/tb3/odometry'})
+        far = record(tmp_path / 'far', {'odom': '/odom'}, frame='map')
+        task = tmp_path / 'bags' / 'task'
+        for bad, why in ((other, 'no topic /odom'), (far, "frame is 'map'"),
+                         (tmp_path / 'none', 'there is no bag')):
+            line = mistake(capsys, good, bad, '--odom-topic', '/odom', '--into', task)
+            assert why in line
+            assert str(bad) in line
+            assert not TaskFolder(task.parent, task.name).episodes()
+        assert learn(good, good, '--odom-topic', '/odom', '--into', task) == 0
+        assert capsys.readouterr().out.startswith(f'{good} is kept as {task / "0001_demo"}')
+
     def test_a_drive_that_ends_where_it_began_is_not_kept(self, tmp_path, capsys):
         bag = loop_bag(tmp_path / 'theirs')
         line = mistake(capsys, bag, '--into', tmp_path / 'bags' / 'task')
