@@ -8,7 +8,9 @@ is cheap, and ``run(arguments) -> int``, which imports what it needs. It is adde
 import argparse
 from collections.abc import Sequence
 import importlib
+import io
 import os
+from pathlib import Path
 import sys
 from typing import Final, NoReturn
 
@@ -54,24 +56,57 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     """
     prepare()
-    parsed = parser().parse_args(arguments)
+    _prepare_output()
     try:
-        return int(parsed.run(parsed))
+        return _run(parser().parse_args(arguments))
+    finally:
+        # What is still to be written and cannot be would be complained of at the exit.
+        try:
+            sys.stdout.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _prepare_output() -> None:
+    """Let any text be written, and none where whoever started this has closed the output."""
+    for name in ('stdout', 'stderr'):
+        if getattr(sys, name) is None:
+            # It stays open to the end, and takes the number that is free: no bag will get it.
+            setattr(sys, name, Path(os.devnull).open('w'))  # noqa: SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Not every name of a file is text.
+        sys.stdout.reconfigure(errors='backslashreplace')
+
+
+def _run(parsed: argparse.Namespace) -> int:
+    """Run a subcommand; return its exit code, or that of what went wrong."""
+    try:
+        code = int(parsed.run(parsed))
+        sys.stdout.flush()
+        return code
     except (UserError, BagError) as error:
-        print(f'experience {parsed.command}:', ' '.join(str(error).split()), file=sys.stderr)
-        return 2
+        return _refuse(parsed, str(error))
     except KeyboardInterrupt:
         print(f'experience {parsed.command}: stopped', file=sys.stderr)
         return 130
     except BrokenPipeError:
-        # Whoever read the output has seen enough; nothing may complain at the exit either.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # Whoever read the output has seen enough.
         return 0
     except OSError as error:
         # A path that cannot even be looked at: no permission, too long, a disk that fails.
-        said = f'cannot use {error.filename or "a file"}: {(error.strerror or str(error)).lower()}'
-        print(f'experience {parsed.command}:', ' '.join(said.split()), file=sys.stderr)
-        return 2
+        return _refuse(parsed, f'cannot use {error.filename or "a file"}: '
+                               f'{(error.strerror or str(error)).lower()}')
+    except RuntimeError as error:
+        # What pathlib says of links that lead in a circle, before Python 3.13.
+        if not str(error).startswith('Symlink loop'):
+            raise
+        return _refuse(parsed, str(error).replace('Symlink loop from', 'links lead in a circle:'))
+
+
+def _refuse(parsed: argparse.Namespace, why: str) -> int:
+    """Say in one line what the user got wrong; return the exit code."""
+    print(f'experience {parsed.command}:', ' '.join(why.split()), file=sys.stderr)
+    return 2
 
 
 if __name__ == '__main__':
