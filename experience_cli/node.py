@@ -59,15 +59,16 @@ class DemoNode:
     def __init__(
         self, domain: int | None, check: Callable[[], None], namespace: str = '',
     ) -> None:
+        where = '/' + namespace.lstrip('/')
         try:
-            validate_namespace('/' + namespace.lstrip('/'))
+            validate_namespace(where)
         except InvalidNamespaceException:
             raise UserError(f'{namespace!r} is no namespace, must be like robot1') from None
         self._check = check
         self._context = rclpy.Context()
         rclpy.init(args=[], context=self._context, domain_id=domain,
                    signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node('experience_demo', namespace=namespace, context=self._context,
+        self._node = Node('experience_demo', namespace=where, context=self._context,
                           use_global_arguments=False)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)

@@ -62,7 +62,7 @@ def test_it_teaches_and_tries_and_leaves_the_nodes_alone(
             node.report() for node in nodes)
 
 
-@pytest.mark.parametrize(('namespace', 'place'), [('/', ''), ('/r1', '-r __ns:=/r1 ')])
+@pytest.mark.parametrize(('namespace', 'place'), [('/', ''), ('//', ''), ('/r1', '-r __ns:=/r1 ')])
 def test_nodes_that_are_not_there_are_named_with_what_starts_them(
     ros_domain, monkeypatch, capsys, namespace, place,
 ):
