@@ -57,12 +57,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _limits(arguments: argparse.Namespace) -> Any:
-    from control_field.limits import Limits
+    from control_field_node.settings import Settings
 
-    given = {name.removeprefix('robot_'): getattr(arguments, name) for name in _LIMITS
+    given = {name: getattr(arguments, name) for name in _LIMITS
              if getattr(arguments, name) is not None}
     try:
-        return Limits(**given)
+        return Settings(**given).limits
     except ValueError as error:
         raise UserError(f"the robot's {error}") from None
 

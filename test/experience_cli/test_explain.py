@@ -259,7 +259,8 @@ def test_what_a_burgers_gate_does_not_explain_is_not_passed_off_as_asked_for(tas
 
 
 @pytest.mark.parametrize(('option', 'value', 'what'), [
-    ('--v-max', '0', 'v_max'), ('--w-max', 'nan', 'w_max'), ('--robot-radius', '-0.1', 'radius')])
+    ('--v-max', '0', 'v_max'), ('--w-max', 'nan', 'w_max'), ('--a-max', '1e-300', 'a_max'),
+    ('--robot-radius', '-0.1', 'robot_radius')])
 def test_a_limit_that_is_none_is_one_line(task, capsys, option, value, what):
     assert main(['explain', FIRST, '--at', '1', f'{option}={value}']) == 2
     [line] = capsys.readouterr().err.splitlines()
