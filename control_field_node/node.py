@@ -335,7 +335,7 @@ class ControlFieldNode(Node):
 
     def _look_at_peers(self) -> None:
         """Note who is on `cmd_vel`, and say once which parameter to set for another type."""
-        news = self._peers.look(self, 'cmd_vel', self._writer.kind)
+        news = self._peers.look(self, self._writer.kind)
         if news:
             self._log('warning', news)
         if self._peers.others and self._settings.exclusive_cmd_vel:

@@ -1,15 +1,12 @@
 """What the controller says about itself on `/diagnostics`, and which peers do not fit."""
 
-from collections.abc import Iterable
-from typing import Any, Final
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.watch import StopReason
 from control_field_node.supervisor import Supervisor
-
-#: What the graph calls a node that it has not heard the name of yet.
-_NOT_YET_KNOWN: Final = '_NODE_NAME_UNKNOWN_'
+from msgs_bridge.command_types import mismatch
 
 
 class Peers:
@@ -33,7 +30,7 @@ class Peers:
         self.mismatch = ''
         self.n_publishers = 0
 
-    def look(self, node: Any, topic: str, kind: type) -> str:
+    def look(self, node: Any, kind: type) -> str:
         """
         Note who is there; return a line to log if something new does not fit.
 
@@ -41,22 +38,19 @@ class Peers:
         ----------
         node : rclpy.node.Node
             This node.
-        topic : str
-            `cmd_vel`, relative.
         kind : type
-            Message that this node has there.
+            Message that this node has on `cmd_vel` and `cmd_vel_teleop`.
 
         """
-        name, own = node.resolve_topic_name(topic), node.get_fully_qualified_name()
+        name, own = node.resolve_topic_name('cmd_vel'), node.get_fully_qualified_name()
         publishers = node.get_publishers_info_by_topic(name)
         self.n_publishers = len(publishers)
         self.others = [f'{peer.node_namespace.rstrip("/")}/{peer.node_name}'
                        for peer in publishers]
         if own in self.others:
             self.others.remove(own)
-        before, self.mismatch = self.mismatch, mismatch_of(
-            f'geometry_msgs/msg/{kind.__name__}', publishers,
-            node.get_subscriptions_info_by_topic(name))
+        before = self.mismatch
+        self.mismatch = mismatch(node, 'cmd_vel', kind) or mismatch(node, 'cmd_vel_teleop', kind)
         return self.mismatch if self.mismatch != before else ''
 
     def has_namesake(self, name: str) -> bool:
@@ -117,24 +111,3 @@ def _reason(supervisor: Supervisor) -> StopReason | None:
     if supervisor.field is None:
         return StopReason.WRONG_FIELD if supervisor.refusal else StopReason.NO_FIELD
     return supervisor.ended_by
-
-
-def mismatch_of(mine: str, publishers: Iterable[Any], subscribers: Iterable[Any]) -> str:
-    """
-    Say in one line which parameter to set when a peer on `cmd_vel` has the other type.
-
-    Parameters
-    ----------
-    mine : str
-        Type this node publishes and reads, ``geometry_msgs/msg/Twist`` or ``.../TwistStamped``.
-    publishers, subscribers : iterable of TopicEndpointInfo
-        Who is on the topic.
-
-    """
-    stamped = str(not mine.endswith('Stamped')).lower()
-    for peers, verb in ((subscribers, 'subscribes'), (publishers, 'publishes')):
-        for peer in peers:
-            if peer.topic_type != mine and peer.node_name != _NOT_YET_KNOWN:
-                return (f'{peer.node_name} {verb} cmd_vel as {peer.topic_type} but this node has '
-                        f'{mine}: set enable_stamped_cmd_vel:={stamped}')
-    return ''

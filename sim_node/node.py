@@ -16,6 +16,7 @@ from std_srvs.srv import Trigger
 
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
+from msgs_bridge.command_types import mismatch
 from msgs_bridge.neighbourhoods import (
     grid_from_neighbourhood,
     map_from_occupancy,
@@ -302,14 +303,9 @@ class SimNode(Node):
 
     def _warn_of_other_type(self) -> None:
         """Say once a while which parameter to set when somebody commands with the other type."""
-        mine = f'geometry_msgs/msg/{self._command_type.__name__}'
-        for peer in self.get_publishers_info_by_topic(self.resolve_topic_name('cmd_vel')):
-            if peer.topic_type != mine:
-                other = str(not self._settings.is_stamped).lower()
-                self.get_logger().warning(
-                    f'{peer.node_name} publishes {peer.topic_type} on cmd_vel, which is {mine} '
-                    f'here: set enable_stamped_cmd_vel: {other}',
-                    throttle_duration_sec=12 * _LOG_PERIOD)
+        sentence = mismatch(self, 'cmd_vel', self._command_type)
+        if sentence:
+            self.get_logger().warning(sentence, throttle_duration_sec=12 * _LOG_PERIOD)
 
 
 def main(args: list[str] | None = None) -> None:

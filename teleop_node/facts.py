@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from control_field.limits import Velocity
+from msgs_bridge.command_types import remedy
 from msgs_bridge.trial_status import State, TrialStatus
 from teleop_node.status_line import Facts
 
@@ -111,7 +112,6 @@ def problem_with_readers(topic: str, mine: str, readers: Iterable[Any]) -> tuple
     others = [peer for peer in readers if peer.topic_type != mine]
     if not others:
         return '', ''
-    remedy = f'set enable_stamped_cmd_vel:={str(not mine.endswith("Stamped")).lower()}'
-    return f'wrong type: {remedy}', (
+    return f'wrong type: {remedy(mine)}', (
         f'{others[0].node_name} reads {topic} as {others[0].topic_type} but this node publishes '
-        f'{mine}: {remedy}')
+        f'{mine}: {remedy(mine)}')

@@ -223,6 +223,22 @@ def test_a_peer_with_the_other_type_is_told_which_parameter_to_set(ros_node, tmp
     ros_node.destroy_subscription(stamped)
 
 
+def test_all_who_have_the_other_type_are_named_also_on_cmd_vel_teleop(ros_node, tmp_path):
+    here = [ros_node.create_publisher(TwistStamped, 'cmd_vel', 1),
+            ros_node.create_subscription(TwistStamped, 'cmd_vel', lambda _: None, 1)]
+    teleop = ros_node.create_publisher(TwistStamped, 'cmd_vel_teleop', 1)
+    with controller(tmp_path) as process:
+        def says(words):
+            ros_helpers.wait_until(lambda: words in process.stderr, node=ros_node,
+                                   processes=[process], what=words)
+        says('test_node publishes cmd_vel as geometry_msgs/msg/TwistStamped and '
+             'test_node subscribes to cmd_vel as')
+        ros_node.destroy_publisher(here[0])
+        ros_node.destroy_subscription(here[1])
+        says('test_node publishes cmd_vel_teleop as geometry_msgs/msg/TwistStamped but')
+    ros_node.destroy_publisher(teleop)
+
+
 @pytest.mark.parametrize('order', ['sight first', 'odometry first'])
 def test_lockstep_answers_each_stamp_exactly_once(stepped, order):
     stepped.push().start()

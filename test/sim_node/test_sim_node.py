@@ -223,7 +223,7 @@ class TestRealTime:
         with simulator(ros_node, tmp_path, stamped=False) as peer, \
                 ros_helpers.own_node(ros_domain, 'other') as other:
             other.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
-            peer.wait(lambda: 'set enable_stamped_cmd_vel: true' in peer.process.stderr,
+            peer.wait(lambda: 'set enable_stamped_cmd_vel:=true' in peer.process.stderr,
                       'the hint')
 
     def test_two_robots_in_namespaces(self, ros_domain, ros_node, tmp_path):
