@@ -5,7 +5,10 @@ from itertools import pairwise
 from pathlib import Path
 
 from experience_cli.errors import UserError
-from msgs_bridge.bag_folder import episode_from_path, EpisodeFolder, TaskFolder
+from msgs_bridge.any_bag import is_storage_file, storage_files
+from msgs_bridge.bag_folder import BagError, episode_from_path, EpisodeFolder, TaskFolder
+from msgs_bridge.bag_records import BagReader
+from msgs_bridge.episode_header import HEADER_NAME
 
 
 def episodes_from_paths(paths: Sequence[Path]) -> list[EpisodeFolder]:
@@ -42,6 +45,42 @@ def episodes_of_all(paths: Sequence[Path]) -> list[EpisodeFolder]:
     return list(found.values())
 
 
+def is_foreign(path: Path) -> bool:
+    """
+    Tell whether a path is a bag of another recorder.
+
+    That is a file that holds messages or a folder of such, unless the folder is named or the file
+    begins like a bag of ours.
+
+    Raises
+    ------
+    BagError
+        If a folder cannot be read.
+
+    """
+    files = storage_files(path) if path.is_dir() else [path]
+    if not files or not files[0].exists() or not is_storage_file(files[0]):
+        return False
+    if files[0].suffix != '.mcap':
+        return not path.is_dir() or not _is_named_like_ours(path)
+    return not _is_named_like_ours(files[0].parent) and not _has_our_header(files[0])
+
+
+def _is_named_like_ours(folder: Path) -> bool:
+    try:
+        episode_from_path(folder.absolute())
+    except BagError:
+        return False
+    return True
+
+
+def _has_our_header(file: Path) -> bool:
+    try:
+        return any(name == HEADER_NAME for name, _ in BagReader(file).metadata)
+    except BagError:
+        return False
+
+
 def _episodes(path: Path) -> list[EpisodeFolder]:
     if path.is_file() and path.suffix == '.mcap':
         path = path.parent
@@ -51,7 +90,9 @@ def _episodes(path: Path) -> list[EpisodeFolder]:
         return [episode_from_path(path.absolute())]
     episodes = TaskFolder(path.absolute().parent, path.absolute().name).episodes()
     if not episodes:
-        raise UserError(f'{path} holds no bags, must be a folder of bags like 0001_demo')
+        theirs = sorted(child for child in path.iterdir() if child.is_dir() and is_foreign(child))
+        hint = f'; name those of other recorders one by one, such as {theirs[0]}' if theirs else ''
+        raise UserError(f'{path} holds no bags, must be a folder of bags like 0001_demo{hint}')
     return episodes
 
 

@@ -17,8 +17,8 @@ _WORKSPACE: Final = {'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0,
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how a bag of another recorder is to be read."""
     group = parser.add_argument_group(
-        'bags of other recorders', 'With one of these, the bags are drives that were recorded by '
-        '`ros2 bag record` or the like, MCAP or sqlite3; each is one demonstration.')
+        'bags of other recorders', 'Drives that were recorded by `ros2 bag record` or the like, MCAP '
+        'or sqlite3; each is one demonstration.')
     for role, option in _TOPICS.items():
         group.add_argument('--' + option.replace('_', '-'), metavar='TOPIC',
                            help=f'which topic is {role} (the one that is called so)')
@@ -66,7 +66,8 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
         if not arguments.quiet:
             taught = (f'{counted(len(refresh.prototypes), "prototype")}, '
                       f'basin {refresh.certificate.basin:.1%}')
-            print('; '.join([f'{path} demo  {report}', *notes, taught]))
+            guessed = _guessed(topics, arguments)
+            print('; '.join([f'{path} demo  {report}', *guessed, *notes, taught]))
     return learner
 
 
@@ -94,9 +95,9 @@ def import_all(arguments: argparse.Namespace) -> Path:
         for drive in drives:
             episode = import_demonstration(drive, task, header)
             if not arguments.quiet:
-                missing = missing_from(drive.bag)
-                print(f'{drive.path} is kept as {episode.path}'
-                      + (f'; {missing}' if missing else ''))
+                missing = filter(None, [missing_from(drive.bag)])
+                print('; '.join([f'{drive.path} is kept as {episode.path}',
+                                 *_guessed(drive.topics, arguments), *missing]))
     return folder
 
 
@@ -109,6 +110,13 @@ def _there(path: Path) -> Path:
 def _names(arguments: argparse.Namespace) -> dict[str, str]:
     named = {role: getattr(arguments, option) for role, option in _TOPICS.items()}
     return {role: name for role, name in named.items() if name is not None}
+
+
+def _guessed(topics: dict[str, str], arguments: argparse.Namespace) -> list[str]:
+    """Say which topic was taken for odom by its type alone."""
+    odom = topics['odom']
+    is_named = arguments.odom_topic is not None or odom.rpartition('/')[2] == 'odom'
+    return [] if is_named else [f'odom is {odom}, the only one of its type']
 
 
 def _header(arguments: argparse.Namespace, task: Any) -> Any:

@@ -31,7 +31,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command; return 1 if a recorded field differs from the relearnt one."""
     if arguments.save is not None and arguments.save.suffix != '.npz':
         raise UserError(f'--save {arguments.save}: must end in .npz')
-    if not foreign.is_wanted(arguments):
+    if not foreign.is_wanted(arguments) and not _are_foreign(arguments.bags):
         return _learn(arguments, arguments.bags)
     if arguments.into is not None:
         return _learn(arguments, [foreign.import_all(arguments)])
@@ -40,6 +40,19 @@ def run(arguments: argparse.Namespace) -> int:
     learner = foreign.learn_foreign(arguments)
     _finish(arguments, learner.refresh, learner.trial_field(curious=False))
     return 0
+
+
+def _are_foreign(paths: list[Path]) -> bool:
+    """Tell whether bags are those of other recorders: all of them, or none."""
+    from experience_cli.episodes import is_foreign
+
+    theirs = [path for path in paths if is_foreign(path)]
+    ours = [path for path in paths if path not in theirs]
+    if theirs and ours:
+        raise UserError(
+            f'{theirs[0]} is a bag of another recorder, {ours[0]} is not: keep it as a '
+            f'demonstration of a task with --into first, and learn that task')
+    return bool(theirs)
 
 
 def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:

@@ -13,7 +13,7 @@ from msgs_bridge.bag_metadata import NAME, read_yaml
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.mcap_scan import CompressedError
 
-_ENDINGS: Final = ('.mcap', '.db3')
+_ENDINGS: Final = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 #: rosbag2 compresses messages one by one, or whole files; neither shows in the MCAP file.
 _COMPRESSED: Final = re.compile(r'^ *compression_mode: *["\']?(message|file)\b', re.I | re.M)
 
@@ -36,7 +36,7 @@ def open_bag(path: Path | str) -> Bag:
     path = Path(path)
     if not path.is_dir():
         return _open_file(path)
-    files = sorted((file for file in path.iterdir() if file.suffix in _ENDINGS), key=_by_number)
+    files = storage_files(path)
     text = _metadata_text(path)
     if len(files) == 1 and files[0].suffix == '.mcap' and not _COMPRESSED.search(text):
         try:
@@ -57,6 +57,16 @@ def missing_from(bag: Bag) -> str:
         if isinstance(part, BagReader) and not part.complete:
             return f'what is not readable of {part.path.name} is missing: {part.damage}'
     return ''
+
+
+def storage_files(folder: Path) -> list[Path]:
+    """Return the files in a folder that hold messages, in the order of their numbers."""
+    return sorted((path for path in folder.iterdir() if is_storage_file(path)), key=_by_number)
+
+
+def is_storage_file(path: Path) -> bool:
+    """Tell whether a file holds messages, by its name."""
+    return path.name.endswith(_ENDINGS)
 
 
 class JoinedBag:
@@ -122,12 +132,22 @@ class InLogOrder:
 def _open_file(path: Path) -> Bag:
     if path.exists() and not path.is_file():
         raise BagError(f'cannot read {path}: it is no regular file')
+    if _is_compressed_whole(path):
+        # Only the folder says how.
+        return _open_foreign(path.parent)
     if path.suffix == '.mcap':
         try:
             return BagReader(path)
         except CompressedError:
             pass
     return _open_foreign(path)
+
+
+def _is_compressed_whole(path: Path) -> bool:
+    """Tell whether a file is all there is of a bag whose ``metadata.yaml`` says: compressed."""
+    text = _metadata_text(path.parent)
+    return bool(_COMPRESSED.search(text)) and isinstance(read_yaml(text), dict) and (
+        storage_files(path.parent) == [path])
 
 
 def _open_foreign(path: Path) -> Bag:

@@ -29,7 +29,7 @@ def roles_of_topics(bag: Bag, names: Mapping[str, str]) -> dict[str, str]:
     Return which topic of a bag stands for which role.
 
     A role that is not named is played by the topic whose name ends in it, `odom` also by the
-    only one of its types.
+    only Odometry, or else the only one of its types.
 
     Parameters
     ----------
@@ -48,13 +48,21 @@ def roles_of_topics(bag: Bag, names: Mapping[str, str]) -> dict[str, str]:
     for role in ROLES.keys() - names.keys():
         fitting = _fitting(bag, role)
         ending = [topic for topic in fitting if topic.rpartition('/')[2] == role]
-        picked = ending or (fitting if role == 'odom' else [])
+        picked = ending or (_likely(bag, fitting) if role == 'odom' else [])
         if len(picked) == 1:
             found[role] = picked[0]
+        elif role == 'odom' and fitting:
+            raise BagError(f'{bag.path}: which topic is odom? Name one of {_choices(bag, role)} '
+                           f'with --odom-topic')
         elif role == 'odom':
-            ask = 'which topic is odom? Name one of' if fitting else 'no topic is odom, there are'
-            raise BagError(f'{bag.path}: {ask} {_choices(bag, role)}')
+            raise BagError(f'{bag.path}: no topic is odom, there are {_choices(bag, role)}')
     return found
+
+
+def _likely(bag: Bag, topics: list[str]) -> list[str]:
+    """Leave only those of the likeliest type that there is for `odom`."""
+    odometry = [topic for topic in topics if bag.topics[topic] == ROLES['odom'][0]]
+    return odometry or topics
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,5 +173,6 @@ def _choices(bag: Bag, role: str) -> str:
                for topic in _fitting(bag, role)]
     if fitting:
         return ', '.join(fitting)
-    others = ', '.join(sorted(bag.topics)) or 'none at all'
+    others = ', '.join(f'{topic} ({kind})' for topic, kind in sorted(bag.topics.items()))
+    others = others or 'none at all'
     return f'none of type {" or ".join(ROLES[role])} (topics: {others})'

@@ -1,10 +1,16 @@
 """Bags from other recorders: sqlite3, compressed, split; the only module that uses rosbags."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+import json
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 from rosbags.rosbag2 import Reader
 
 from msgs_bridge.bag_folder import BagError
+from msgs_bridge.bag_metadata import NAME
 from msgs_bridge.bag_records import RawMessages
 
 
@@ -15,7 +21,7 @@ class ForeignBag:
     Parameters
     ----------
     path : Path
-        A bag's folder, or a file in ``.mcap`` or ``.db3``.
+        A bag's folder, or a file in ``.mcap`` or ``.db3``, also with ``.zstd`` behind it.
 
     Raises
     ------
@@ -28,7 +34,7 @@ class ForeignBag:
         self.path = Path(path)
         # rosbags raises what it runs into, of many types, on a bag that is damaged.
         try:
-            with Reader(self.path) as reader:
+            with _opened(self.path) as reader:
                 self._topics = {item.topic: item.msgtype for item in reader.connections}
         except Exception as error:
             raise self._error(error) from None
@@ -51,7 +57,7 @@ class ForeignBag:
         found: list[bytes] = []
         times: list[int] = []
         try:
-            with Reader(self.path) as reader:
+            with _opened(self.path) as reader:
                 wanted = [item for item in reader.connections if item.topic == topic]
                 # No connection at all would mean every one.
                 for _, time, message in reader.messages(wanted) if wanted else ():
@@ -68,3 +74,25 @@ class ForeignBag:
         if 'File end magic' in text:
             text = 'it is cut off or was not closed, `mcap recover` mends that'
         return BagError(f'cannot read {self.path}: {text}')
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open what has connections and messages: a bag, or a file that may be compressed as one."""
+    if path.is_dir() or path.suffix != '.zstd':
+        with Reader(path) as reader:
+            yield reader
+        return
+    # rosbags unpacks a file if a metadata.yaml says so; without one its topics are not asked for.
+    nothing = {'nanoseconds': 0, 'nanoseconds_since_epoch': 0}
+    about = {
+        'version': 9, 'relative_file_paths': [path.name], 'compression_format': 'zstd',
+        'compression_mode': 'file', 'topics_with_message_count': [], 'message_count': 0,
+        'storage_identifier': 'mcap' if path.stem.endswith('.mcap') else 'sqlite3',
+        'duration': nothing, 'starting_time': nothing}
+    with TemporaryDirectory() as folder:
+        (Path(folder) / path.name).symlink_to(path.resolve())
+        (Path(folder) / NAME).write_text(json.dumps({'rosbag2_bagfile_information': about}))
+        with Reader(folder) as reader:
+            storage: Any = reader.storage
+            yield storage.storages[0]

@@ -1,5 +1,8 @@
 """`experience learn` on bags of other recorders, written by `rosbags`; nodes start from them."""
 
+import shutil
+
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid
 import numpy as np
 import pytest
@@ -35,7 +38,7 @@ def record(path, topics, storage=StoragePlugin.MCAP, compression=None, frame='od
     if compression is not None:
         writer.set_compression(compression, CompressionFormat.ZSTD)
     kinds = {'odom': ODOMETRY, 'other': ODOMETRY, 'neighbourhood': OCCUPANCY, 'cmd_vel': TWIST,
-             'map': OCCUPANCY}
+             'map': OCCUPANCY, 'goal': 'geometry_msgs/msg/PoseStamped'}
     with writer:
         made = {role: writer.add_connection(name, kinds[role], typestore=STORE)
                 for role, name in topics.items()}
@@ -46,6 +49,7 @@ def record(path, topics, storage=StoragePlugin.MCAP, compression=None, frame='od
                    'neighbourhood': raw_sight(stamp, *GRID.cell_from_world(x, y),
                                               np.zeros((3, 3))),
                    'map': serialize_message(OccupancyGrid()),
+                   'goal': serialize_message(PoseStamped()),
                    'cmd_vel': b'\0\1\0\0' + bytes(48)}
             for role, connection in made.items():
                 writer.write(connection, nanoseconds(stamp), raw[role])
@@ -182,7 +186,7 @@ class TestMistakes:
         assert '/go' not in line
         line = mistake(capsys, bag, '--cmd-vel-topic', '/go', '--odom-topic', '/a/one',
                        '--neighbourhood-topic', '/near')
-        assert 'none of type nav_msgs/msg/OccupancyGrid (topics: /a/one, /b/two, /go)' in line
+        assert 'none of type nav_msgs/msg/OccupancyGrid (topics: /a/one (nav_msgs/msg/Odometry), /b/two (nav' in line
 
     def test_a_topic_of_another_type(self, tmp_path, capsys):
         bag = record(tmp_path / 'bag', {'odom': '/odom', 'cmd_vel': '/cmd_vel'})
@@ -194,11 +198,15 @@ class TestMistakes:
         bag = record(tmp_path / 'bag', {'cmd_vel': '/cmd_vel'})
         line = mistake(capsys, bag, '--rows', 9)
         assert 'no topic is odom, there are none of type nav_msgs/msg/Odometry or' in line
-        assert '(topics: /cmd_vel)' in line
+        assert '(topics: /cmd_vel (geometry_msgs/msg/Twist))' in line
+        assert mistake(capsys, bag) == line
 
     def test_several_that_may_be_meant(self, tmp_path, capsys):
         bag = record(tmp_path / 'bag', {'odom': '/a/odom', 'other': '/b/odom'})
-        assert 'Name one of /a/odom (Odometry), /b/odom' in mistake(capsys, bag, '--rows', 9)
+        for options in ([], ['--rows', 9]):
+            line = mistake(capsys, bag, *options)
+            assert line.endswith('which topic is odom? Name one of /a/odom (Odometry), /b/odom '
+                                 '(Odometry) with --odom-topic')
 
     @pytest.mark.parametrize(('options', 'words'), [
         (['--rows', 0], ['rows', '1 to']), (['--resolution', -1], ['resolution', 'above 0']),
@@ -215,9 +223,65 @@ class TestMistakes:
         (tmp_path / 'empty').mkdir()
         assert 'cannot read' in mistake(capsys, tmp_path / 'empty', '--rows', 5)
 
-    def test_a_foreign_bag_taken_for_one_of_ours(self, tmp_path, capsys):
+    def test_bags_of_ours_and_of_others_in_one_go(self, tmp_path, capsys):
         bag = record(tmp_path / 'rosbag2_2025', {'odom': '/odom'})
-        assert '--odom-topic' in mistake(capsys, bag)
+        ours = demonstration_bag(tmp_path / 'bags')
+        for paths in ([bag, ours], [ours.parent, bag]):
+            line = mistake(capsys, *paths)
+            assert f'{bag} is a bag of another recorder' in line
+            assert '--into' in line
+
+    def test_a_folder_that_mixes_ours_and_others_is_a_task_of_ours(self, tmp_path, capsys):
+        ours = demonstration_bag(tmp_path / 'bags').parent
+        assert learn(ours) == 0
+        alone = capsys.readouterr().out
+        record(ours / 'rosbag2_2025', {'odom': '/odom'})
+        assert learn(ours) == 0
+        assert capsys.readouterr().out == alone
+
+    def test_a_folder_of_bags_of_others(self, tmp_path, capsys):
+        bag = record(tmp_path / 'rosbag2_2025', {'odom': '/odom'})
+        line = mistake(capsys, tmp_path)
+        assert f'holds no bags, must be a folder of bags like 0001_demo; name those of other ' \
+            f'recorders one by one, such as {bag}' in line
+
+
+SHAPES = [(StoragePlugin.SQLITE3, None), (StoragePlugin.MCAP, None),
+          (StoragePlugin.MCAP, CompressionMode.STORAGE), *(
+              (storage, mode) for storage in StoragePlugin
+              for mode in (CompressionMode.MESSAGE, CompressionMode.FILE))]
+
+
+@pytest.mark.parametrize(('storage', 'compression'), SHAPES)
+@pytest.mark.parametrize('name', ['rosbag2_2025', 'my_demo', '2025.11.02'])
+def test_without_any_option(tmp_path, capsys, storage, compression, name):
+    """By folder or file, also where the file is all that is left of a bag."""
+    bag = record(tmp_path / name, {'odom': '/r1/odom', 'cmd_vel': '/cmd_vel'}, storage,
+                 compression)
+    [file] = [path for path in bag.iterdir() if path.name != 'metadata.yaml']
+    paths = [bag, file]
+    if compression is not CompressionMode.MESSAGE:
+        alone = tmp_path / 'alone'
+        alone.mkdir()
+        shutil.copyfile(file, alone / file.name)
+        paths += [alone, alone / file.name]
+    for path in paths:
+        assert learn(path) == 0
+        line, last = capsys.readouterr().out.splitlines()
+        assert line.startswith(f'{path} demo  ')
+        assert '9 cells from 200 poses' in line
+        assert 'odom is' not in line
+        assert last.startswith('control_field revision 1 sha256 ')
+
+
+def test_the_only_odometry_is_taken_and_named(tmp_path, capsys):
+    bag = record(tmp_path / 'bag', {'odom': '/r1/filtered', 'goal': '/r1/goal'})
+    assert learn(bag) == 0
+    assert 'odom is /r1/filtered, the only one of its type' in capsys.readouterr().out
+    assert learn(bag, '--into', tmp_path / 'bags' / 'task') == 0
+    assert 'odom is /r1/filtered, the only one of its type' in capsys.readouterr().out
+    assert learn(bag, '--odom-topic', '/r1/filtered') == 0
+    assert 'odom is' not in capsys.readouterr().out
 
 
 def test_a_topic_may_be_named_without_its_slash(tmp_path):
