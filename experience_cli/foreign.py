@@ -17,8 +17,8 @@ _WORKSPACE: Final = {'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0,
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how a bag of another recorder is to be read."""
     group = parser.add_argument_group(
-        'bags of other recorders', 'Drives that were recorded by `ros2 bag record` or the like, MCAP '
-        'or sqlite3; each is one demonstration.')
+        'bags of other recorders', 'Drives that were recorded by `ros2 bag record` or the like, '
+        'MCAP or sqlite3; each is one demonstration.')
     for role, option in _TOPICS.items():
         group.add_argument('--' + option.replace('_', '-'), metavar='TOPIC',
                            help=f'which topic is {role} (the one that is called so)')

@@ -186,7 +186,8 @@ class TestMistakes:
         assert '/go' not in line
         line = mistake(capsys, bag, '--cmd-vel-topic', '/go', '--odom-topic', '/a/one',
                        '--neighbourhood-topic', '/near')
-        assert 'none of type nav_msgs/msg/OccupancyGrid (topics: /a/one (nav_msgs/msg/Odometry), /b/two (nav' in line
+        assert 'none of type nav_msgs/msg/OccupancyGrid (topics: ' in line
+        assert '/b/two (nav_msgs/msg/Odometry), /go (geometry_msgs/msg/Twist))' in line
 
     def test_a_topic_of_another_type(self, tmp_path, capsys):
         bag = record(tmp_path / 'bag', {'odom': '/odom', 'cmd_vel': '/cmd_vel'})
@@ -242,8 +243,8 @@ class TestMistakes:
     def test_a_folder_of_bags_of_others(self, tmp_path, capsys):
         bag = record(tmp_path / 'rosbag2_2025', {'odom': '/odom'})
         line = mistake(capsys, tmp_path)
-        assert f'holds no bags, must be a folder of bags like 0001_demo; name those of other ' \
-            f'recorders one by one, such as {bag}' in line
+        assert 'holds no bags, must be a folder of bags like 0001_demo; name those of' in line
+        assert line.endswith(f'one by one, such as {bag}')
 
 
 SHAPES = [(StoragePlugin.SQLITE3, None), (StoragePlugin.MCAP, None),
