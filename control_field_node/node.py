@@ -281,10 +281,14 @@ class ControlFieldNode(Node):
         return response
 
     def _on_stop(self, _: Any, response: Any) -> Any:
-        response.success = self.supervisor.run is not None
-        self._publish(self.supervisor.stop())
+        ran = self.supervisor.run is not None
+        answer = self.supervisor.stop()
+        self._publish(answer)
+        response.success = ran or answer.velocity is not None
         response.message = (
-            self.supervisor.status.sentence if response.success else 'no trial is running')
+            self.supervisor.status.sentence if ran else
+            'the robot stands until the keys are let go' if response.success else
+            'no trial is running')
         return response
 
     # What goes out

@@ -69,6 +69,7 @@ class Supervisor:
         self._dt = _USUAL_STEP
         self._driven: float | None = None
         self._detail = ''
+        self._by_hand = self._is_stopped = False
         self.change_settings(settings)
 
     def change_settings(self, settings: Settings) -> None:
@@ -160,13 +161,15 @@ class Supervisor:
         return words.problem_with_place(self.field.grid, self.pose.x, self.pose.y)
 
     def stop(self, reason: StopReason = StopReason.ASKED, detail: str = '') -> Answer:
-        """End the trial, if one runs, with one standstill."""
+        """End the trial, if one runs, with one standstill; who drives by hand has to let go first."""
+        self._is_stopped = self._by_hand
         if self.run is None:
-            return NOTHING
+            self.velocity = STANDSTILL
+            return STOP if self._is_stopped else NOTHING
         return self._end(ended_by(reason, reason.told(detail)))
 
     def _end(self, move: Move) -> Answer:
-        run, silent = self.run, self.problem is StopReason.TAKEN_OVER
+        run, silent = self.run, self.problem is StopReason.TAKEN_OVER and not self._is_stopped
         assert run is not None
         self._ended = TrialStatus(
             State.ENDED, run.trial, move.outcome, move.reason, run.policy.n_steps,
@@ -311,6 +314,7 @@ class Supervisor:
 
     def let_go(self) -> bool:
         """Take in that nobody drives by hand any more; tell whether the robot is to be stopped."""
+        self._by_hand = self._is_stopped = False
         if self.run is not None:
             return False
         drove, self.velocity, self.held = self.velocity != STANDSTILL, STANDSTILL, ''
@@ -347,6 +351,9 @@ class Supervisor:
         Where no sight has ever come, the limits of speed and acceleration are all there is to
         hold to; where it has come and is stale, the robot only turns.
         """
+        self._by_hand = True
+        if self._is_stopped:
+            return STOP
         if self.run is None and not self.settings.teleop_outside_trials:
             return NOTHING
         if self.run is not None:

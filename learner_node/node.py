@@ -265,10 +265,10 @@ class LearnerNode(Node):
 
     def _lose(self, error: BagError) -> None:
         """Nothing can be recorded any more: say so once, stop the robot, keep what there is."""
-        self.get_logger().error(f'{error}; the trials are stopped, what was recorded is kept')
+        self.get_logger().error(f'{error}; the robot is stopped, what was recorded is kept')
         self.said = str(error)
         self._desk.answer(False, str(error))
-        self.carry_out(self._session.failed(time.monotonic()))
+        self.carry_out(self._session.failed(str(error), time.monotonic()))
 
     def _write_status(
         self, state: State, trial: int, outcome: Outcome | None = None, reason: str = '',

@@ -45,10 +45,10 @@ class Session:
         self._peers = Peers()
         self._status: TrialStatus | None = None
         self._tally = Tally()
-        self._began = self._heard = self._asked = -math.inf
+        self._began = self._heard = self._moved = self._asked = -math.inf
         self._n_asked = self._n_silent = 0
         self._stamp = 0.0
-        self._told = ''
+        self._told = self._lost = ''
 
     @property
     def is_recording(self) -> bool:
@@ -88,6 +88,7 @@ class Session:
         self._check_idle('record a demonstration')
         if not math.isfinite(self._heard):
             raise SessionError('cannot record a demonstration: no odometry has arrived yet')
+        self._lost = ''
         self._go(Phase.DEMONSTRATION, now)
         return [Record(EpisodeKind.DEMO)]
 
@@ -163,7 +164,7 @@ class Session:
 
     def heard_odometry(self, stamp: float, now: float) -> Effects:
         """Take in that an odometry has arrived."""
-        self._stamp = stamp
+        self._stamp, self._moved = stamp, now
         if self.phase is not Phase.TRIAL:
             self._heard = now
         return self._finish(now) if self.phase is Phase.FINISHING else []
@@ -268,9 +269,10 @@ class Session:
         self._go(Phase.WAITING if self.n_left else Phase.IDLE, now)
         return self._take_up(now) or self._proceed(now)
 
-    def failed(self, now: float) -> Effects:
-        """Take in that nothing more can be recorded: stop the robot."""
-        stops = self.phase in IN_TRIAL
+    def failed(self, why: str, now: float) -> Effects:
+        """Take in that nothing more can be recorded: stop the robot, whoever drives it."""
+        self._lost = why
+        stops = self.phase in RECORDING
         self.n_left = 0
         self._tally.pass_over(self.trial)
         self._go(Phase.IDLE, now)
@@ -313,7 +315,9 @@ class Session:
         running = self._status is not None and self._status.state is State.RUNNING
         silent = now - max(self._heard, self._began)
         if running and silent > self.settings.peer_timeout:
-            return self._break_off(f'no odometry for {silent:.1f} s', now)
+            what = 'odometry' if now - self._moved > self.settings.peer_timeout else (
+                'command of the controller')
+            return self._break_off(f'no {what} for {silent:.1f} s', now)
         return []
 
     def _ask_again(self, now: float) -> Effects:
@@ -333,7 +337,8 @@ class Session:
 
     def _check_recording(self) -> None:
         if self.phase is not Phase.DEMONSTRATION:
-            raise SessionError('no demonstration is being recorded')
+            lost = f': {self._lost}' if self._lost else ''
+            raise SessionError(f'no demonstration is being recorded{lost}')
 
     def _check_idle(self, what: str) -> None:
         if self.phase is not Phase.IDLE:

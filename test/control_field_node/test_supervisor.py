@@ -288,6 +288,21 @@ def test_teleop_goes_through_the_gate():
     assert bench.velocity == STANDSTILL
 
 
+@pytest.mark.parametrize('tries', [False, True])
+def test_who_drives_by_hand_is_stopped_until_the_keys_are_let_go(tries):
+    bench = driving() if tries else Bench()
+    bench.tick()
+    for _ in range(4):
+        bench.take(bench.supervisor.teleop((0.2, 0.0), bench.now, DT))
+        bench.tick()
+    assert bench.take(bench.supervisor.stop()).velocity == STANDSTILL
+    for _ in range(20):
+        assert bench.supervisor.teleop((0.2, 0.0), bench.now, DT).velocity == STANDSTILL
+        bench.tick()
+    bench.supervisor.let_go()
+    assert bench.supervisor.teleop((0.2, 0.0), bench.now, DT).velocity[0] > 0.0
+
+
 def test_what_holds_a_person_back_is_said_until_it_is_over():
     world = np.zeros(GRID.shape, np.int8)
     world[5, 4] = 100

@@ -285,7 +285,9 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_recorded(ros_domain, ros_nod
                'resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)); '
                'os.execv(sys.argv[1], sys.argv[1:])')
     with Process([sys.executable, '-c', limited, *command], tmp_path, name='learner') as process:
-        robot = Robot(ros_node)
+        robot, stops = Robot(ros_node), []
+        ros_node.create_service(Trigger, 'control_field_node/stop_trial',
+                                lambda _, response: stops.append(1) or response)
         robot.meet(process)
 
         def said():
@@ -298,6 +300,8 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_recorded(ros_domain, ros_nod
         answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
                       SetBool.Request(data=False))
         assert not answer.success
+        assert 'cannot record' in answer.message
+        wait_until(lambda: stops, node=ros_node, what='the request to stop the robot')
         assert process.running
     [episode] = TaskFolder(tmp_path / 'bags', 'task').episodes()
     assert episode.bag.stat().st_size > 50_000

@@ -404,6 +404,14 @@ class TestLostPeers:
         assert trying.phase is Phase.PLACING
         assert trying.session.n_left == 2
 
+    @pytest.mark.parametrize(('moves', 'what'), [(True, 'command'), (False, 'odometry')])
+    def test_what_is_silent_is_called_by_its_name(self, trying, moves, what):
+        while not warnings_of(trying.log):
+            trying.wait(0.5)
+            if moves:
+                trying('heard_odometry', trying.now)
+        assert f'broken off: no {what}' in warnings_of(trying.log)[0]
+
     def test_silence_breaks_a_trial_off(self, trying):
         assert trying.wait(4.9) == []
         effects = trying.wait(0.2)
@@ -445,7 +453,7 @@ class TestLostPeers:
 
 
 def test_nothing_goes_on_when_nothing_can_be_recorded(trying):
-    assert trying('failed') == [Abandon(''), StopTrial()]
+    assert trying('failed', 'no space') == [Abandon(''), StopTrial()]
     assert trying.phase is Phase.IDLE
     assert trying.session.n_left == 0
 
