@@ -161,7 +161,7 @@ class Supervisor:
         return words.problem_with_place(self.field.grid, self.pose.x, self.pose.y)
 
     def stop(self, reason: StopReason = StopReason.ASKED, detail: str = '') -> Answer:
-        """End the trial, if one runs, with one standstill; who drives by hand has to let go first."""
+        """End the trial with one standstill; who drives by hand has to let go first."""
         self._is_stopped = self._by_hand
         if self.run is None:
             self.velocity = STANDSTILL

@@ -32,7 +32,7 @@ _MAX_DOMAIN: Final = 232
 
 
 class _Signals:
-    """Notes SIGINT and SIGTERM from the start of a process on; whoever works looks here."""
+    """Notes the signals that end a process, from its start on; whoever works looks here."""
 
     def __init__(self) -> None:
         self.came = False
@@ -41,8 +41,10 @@ class _Signals:
     def listen(self) -> None:
         """Begin to note; before ROS is there, so that no moment is left without a handler."""
         self.came = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._note)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+            # With nohup the end of the terminal is nobody's end.
+            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
+                signal.signal(number, self._note)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         self.came = True
@@ -58,7 +60,7 @@ def run_node(
     is_over: Callable[[AnyNode], Any] = lambda node: False,
 ) -> AnyNode | None:
     """
-    Run a node until SIGINT or SIGTERM; what it has to do at its end is its `close`.
+    Run a node until a signal comes; what it has to do at its end is its `close`.
 
     Parameters
     ----------
@@ -136,7 +138,7 @@ def spin_until_signal(
     node: Node, is_over: Callable[[], Any] = lambda: False, executor: Any = None,
 ) -> None:
     """
-    Work until SIGINT or SIGTERM, or until something is so.
+    Work until a signal comes, or until something is so.
 
     ROS outlives the signal, so that the node can still tell others that it ends.
     """
@@ -148,7 +150,7 @@ def spin_until_signal(
 
 
 def signal_came() -> bool:
-    """Tell whether SIGINT or SIGTERM came since `start_node` began."""
+    """Tell whether a signal to end came since `start_node` began."""
     return _signals.came
 
 

@@ -83,7 +83,8 @@ def test_a_stop_sends_one_standstill_and_ends_the_trial(peer):
     assert len(peer.commands) == n
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [
+    signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 def test_a_signal_leaves_the_robot_standing(ros_node, tmp_path, number):
     with controller(tmp_path) as process:
         peer = Peer(ros_node).meet()
@@ -92,6 +93,17 @@ def test_a_signal_leaves_the_robot_standing(ros_node, tmp_path, number):
         assert 'Traceback' not in process.stderr
     peer.wait(peer.has_stopped, 'a standstill')
     peer.wait(lambda: peer.status.outcome is Outcome.ABORTED, 'the end of the trial')
+
+
+def test_with_nohup_the_end_of_the_terminal_ends_nothing(ros_node, tmp_path):
+    command = ros_helpers.node_command('control_field_node.node', tmp_path, {})
+    ignoring = ['sh', '-c', 'trap "" HUP; exec "$@"', 'sh', *command]
+    with ros_helpers.Process(ignoring, tmp_path, name='controller') as process:
+        peer = Peer(ros_node).meet()
+        process.send(signal.SIGHUP)
+        peer.push()
+        peer.wait(lambda: peer.status.revision == 1, 'the controller, which goes on')
+        process.stop(signal.SIGTERM)
 
 
 @pytest.fixture
