@@ -26,7 +26,7 @@ from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.supervisor import Supervisor
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
-from msgs_bridge.neighbourhoods import neighbourhood_from_grid
+from msgs_bridge.neighbourhoods import cells_of_sight, neighbourhood_from_grid
 from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import (
@@ -162,16 +162,17 @@ class ControlFieldNode(Node):
             self._answer_tick()
 
     def _read_sight(self) -> bool:
-        """Read the newest neighbourhood; before there is a field nobody knows its cells."""
-        grid = self.supervisor.grid
-        if grid is None or self._book.sight is None:
+        """Read the newest neighbourhood; before there is a field its cells are all there is."""
+        sight = self._book.sight
+        if sight is None:
             return False
         try:
-            neighbourhood = neighbourhood_from_grid(self._book.sight, grid)
+            grid = self.supervisor.grid or cells_of_sight(sight)
+            neighbourhood = neighbourhood_from_grid(sight, grid)
         except ValueError as error:
             self.supervisor.intake.refuse(str(error))
             return False
-        self.supervisor.saw_neighbourhood(neighbourhood, time.monotonic())
+        self.supervisor.saw_neighbourhood(neighbourhood, time.monotonic(), grid)
         return True
 
     def _on_odometry(self, msg: Odometry) -> None:

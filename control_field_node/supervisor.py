@@ -59,6 +59,7 @@ class Supervisor:
         self.velocity: Velocity = STANDSTILL
         self.pose: Pose | None = None
         self.neighbourhood: Neighbourhood | None = None
+        self._cells: Grid | None = None
         self._trial = 0
         self._ended: TrialStatus | None = None
         self._log = log
@@ -117,6 +118,8 @@ class Supervisor:
             return False
         self.refusal = ''
         self.field = field
+        if self._cells != field.grid:
+            self.neighbourhood = self._cells = None  # it is to be read anew, on the field's cells
         self.localisation.take_field(field)
         if self.run is not None:
             self.run.refresh(field)
@@ -207,10 +210,12 @@ class Supervisor:
 
     # What arrives
 
-    def saw_neighbourhood(self, neighbourhood: Neighbourhood, now: float) -> None:
-        """Take in a neighbourhood; one older than the last is passed over."""
+    def saw_neighbourhood(
+        self, neighbourhood: Neighbourhood, now: float, cells: Grid | None = None,
+    ) -> None:
+        """Take in a neighbourhood, on the field's cells or others; a late one is passed over."""
         if not self.intake.is_late_sight(neighbourhood, self.neighbourhood):
-            self.neighbourhood = neighbourhood
+            self.neighbourhood, self._cells = neighbourhood, cells or self.grid
             self.intake.came(self.intake.sight, now, self.problem is not None)
 
     def saw_bad_input(self, what: str, now: float) -> Answer:
@@ -294,12 +299,13 @@ class Supervisor:
         return Answer(None, move.rows)
 
     def _seen_now(self, now: float) -> Seen | None:
-        if self.neighbourhood is None or self.grid is None or self.intake.sight.is_stale(now) or (
-                abs(self._stamp - self.neighbourhood.stamp) > self.intake.sight.timeout):
+        sight, cells, pose = self.neighbourhood, self._cells, self.pose
+        if sight is None or cells is None or pose is None or self.intake.sight.is_stale(now) or (
+                abs(pose.stamp - sight.stamp) > self.intake.sight.timeout) or problem_with_frame(
+                pose.frame_id, cells.frame_id, 'odom'):
             return None
         parameters = self.parameters if self.run is None else self.run.parameters
-        return self._seen(self.localisation.see(self.neighbourhood), self.grid,
-                          parameters.unknown_is_blocked)
+        return self._seen(self.localisation.see(sight), cells, parameters.unknown_is_blocked)
 
     def _gated(
         self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float,

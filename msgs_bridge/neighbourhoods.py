@@ -69,6 +69,22 @@ def grid_from_neighbourhood(neighbourhood: Neighbourhood, grid: Grid) -> Occupan
     return map_from_occupancy(neighbourhood.cells, seen, neighbourhood.stamp)
 
 
+def cells_of_sight(msg: Any) -> Grid:
+    """
+    Return the nine cells of a 3x3 OccupancyGrid as a workspace of their own.
+
+    Raises
+    ------
+    ValueError
+        If the size, data length, resolution or origin is wrong.
+
+    """
+    seen, _ = _read(msg, 'neighbourhood')
+    if seen.shape != (3, 3):
+        raise ValueError(f'neighbourhood: size is {seen.n_rows} x {seen.n_cols}, must be 3 x 3')
+    return seen
+
+
 def neighbourhood_from_grid(msg: Any, grid: Grid) -> Neighbourhood:
     """
     Read a 3x3 OccupancyGrid that lies on the cells of ``grid``.

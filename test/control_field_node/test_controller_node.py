@@ -175,6 +175,22 @@ def test_teleop_outside_a_trial_goes_through_the_limits(peer):
     peer.wait(peer.has_stopped, 'a standstill when the keys are let go')
 
 
+def test_before_there_is_a_field_a_person_is_kept_off_what_the_sight_shows(ros_node, tmp_path):
+    hand = ros_node.create_publisher(Twist, 'cmd_vel_teleop', qos.COMMAND)
+    diagnostics = ros_helpers.collect(ros_node, DiagnosticArray, '/diagnostics')
+    push = Twist()
+    push.linear.x = 0.2
+    with simulator(tmp_path, {'speed_factor': 2.0}) as sim, controller(tmp_path) as process:
+        def is_held():
+            hand.publish(push)
+            ros_helpers.spin_some(ros_node)
+            return any(pair.key == 'held' and 'blocked' in pair.value for array in diagnostics
+                       for status in array.status for pair in status.values)
+
+        ros_helpers.wait_until(is_held, node=ros_node, processes=[sim, process], what='the wall')
+        assert 'collision' not in sim.stderr
+
+
 def test_who_takes_over_turns_no_faster_than_the_limits_let(peer):
     hand = peer.node.create_publisher(Twist, 'cmd_vel_teleop', qos.COMMAND)
     peer.wait(hand.get_subscription_count, 'the controller')
