@@ -43,15 +43,17 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command; return 1 if the shares do not make up the field's vector."""
+    from experience_cli.cuts import say_cut
     from experience_cli.explanation import Moment
     from experience_cli.recording import Recording
-    from experience_cli.references import find_whole_bag
+    from experience_cli.references import find_readable_bag
 
     if not math.isfinite(arguments.at):
         raise UserError(f'--at {arguments.at}: must be a number of seconds')
     limits = _limits(arguments)
-    recording = Recording(find_whole_bag(arguments.bag, arguments.bags))
+    recording = Recording(find_readable_bag(arguments.bag, arguments.bags))
     about = about_moment(Moment(recording, arguments.at, limits))
+    say_cut('explain', recording.episode)
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 1 if about['course'] and not about['course']['adds_up'] else 0
 

@@ -21,12 +21,15 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
+    from experience_cli.cuts import say_cuts
     from experience_cli.episodes import episodes_from_paths, episodes_up_to
     from experience_cli.output import write_output
     from experience_cli.relearning import fold
 
     last = episodes_from_paths([arguments.bag])[-1]
-    lessons, each = fold(episodes_up_to(last))
+    episodes = episodes_up_to(last)
+    lessons, each = fold(episodes)
+    say_cuts('inspect', episodes)
     if lessons is None or lessons.refresh is None:
         raise UserError(f'{arguments.bag}: nothing was learnt up to there')
     lesson = [lesson for lesson in each if lesson.read is not None][-1]

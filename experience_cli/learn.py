@@ -57,6 +57,7 @@ def _are_foreign(paths: list[Path]) -> bool:
 
 def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     """Learn from bags of ours."""
+    from experience_cli.cuts import say_cuts
     from experience_cli.episodes import episodes_from_paths
     from experience_cli.relearning import last_header
     from experience_cli.workspace import odd_one_named
@@ -76,6 +77,7 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
             if arguments.check and episode.bag.exists() and recorded_differs(episode, lessons):
                 differing.append(episode)
             lesson = lessons.learn(episode)
+            say_cuts('learn', [episode])
             if not arguments.quiet:
                 _print(line_from_lesson(lesson))
     if lessons.refresh is None:

@@ -101,15 +101,32 @@ def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
         If it cannot be read.
 
     """
-    from msgs_bridge.bag_label import read_label
-    from msgs_bridge.bag_records import BagReader
     from msgs_bridge.bag_repair import needs_repair
 
-    episode = find_bag(text, bags)
-    BagReader(episode.bag)
+    episode = find_readable_bag(text, bags)
     if needs_repair(episode.path):
         raise UserError(f'{episode.path} was not closed: it is still being recorded, or was cut '
                         f'off; mend it with `experience repair {shlex.quote(str(episode.path))}`')
+    return episode
+
+
+def find_readable_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
+    """
+    Return the bag that a person names, whole or cut.
+
+    Raises
+    ------
+    UserError
+        See `find_bag`.
+    BagError
+        If it cannot be read.
+
+    """
+    from msgs_bridge.bag_label import read_label
+    from msgs_bridge.bag_records import BagReader
+
+    episode = find_bag(text, bags)
+    BagReader(episode.bag)
     read_label(episode.path)
     return episode
 

@@ -20,9 +20,12 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from experience_cli.references import find_whole_bag
+    from experience_cli.cuts import say_cut
+    from experience_cli.references import find_readable_bag
 
-    about = about_bag(find_whole_bag(arguments.bag, arguments.bags))
+    episode = find_readable_bag(arguments.bag, arguments.bags)
+    about = about_bag(episode)
+    say_cut('show', episode)
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 0
 

@@ -289,9 +289,8 @@ def test_a_mistake_is_one_line_and_changes_nothing(task, mistake, words, says):
 
 
 @pytest.mark.parametrize('words', [
-    ('show', FIRST), ('label', FIRST, 'failure'), ('forget', FIRST),
-    ('explain', FIRST, '--at', '1'), ('diff', FIRST, 'bags/sample')])
-def test_a_cut_bag_is_to_be_mended_first(task, mistake, words):
+    ('label', FIRST, 'failure'), ('forget', FIRST), ('diff', FIRST, 'bags/sample')])
+def test_a_cut_bag_is_to_be_mended_before_it_is_changed_or_compared(task, mistake, words):
     path = task.find(2).bag
     path.write_bytes(path.read_bytes()[:-500])
     assert 'experience repair bags/sample/0002_trial' in mistake(*words)
