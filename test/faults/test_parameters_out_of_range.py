@@ -6,6 +6,7 @@ import math
 
 import pytest
 import rclpy
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from control_field.parameters import Parameters
@@ -79,14 +80,28 @@ def check_refusal(sentence, name, words):
         assert is_named(word, sentence), sentence
 
 
+@pytest.fixture(scope='module')
+def context(ros_domain):
+    """
+    Return a context that all nodes share.
+
+    A node in it keeps the participant alive: making and ending hundreds of them in one process
+    ends, now and then, in a lock within Fast DDS that nothing opens.
+    """
+    context = rclpy.Context()
+    rclpy.init(args=[], context=context)
+    keeper = Node('keeper', context=context, use_global_arguments=False)
+    yield context
+    keeper.destroy_node()
+    context.try_shutdown()
+
+
 @contextmanager
-def made(name, folder, **overrides):
-    """Make a node in a context of its own."""
+def made(name, folder, context, **overrides):
+    """Make a node."""
     needed = {'learner_node': {'task': 'a_task', 'bags': str(folder)},
               'teleop_node': {'keyboard': False}}
     overrides = {**needed.get(name, {}), **overrides}
-    context = rclpy.Context()
-    rclpy.init(args=[], context=context)
     node = None
     try:
         node = NODES[name](
@@ -98,23 +113,22 @@ def made(name, folder, **overrides):
             if name == 'learner_node':
                 node.close()
             node.destroy_node()
-        context.try_shutdown()
 
 
 @pytest.fixture(scope='module')
-def running(ros_domain, tmp_path_factory):
+def running(context, tmp_path_factory):
     """Return a function that returns a running node by its name, one of each at most."""
-    nodes, contexts = {}, []
+    nodes, made_nodes = {}, []
 
     def node_of(name):
         if name not in nodes:
-            contexts.append(made(name, tmp_path_factory.mktemp(name)))
-            nodes[name] = contexts[-1].__enter__()
+            made_nodes.append(made(name, tmp_path_factory.mktemp(name), context))
+            nodes[name] = made_nodes[-1].__enter__()
         return nodes[name]
 
     yield node_of
-    for context in contexts:
-        context.__exit__(None, None, None)
+    for node in made_nodes:
+        node.__exit__(None, None, None)
 
 
 @pytest.fixture(scope='module')
@@ -123,9 +137,9 @@ def shared(ros_domain, tmp_path_factory):
 
 
 @pytest.mark.parametrize(('name', 'parameter', 'value', 'words'), list(cases()))
-def test_at_start_it_is_refused_with_its_range(shared, name, parameter, value, words):
+def test_at_start_it_is_refused_with_its_range(shared, context, name, parameter, value, words):
     try:
-        with made(name, shared, **{parameter: value}):
+        with made(name, shared, context, **{parameter: value}):
             pytest.fail(f'{name} starts with {parameter} = {value!r}')
     except (ValueError, rclpy.exceptions.ParameterException) as error:
         check_refusal(' '.join(str(error).split()), parameter, words)
