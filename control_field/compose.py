@@ -266,13 +266,17 @@ class _Composer:
         for _ in range(_MOST_ROUNDS):
             state = compiled.flow_basin(self.known, self.headings, *goal, self.rules)
             cells = compiled.mending_cells(
-                self.known, self.cost, self.headings, state, self.shown >= 0, self.rules)
+                self.known, self.cost, self.factor, self.headings, state, self.shown >= 0,
+                self.rules)
             if not cells.any():
                 return
+            before = self.centre.copy()
             for row, col in np.argwhere(cells).tolist():
                 self.centre[row, col] = compiled.best_step(
                     self.known, self.cost, self.factor, row, col, -1, self.rules)
                 self.mended[row, col] = True
+            if np.array_equal(before, self.centre):
+                return  # what is left cannot be mended in this way
             self._interpolate()
 
     def _prune(self) -> None:

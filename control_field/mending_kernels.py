@@ -5,7 +5,7 @@ import numpy as np
 from control_field.field_kernels import course_at, heading_of, spread
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels import (
-    _BLOCKED, BoolMap, CellMap, FloatMap, IntMap, step_allowed, StepRules)
+    _BLOCKED, best_step, BoolMap, CellMap, FloatMap, IntMap, step_allowed, StepRules)
 
 
 def through(
@@ -85,8 +85,8 @@ def idle_prototypes(
 
 
 def mending_cells(
-    known: CellMap, cost: FloatMap, headings: CellMap, state: CellMap, fixed: BoolMap,
-    rules: StepRules,
+    known: CellMap, cost: FloatMap, factor: FloatMap, headings: CellMap, state: CellMap,
+    fixed: BoolMap, rules: StepRules,
 ) -> BoolMap:
     """
     Choose the cells whose own course must change for the flow to come home.
@@ -119,15 +119,21 @@ def mending_cells(
                     chosen[row, col] = True
             elif state[row, col] == 2 and walked[row, col] == 0:
                 mark += 1
-                mend_loop(headings, cost, fixed, walked, chosen, row, col, mark)
+                mend_loop(
+                    known, cost, factor, headings, fixed, walked, chosen, row, col, mark, rules)
     return chosen
 
 
 def mend_loop(
-    headings: CellMap, cost: FloatMap, fixed: BoolMap, walked: IntMap, chosen: BoolMap, row: int,
-    col: int, mark: int,
+    known: CellMap, cost: FloatMap, factor: FloatMap, headings: CellMap, fixed: BoolMap,
+    walked: IntMap, chosen: BoolMap, row: int, col: int, mark: int, rules: StepRules,
 ) -> None:
-    """Walk a flow into its loop; choose the loop's cell of least cost, a fixed one last."""
+    """
+    Walk a flow into its loop; choose the loop's cell of least cost.
+
+    A fixed one comes after the others, for what was shown is kept; a cell that goes the best way
+    already comes last, for nothing would change: where a dead end was shown, that is its end.
+    """
     while walked[row, col] == 0:
         walked[row, col] = mark
         heading = headings[row, col]
@@ -138,6 +144,8 @@ def mend_loop(
     best_row, best_col, best = row, col, np.inf
     while True:
         at = cost[row, col] + (1e9 if fixed[row, col] else 0.0)
+        if best_step(known, cost, factor, row, col, -1, rules) == headings[row, col]:
+            at += 1e12
         if at < best:
             best_row, best_col, best = row, col, at
         heading = headings[row, col]

@@ -167,13 +167,15 @@ class Scene:
                 self.window, 2.0, True, self.rules)
 
     def for_mending_cells(self):
-        return self.known, self.cost, self.headings, self.state, self.fixed, self.rules
+        return (self.known, self.cost, self.factor, self.headings, self.state, self.fixed,
+                self.rules)
 
     def for_mend_loop(self):
         loop = np.zeros((2, 2), np.int8)
         loop[0, 1], loop[1, 1], loop[1, 0] = 2, 4, 6
-        return (loop, np.arange(4.0).reshape(2, 2), np.eye(2, dtype=bool),
-                np.zeros((2, 2), np.int64), np.zeros((2, 2), bool), 0, 0, 1)
+        return (np.zeros((2, 2), np.int8), np.arange(4.0).reshape(2, 2), np.ones((2, 2)), loop,
+                np.eye(2, dtype=bool), np.zeros((2, 2), np.int64), np.zeros((2, 2), bool), 0, 0, 1,
+                self.rules)
 
     def for_beside(self):
         return self.fixed, self.row, self.col

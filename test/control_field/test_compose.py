@@ -156,6 +156,15 @@ def test_a_teacher_without_advantage_keeps_no_roundabout_way():
     assert headings_of(free.refresh.field)[1, 1] == 0
 
 
+def test_a_dead_end_that_was_shown_is_left_once_it_is_known():
+    occupancy = np.zeros((9, 16), np.int8)
+    occupancy[3, 6:11] = occupancy[5, 6:11] = occupancy[4, 6] = 100
+    learner = taught(leg((4, 14), (4, 1)), occupancy.shape)
+    practise(learner, occupancy, [(4, 14)] * 4)
+    assert learner.refresh.certificate.basin == 1.0
+    assert len(learner.refresh.certificate.sinks) == 0
+
+
 def test_a_demonstrated_cell_that_is_a_wall_is_no_prototype():
     learner = taught(leg((0, 0), (0, 5)), (3, 6))
     world = np.zeros((3, 6), np.int8)

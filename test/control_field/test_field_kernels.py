@@ -128,7 +128,7 @@ def test_what_is_mended_is_a_barred_course_or_a_cell_of_a_loop(known, rule, seed
     scene = Scene(known, rule, seed)
     headings, state = scene.headings, scene.state
     mended = mending_kernels.mending_cells(
-        known, scene.cost, headings, state, scene.fixed, rule)
+        known, scene.cost, scene.factor, headings, state, scene.fixed, rule)
     chosen = [tuple(cell) for cell in np.argwhere(mended).tolist()]
     failing = [cell for cell in np.ndindex(known.shape)
                if state[cell] >= 2 and np.isfinite(scene.cost[cell])]

@@ -223,14 +223,18 @@ def sees(known, here, there):
     return field_kernels.sees(known, *here, *there)
 
 
-@pytest.mark.parametrize(('fixed', 'expected'), [
-    ([], (0, 0)), ([(0, 0)], (0, 1)), ([(0, 0), (0, 1)], (1, 0)),
-    ([(0, 0), (0, 1), (1, 0), (1, 1)], (0, 0))])
-def test_a_loop_is_mended_where_nothing_was_shown_if_it_can_be(fixed, expected):
+@pytest.mark.parametrize(('fixed', 'known', 'expected'), [
+    ([], 100, (0, 0)), ([(0, 0)], 100, (0, 1)), ([(0, 0), (0, 1)], 100, (1, 0)),
+    ([(0, 0), (0, 1), (1, 0), (1, 1)], 100, (0, 0)),
+    # On free ground (0, 0) goes the best way already.
+    ([], 0, (0, 1)), ([(0, 1), (1, 0), (1, 1)], 0, (0, 1))])
+def test_a_loop_is_mended_where_nothing_was_shown_if_it_can_be(fixed, known, expected):
     loop = np.array([[0, 2], [6, 4]], np.int8)
     cost, chosen = np.arange(4.0).reshape(2, 2), np.zeros((2, 2), bool)
     shown = np.zeros((2, 2), bool)
     for cell in fixed:
         shown[cell] = True
-    mending_kernels.mend_loop(loop, cost, shown, np.zeros((2, 2), np.int64), chosen, 1, 1, 1)
+    mending_kernels.mend_loop(
+        np.full((2, 2), known, np.int8), cost, np.ones((2, 2)), loop, shown,
+        np.zeros((2, 2), np.int64), chosen, 1, 1, 1, (False, False, 8))
     assert list(map(tuple, np.argwhere(chosen).tolist())) == [expected]
