@@ -102,11 +102,11 @@ class ControlFieldNode(Node):
         self.create_subscription(OccupancyGrid, 'neighbourhood', self._on_neighbourhood, sensed)
         self.create_subscription(Odometry, 'odom', self._on_odometry, sensed)
         self.create_subscription(PoseStamped, 'goal_pose', self._on_goal, qos.POSE)
-        self.create_subscription(Bool, 'contact', self._on_contact, qos.LATCHED)
+        for profile in qos.CONTACTS:
+            self.create_subscription(Bool, 'contact', self._on_contact, profile)
         self.create_subscription(self._writer.kind, 'cmd_vel', self._on_command, qos.SENSOR)
         self.create_subscription(
             self._writer.kind, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)
-
         if self._settings.has_pose_topic:
             # AMCL's is latched, others are not; what comes twice is passed over.
             for profile in (qos.SENSOR, qos.LATCHED):

@@ -26,6 +26,9 @@ EXPERIENCE: Final = QoSProfile(  # type: ignore[no-untyped-call]
     reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 #: `goal_pose`, `initialpose`.
 POSE: Final = _reliable(1)
+#: How `contact` is read: one subscription each, so that every bumper is heard, however it
+#: publishes, and not through a lossy one alone. What then comes up to three times says the same.
+CONTACTS: Final = (LATCHED, _reliable(10), SENSOR)
 #: How a recorder reads what others publish: whatever waits while it is busy is kept.
 RECORDING: Final = QoSProfile(  # type: ignore[no-untyped-call]
     history=HistoryPolicy.KEEP_LAST, depth=2000,
