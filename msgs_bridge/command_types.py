@@ -4,6 +4,8 @@ from typing import Any, Final
 
 #: What the graph calls a node that it has not heard the name of yet.
 _NOT_YET_KNOWN: Final = '_NODE_NAME_UNKNOWN_'
+#: Who reads `cmd_vel` and is no robot.
+_RECORDER: Final = 'learner_node'
 
 
 def remedy(kind: str) -> str:
@@ -11,9 +13,19 @@ def remedy(kind: str) -> str:
     return f'set enable_stamped_cmd_vel:={str(not kind.endswith("Stamped")).lower()}'
 
 
+def remedy_for_publisher(kind: str) -> str:
+    """Return how others that publish commands are started to have this type."""
+    stamped = str(kind.endswith('Stamped')).lower()
+    return (f'start it with stamped:={stamped} (teleop_twist_keyboard), publish_stamped_twist:='
+            f'{stamped} (teleop_twist_joy) or enable_stamped_cmd_vel:={stamped} (teleop_node)')
+
+
 def mismatch(node: Any, topic: str, kind: type) -> str:
     """
     Say in one line who has the other type on a topic, and which parameter to set.
+
+    What the robot reads on `cmd_vel` decides whose parameter that is: where it has the type of
+    this node, the one of whoever publishes the other.
 
     Parameters
     ----------
@@ -31,6 +43,7 @@ def mismatch(node: Any, topic: str, kind: type) -> str:
 
     """
     name, mine = node.resolve_topic_name(topic), f'geometry_msgs/msg/{kind.__name__}'
+    readers = node.get_subscriptions_info_by_topic(node.resolve_topic_name('cmd_vel'))
     found = [
         f'{peer.node_name} {verb} {topic} as {peer.topic_type}'
         for verb, peers in (('publishes', node.get_publishers_info_by_topic(name)),
@@ -38,4 +51,11 @@ def mismatch(node: Any, topic: str, kind: type) -> str:
         for peer in peers if peer.topic_type != mine and peer.node_name != _NOT_YET_KNOWN]
     if not found:
         return ''
-    return f'{" and ".join(dict.fromkeys(found))} but this node has {mine}: {remedy(mine)}'
+    line = f'{" and ".join(dict.fromkeys(found))} but this node has {mine}'
+    robots = [peer for peer in readers if peer.node_name not in (_NOT_YET_KNOWN, _RECORDER)
+              and (peer.node_name, peer.node_namespace) != (
+                  node.get_name(), node.get_namespace())]
+    if robots and all(peer.topic_type == mine for peer in robots):
+        line += f', as {robots[0].node_name} has, which reads cmd_vel'
+        return f'{line}: {remedy_for_publisher(mine)}'
+    return f'{line}: {remedy(mine)}'
