@@ -75,8 +75,13 @@ def caution_factor(
 
 
 def rules_of(parameters: Parameters) -> tuple[bool, bool, int]:
-    """Return the rules of a step as the kernels take them."""
-    return parameters.corner_cutting, parameters.unknown_is_blocked, parameters.moves
+    """
+    Return the rules of a step on the remembered map, as the kernels take them.
+
+    Ground that was never seen counts as free there, or no way around would ever be found; what a
+    robot keeps out of is what its sight calls unknown when it is about to enter it.
+    """
+    return parameters.corner_cutting, False, parameters.moves
 
 
 def options_of(parameters: Parameters) -> tuple[bool, float, float, int, int]:
@@ -180,8 +185,10 @@ class TrialPolicy:
         if self.n_steps >= self._parameters.step_limit:
             return self._give_up(f'the step limit of {self._parameters.step_limit} is reached')
         parameters = self._parameters
+        # Kept out of until it is seen, which it may be from another cell.
+        kept_out = blocked | unknown if parameters.unknown_is_blocked else blocked
         heading, kind, barred, reward = trial_kernels.decide(
-            row, col, blocked, unknown, self._headings, self._known, self._q, self._cost,
+            row, col, kept_out, unknown & ~kept_out, self._headings, self._known, self._q, self._cost,
             self._factor, self._counts, self._entered, self._punished, self.field.goal,
             (parameters.learning_rate, parameters.discount), options_of(parameters),
             rules_of(parameters), self._rng)

@@ -146,8 +146,7 @@ class GridWorld:
         rehearsed = options_of(parameters)[0]
         cost = cost_from_q(q, parameters.discount) if rehearsed else np.zeros(field.grid.shape)
         cost[field.goal] = 0.0
-        truthful = not parameters.unknown_is_blocked and not (
-            (field.known == BLOCKED) & (self.truth == 0)).any()
+        truthful = not ((field.known == BLOCKED) & (self.truth == 0)).any()
         return _Ready(headings_from_vectors(field.vx, field.vy), q, cost,
                       caution_factor(field.known, parameters), truthful,
                       self.flow_lengths(field))

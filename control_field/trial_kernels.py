@@ -6,7 +6,7 @@ import numpy.typing as npt
 from control_field.flow_kernels import flow_reaches
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels import (
-    _BLOCKED, _UNKNOWN, allowed_steps, best_step, CellMap, FloatMap, IntMap, least_chosen,
+    _BLOCKED, allowed_steps, best_step, CellMap, FloatMap, IntMap, least_chosen,
     next_highest, rehearse_locally, remember_sight, StepRules, window_values)
 from control_field.records import Kind
 
@@ -90,11 +90,6 @@ def decide(
 
     """
     remember_sight(known, row, col, blocked, unknown)
-    if rules[1]:  # what is kept out of is what the sight does not show now
-        for heading in range(8):
-            r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-            if unknown >> heading & 1 and 0 <= r < known.shape[0] and 0 <= c < known.shape[1]:
-                known[r, c] = _UNKNOWN
     entered[row, col] += 1
     course = int(headings[row, col])
     allowed = allowed_steps(known, row, col, rules)

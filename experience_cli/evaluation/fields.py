@@ -20,7 +20,7 @@ def field_columns(method: Method, task: Task, shown: npt.NDArray[np.int8]) -> Co
     n_cols): the remembered map; ``shown`` (n_rows, n_cols): demonstrated headings, -1 for none;
     ``reachable`` (n_rows, n_cols): free cells of the true world with a way to the goal; ``goal``
     (x, y) [m], ``origin`` (x, y) [m], ``resolution`` [m], ``power``, ``window`` [cells],
-    and the rules of a step: ``corner_cutting``, ``unknown_is_blocked``, ``moves``.
+    and the rules of a step: ``corner_cutting``, ``moves``.
 
     Parameters
     ----------
@@ -37,7 +37,6 @@ def field_columns(method: Method, task: Task, shown: npt.NDArray[np.int8]) -> Co
         'resolution': np.array(grid.resolution), 'power': np.array(parameters.power),
         'window': np.array(parameters.effective_window),
         'corner_cutting': np.array(parameters.corner_cutting),
-        'unknown_is_blocked': np.array(parameters.unknown_is_blocked),
         'moves': np.array(parameters.moves), 'reachable': task.reachable, 'shown': shown}
     return columns | (_of_field(method) if isinstance(method, FieldMethod) else _of_other(method))
 

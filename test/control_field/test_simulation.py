@@ -7,7 +7,7 @@ from control_field import simulation
 from control_field.headings import STEP_LENGTH
 from control_field.kernels import allowed_steps
 from control_field.parameters import Parameters
-from control_field.records import Kind
+from control_field.records import Kind, Outcome
 from control_field.simulation import GridWorld
 from strategies import few, leg, lessons, practise, seeds, steady, taught
 
@@ -77,6 +77,16 @@ def test_many_trials_end_as_each_would_by_itself(lesson, seed, keep_out):
         assert runs.n_steps[index] == trial.n_steps
         assert runs.n_reinforcements[index] == trial.n_online_reinforcements
         assert runs.length[index] == pytest.approx(length)
+
+
+def test_who_keeps_out_of_the_unknown_still_finds_a_way_over_ground_never_seen():
+    occupancy = np.zeros((11, 12), np.int8)
+    occupancy[3:8, 6] = 100
+    learner, world, _ = world_of((occupancy, leg((5, 1), (5, 10))), unknown_is_blocked=True)
+    trial, _ = world.trial(learner.refresh.field, (5, 1), 0)
+    assert trial.outcome is Outcome.GOAL
+    learner.add_trial(trial)
+    assert learner.refresh.certificate.basin == 1.0
 
 
 @given(lessons())

@@ -80,7 +80,7 @@ def numbers_from_outside(world, field):
     home = {cell: follow(free, headings, goal, cell) for cell in cost}
     lengths = {cell: sum(np.hypot(*STEPS[heading]) for heading in taken)
                for cell, taken in home.items() if taken is not None}
-    allowed = field['known'] == 0 if field['unknown_is_blocked'] else field['known'] != 100
+    allowed = field['known'] != 100
     known = [cell for cell in least_costs(allowed, goal) if field['known'][cell] == 0]
     basin = [follow(allowed, headings, goal, cell) is not None for cell in known]
     shown = [headings[cell] == field['shown'][cell] for cell in cells_of(field['shown'] >= 0)
