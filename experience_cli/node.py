@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 import math
+import sys
 import time
 from types import TracebackType
 from typing import Any, Final
@@ -24,7 +25,7 @@ from experience_cli.errors import UserError
 from experience_cli.peers import (
     absent_nodes, mistyped, start_hint, what_is_missing)
 from msgs_bridge import qos
-from msgs_bridge.poses import pose_from_odometry
+from msgs_bridge.poses import Pose, pose_from_odometry
 from msgs_bridge.trial_status import trial_from_status, TrialStatus
 from msgs_bridge.velocities import fill_twist
 
@@ -76,6 +77,7 @@ class DemoNode:
         self.learner: dict[str, str] = {}
         self._driver: Driver | None = None
         self._n_standing = 0
+        self._refused: set[str] = set()
         self._command = TwistStamped()
         self._command.header.frame_id = 'base_footprint'
         self._commands = self._node.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
@@ -84,7 +86,7 @@ class DemoNode:
         self._node.create_subscription(
             DiagnosticArray, '/diagnostics', self._on_diagnostics, 50)
         self._node.create_subscription(Odometry, 'odom', self._on_odometry, qos.ODOMETRY_PUB)
-        #: The newest that was heard.
+        #: The newest that was heard, and makes sense.
         self.odometry: Odometry | None = None
 
     def __enter__(self) -> 'DemoNode':
@@ -238,7 +240,7 @@ class DemoNode:
         self._driver, self._n_standing = driver, 0
         moved = [-1.0, time.monotonic()]
         if self.odometry is not None:
-            self._on_odometry(self.odometry)
+            self._answer(self.odometry, pose_from_odometry(self.odometry))
 
         def is_done() -> bool:
             tell(min(driver.travelled / driver.length, 1.0))
@@ -253,10 +255,27 @@ class DemoNode:
                             f'{driver.length:.1f} m')
 
     def _on_odometry(self, msg: Odometry) -> None:
+        pose = self._read(pose_from_odometry, msg, 'odom')
+        if pose is None:
+            return
         self.odometry = msg
+        self._answer(msg, pose)
+
+    def _read(self, reader: Callable[[Any], Any], msg: Any, topic: str) -> Any:
+        """Return what a message says; None if it makes no sense, which is said once a topic."""
+        try:
+            return reader(msg)
+        except ValueError as error:
+            if topic not in self._refused:
+                self._refused.add(topic)
+                print(f'experience demo: a message on {topic} is passed over: {error}',
+                      file=sys.stderr, flush=True)
+            return None
+
+    def _answer(self, msg: Odometry, pose: Pose) -> None:
+        """Drive on from where the robot is."""
         if self._driver is None:
             return
-        pose = pose_from_odometry(msg)
         command = self._driver.command(pose.x, pose.y, pose.yaw)
         if command is None:
             self._n_standing += 1
@@ -268,7 +287,7 @@ class DemoNode:
         self._commands.publish(self._command)
 
     def _on_trial(self, msg: DiagnosticStatus) -> None:
-        self.status = trial_from_status(msg)
+        self.status = self._read(trial_from_status, msg, 'trial') or self.status
 
     def _on_diagnostics(self, msg: DiagnosticArray) -> None:
         ours = f'{self._node.get_namespace().strip("/")}/learner_node: learner'.lstrip('/')
