@@ -13,6 +13,8 @@ from msgs_bridge.bag_folder import episode_from_path, EpisodeFolder, EpisodeKind
 #: Messages of decisions that may arrive before their trial is recorded: while a demonstration is
 #: kept, or the learner learns, a person may start one.
 _N_EARLY: Final = 4096
+#: How many bytes they may have in all: what is no decision at all can be of any size.
+_EARLY_BYTES: Final = 4 * 1024 * 1024
 #: Where the stamp of a serialised message lies that begins with a header.
 _STAMP_AT: Final = 4
 
@@ -49,7 +51,8 @@ class Recorder:
         #: What is in force: written first into every bag.
         self.in_force: list[Raw] = []
         self._sight: Raw | None = None
-        self._early: deque[Raw] = deque(maxlen=_N_EARLY)
+        self._early: deque[Raw] = deque()
+        self._n_early_bytes = 0
 
     @property
     def kind(self) -> EpisodeKind | None:
@@ -78,6 +81,7 @@ class Recorder:
         for message in (*self.in_force, *self._early, *([self._sight] if self._sight else [])):
             self.write(message, now)
         self._early.clear()
+        self._n_early_bytes = 0
         return episode_from_path(self._writer.folder)
 
     def saw(self, name: str, message: Raw) -> None:
@@ -101,7 +105,16 @@ class Recorder:
         if self._writer is not None:
             self.write(message)
         if name == 'experience' and self.kind is not EpisodeKind.TRIAL:
-            self._early.append(message)
+            self._keep_early(message)
+
+    def _keep_early(self, message: Raw) -> None:
+        """Keep a message for the next bag, within bounds; the oldest go first."""
+        if len(message.cdr) > _EARLY_BYTES:
+            return
+        self._early.append(message)
+        self._n_early_bytes += len(message.cdr)
+        while len(self._early) > _N_EARLY or self._n_early_bytes > _EARLY_BYTES:
+            self._n_early_bytes -= len(self._early.popleft().cdr)
 
     def write(self, message: Raw, log_time: int | None = None) -> None:
         """

@@ -1,6 +1,7 @@
 """The library of a task, its recorder and the worker: files in, lessons out; no ROS running."""
 
 import threading
+import tracemalloc
 
 import pytest
 
@@ -155,6 +156,23 @@ class TestRecorder:
         recorder.saw('experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 301))
         recorder.close()
         assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(200), 301]
+
+    def test_keeps_no_more_than_a_few_megabytes_for_a_trial_to_come(self, tmp_path):
+        library = library_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(library.task, library.header)
+        size = 500_000
+        tracemalloc.start()
+        try:
+            for stamp in range(100):
+                recorder.saw('experience', Raw('/e', 'std_msgs/msg/Bool', bytes(size), stamp))
+            recorder.saw('experience', Raw('/e', 'std_msgs/msg/Bool', bytes(20 * size), 100))
+            held, _ = tracemalloc.get_traced_memory()
+        finally:
+            tracemalloc.stop()
+        assert held < 10 * size
+        trial = recorder.start(EpisodeKind.TRIAL, 300)
+        recorder.close()
+        assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(92, 100)]
 
     def test_leaves_nothing_of_what_is_discarded(self, tmp_path):
         library = library_of(TaskFolder(tmp_path, 'task1'))
