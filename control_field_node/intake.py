@@ -55,11 +55,15 @@ class Intake:
     def refuse(self, what: str, is_said: bool = False) -> None:
         """Count something that is not to be trusted; say so once a kind, if nobody else does."""
         self.counts['refused messages'] += 1
+        if self.is_new(what) and not is_said:
+            self._log('warning', f'refused: {what} (not said again)')
+
+    def is_new(self, what: str) -> bool:
+        """Tell whether something of this kind was never refused before."""
         kind = what.partition(' is ')[0]
-        if kind not in self._refused:
-            self._refused.add(kind)
-            if not is_said:
-                self._log('warning', f'refused: {what} (not said again)')
+        is_new = kind not in self._refused
+        self._refused.add(kind)
+        return is_new
 
     def distrust(self, now: float) -> None:
         """Take in that odometry was bad: it has to be good for its timeout."""

@@ -252,7 +252,7 @@ class ControlFieldNode(Node):
     def _on_goal(self, msg: PoseStamped) -> None:
         try:
             goal = pose_from_pose_stamped(msg)
-            self.supervisor.saw_goal(goal.x, goal.y)
+            self.supervisor.saw_goal(goal.x, goal.y, goal.frame_id)
         except ValueError as error:
             self.supervisor.intake.refuse(str(error))
 

@@ -5,6 +5,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.watch import StopReason
+from control_field_node import words
 from control_field_node.supervisor import Supervisor
 from msgs_bridge.command_types import mismatch
 
@@ -84,7 +85,10 @@ def diagnostic_from_supervisor(
         'speed': f'{supervisor.velocity[0]:.3f}', 'turn_rate': f'{supervisor.velocity[1]:.3f}',
         **_localisation(supervisor),
         **{key.replace(' ', '_'): count for key, count in counts}}
-    message = peers.mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
+    message = (
+        peers.mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
+        or (supervisor.odometry_refusal and f'odometry refused: {supervisor.odometry_refusal}')
+        or (supervisor.is_ungated and words.UNGATED) or '')
     if supervisor.field is None and not message:
         message = 'no control field yet'
     warns = bool(message) or problem is not None

@@ -23,7 +23,7 @@ from control_field_node.seen import cached_seen, Seen
 from control_field_node.settings import Settings
 from control_field_node.trial_run import ended_by, Move, TrialRun
 from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose, problem_with_frame
+from msgs_bridge.poses import FRAME_OWNERS, Pose, problem_with_frame
 from msgs_bridge.trial_status import State, TrialStatus
 
 #: Time a command is taken to last where it is not known yet, [s].
@@ -54,8 +54,9 @@ class Supervisor:
         self.run: TrialRun | None = None
         self.problem: StopReason | None = None
         self.ended_by: StopReason | None = None
-        self.refusal = ''
+        self.refusal = self.odometry_refusal = ''
         self.held = ''
+        self.is_ungated = False
         self.velocity: Velocity = STANDSTILL
         self.pose: Pose | None = None
         self.neighbourhood: Neighbourhood | None = None
@@ -111,7 +112,7 @@ class Supervisor:
 
     def accept_field(self, field: ControlField) -> bool:
         """Take over a field for the next decision; refuse one of another grid."""
-        old = self.field
+        old, tells = self.field, self.run is None  # in a trial `trial` tells the revision
         if old is not None and not old.is_void and field.grid != old.grid:
             self.refuse_field(f'it is of {field.grid}, this robot drives in {old.grid}; '
                               f'restart the controller to change the workspace')
@@ -126,14 +127,15 @@ class Supervisor:
         else:
             # Whoever waits to start the next trial sees by the revision that it is here.
             self._ended = None
-        self._log('info', f'control field revision {field.revision}')
+        if tells and (old is None or field.revision != old.revision):
+            self._log('info', f'control field revision {field.revision}')
         return True
 
     def refuse_field(self, why: str) -> None:
-        """Keep the field there is; say so once a reason."""
+        """Keep the field there is; say so once a kind of reason."""
         self.intake.counts['refused fields'] += 1
-        if why != self.refusal:
-            self._log('error', f'control field refused: {why}')
+        if self.intake.is_new(f'control field: {why}'):
+            self._log('error', f'control field refused: {why} (not said again)')
         self.refusal = why
 
     # Trials
@@ -155,6 +157,8 @@ class Supervisor:
             return f'trial {self.run.trial} is already running'
         if self.field is None or self.field.is_void:
             return f'there is no control field: {self.refusal or "show the way first"}'
+        if self.odometry_refusal:
+            return f'odometry is refused: {self.odometry_refusal}'
         if self.pose is None or self.intake.odometry.is_stale(now):
             return f'no odometry has arrived for {self.intake.odometry.timeout:g} s'
         if self.neighbourhood is None or self.intake.sight.is_stale(now):
@@ -221,6 +225,7 @@ class Supervisor:
     def saw_bad_input(self, what: str, now: float) -> Answer:
         """Take in odometry that is not to be trusted: stand still until it has been good again."""
         self.intake.distrust(now)
+        self.odometry_refusal = what
         if self.problem is StopReason.STALE_ODOMETRY or self._takeover.is_taken_over(now):
             answer = NOTHING  # the robot stands as nothing good comes, or a person drives it
         else:
@@ -253,11 +258,12 @@ class Supervisor:
 
     def saw_pose(self, pose: Pose, now: float) -> Answer:
         """Take in a pose of the odometry and answer it."""
-        last, self.pose = self.pose, pose
+        last, self.pose, self.odometry_refusal = self.pose, pose, ''
         self.intake.came(self.intake.odometry, now, self.problem is not None)
         if self.field is None:
             return NOTHING
-        problem = problem_with_frame(pose.frame_id, self.field.grid.frame_id, 'odom')
+        problem = problem_with_frame(
+            pose.frame_id, self.field.grid.frame_id, 'odom', FRAME_OWNERS)
         if problem:
             return self.saw_bad_input(problem, now)
         if last is not None and pose.stamp > last.stamp:
@@ -320,17 +326,17 @@ class Supervisor:
 
     def let_go(self) -> bool:
         """Take in that nobody drives by hand any more; tell whether the robot is to be stopped."""
-        self._by_hand = self._is_stopped = False
+        self._by_hand = self._is_stopped = self.is_ungated = False
         if self.run is not None:
             return False
         drove, self.velocity, self.held = self.velocity != STANDSTILL, STANDSTILL, ''
         self._driven = None
         return drove
 
-    def saw_goal(self, x: float, y: float) -> None:
+    def saw_goal(self, x: float, y: float, frame_id: str) -> None:
         """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
-        if problem := words.problem_with_goal(self.field, x, y):
-            self._log('warning', problem)
+        problem = words.problem_with_goal(self.field, x, y, frame_id)
+        self._log('warning' if problem else 'info', problem or words.LEADS_THERE)
 
     # Time alone
 
@@ -367,8 +373,11 @@ class Supervisor:
             self._pause(StopReason.TAKEN_OVER)
         wanted = within_acceleration(
             within_speed(wanted, self.limits), self.velocity, dt, self.limits)
+        self.is_ungated = self.neighbourhood is None or self.pose is None
         if self.neighbourhood is None or self.pose is None:
-            self.velocity = wanted
+            if self.intake.is_new(words.UNGATED):
+                self._log('warning', words.UNGATED)
+            self.velocity, self.held = wanted, ''
             return Answer(wanted)
         seen = None if self.intake.odometry.is_stale(now) else self._seen_now(now)
         return Answer(self._gated(wanted, self.pose, seen, self._dt + self._since(dt))[0])

@@ -1,9 +1,17 @@
 """What the controller says of a goal, a place or a sight that does not fit."""
 
+from typing import Final
+
 from control_field.grid import Grid
 from control_field.records import ControlField
 from control_field.watch import StopReason
 from control_field_node.seen import Seen
+from msgs_bridge.poses import problem_with_frame
+
+#: Of a person's commands before there is anything to judge them by.
+UNGATED: Final = 'no odometry or no neighbourhood has ever come: only the limits of speed hold'
+#: Of a goal that was demonstrated.
+LEADS_THERE: Final = 'goal_pose: the control field leads there; ~/start_trial starts'
 
 
 def why_idle(field: ControlField | None, refusal: str) -> tuple[str, StopReason | None]:
@@ -14,10 +22,14 @@ def why_idle(field: ControlField | None, refusal: str) -> tuple[str, StopReason 
     return reason.told(refusal), reason
 
 
-def problem_with_goal(field: ControlField | None, x: float, y: float) -> str:
+def problem_with_goal(
+    field: ControlField | None, x: float, y: float, frame_id: str,
+) -> str:
     """Say why the robot will not drive to a point, [m]; empty where the field leads there."""
     if field is None or field.is_void:
         return 'goal_pose: there is no control field yet'
+    if problem := problem_with_frame(frame_id, field.grid.frame_id, 'goal_pose'):
+        return f'{problem}: choose that as the fixed frame of what it is clicked in'
     if field.grid.cell_from_world(x, y) == field.goal:
         return ''
     there = field.grid.world_from_cell(*field.goal)

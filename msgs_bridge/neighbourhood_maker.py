@@ -11,7 +11,8 @@ from control_field.sight import UNKNOWN
 from msgs_bridge.costmap_sight import neighbourhood_from_costmap
 from msgs_bridge.laser_sight import bounded, neighbourhood_from_scan, Placement, scan_from_message
 from msgs_bridge.neighbourhoods import Neighbourhood, occupancy_from_map
-from msgs_bridge.poses import check_frame, Pose, pose_from_odometry, seconds_from_stamp
+from msgs_bridge.poses import (
+    check_frame, FRAME_OWNERS, Pose, pose_from_odometry, seconds_from_stamp)
 from msgs_bridge.sight_settings import SightSettings
 
 #: Poses that are remembered: scans come later than the odometry of their time.
@@ -96,7 +97,7 @@ class NeighbourhoodMaker:
 
         """
         pose = pose_from_odometry(msg)
-        check_frame(pose.frame_id, self.grid.frame_id, 'odom')
+        check_frame(pose.frame_id, self.grid.frame_id, 'odom', FRAME_OWNERS)
         self._poses.add(pose)
         cell = self.grid.cell_from_world(pose.x, pose.y)
         if not self.grid.contains(*cell):

@@ -15,6 +15,8 @@ QUATERNION_TOLERANCE: Final = 0.01
 MAX_PLACE: Final = 1e9
 #: Variances of x, y and yaw where the sender names none, [m^2, m^2, rad^2].
 DEFAULT_VARIANCES: Final = (1e-4, 1e-4, 1e-4)
+#: Who has to have the frame of the odometry.
+FRAME_OWNERS: Final = 'learner_node and neighbourhood_node'
 _MAX_SECONDS: Final = 2**31 - 1
 
 
@@ -84,9 +86,9 @@ def stamp_from_seconds(seconds: float) -> Time:
     return Time(sec=whole + nanoseconds // 1_000_000_000, nanosec=nanoseconds % 1_000_000_000)
 
 
-def check_frame(frame_id: str, expected: str, name: str) -> None:
+def check_frame(frame_id: str, expected: str, name: str, nodes: str = '') -> None:
     """
-    Compare a message's frame with the one it must be in; a leading slash is ignored.
+    Compare a message's frame with the one it must be in; see `problem_with_frame`.
 
     Raises
     ------
@@ -94,15 +96,29 @@ def check_frame(frame_id: str, expected: str, name: str) -> None:
         If they differ; the message names ``name`` and both frames.
 
     """
-    if problem := problem_with_frame(frame_id, expected, name):
+    if problem := problem_with_frame(frame_id, expected, name, nodes):
         raise ValueError(problem)
 
 
-def problem_with_frame(frame_id: str, expected: str, name: str) -> str:
-    """Say that a message is in another frame, a leading slash aside; empty if it is not."""
+def problem_with_frame(frame_id: str, expected: str, name: str, nodes: str = '') -> str:
+    """
+    Say that a message is in another frame, a leading slash aside; empty if it is not.
+
+    Parameters
+    ----------
+    frame_id, expected : str
+        What it is and what it must be.
+    name : str
+        What the message is called.
+    nodes : str
+        Whose parameter `frame_id` is to be set if the message is right.
+
+    """
     if frame_id.lstrip('/') == expected.lstrip('/'):
         return ''
-    return f'{name}: frame is {frame_id[:80]!r}, must be {expected!r}'
+    remedy = f' (set frame_id:={ascii(frame_id[:80])[1:-1]} of {nodes})'
+    return f'{name}: frame is {frame_id[:80]!r}, must be {expected!r}' + (
+        remedy if nodes and frame_id else '')
 
 
 def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:

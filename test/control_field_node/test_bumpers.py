@@ -7,6 +7,7 @@ from std_msgs.msg import Bool
 from control_field.records import Outcome
 from controller_peer import controller, Peer
 from msgs_bridge.trial_status import State, trial_from_status
+import ros_helpers
 
 
 @pytest.mark.parametrize('durability', ['VOLATILE', 'TRANSIENT_LOCAL'])
@@ -20,9 +21,15 @@ def test_one_contact_ends_one_trial(ros_node, tmp_path, reliability, durability)
             durability=DurabilityPolicy[durability]))
         peer.push().drive()
         peer.wait(bumper.get_subscription_count, 'the controller')
-        bumper.publish(Bool(data=True))
-        bumper.publish(Bool(data=False))
-        peer.wait(lambda: peer.status.outcome is Outcome.COLLISION, 'the end of the trial')
+
+        def is_told():
+            # What nobody waits for may go out before the other end knows of it.
+            bumper.publish(Bool(data=True))
+            bumper.publish(Bool(data=False))
+            ros_helpers.spin_some(ros_node)
+            return peer.status.outcome is Outcome.COLLISION
+
+        peer.wait(is_told, 'the end of the trial')
         peer.wait(peer.has_stopped, 'a standstill')
         peer.start()
         before = len(peer.rows)

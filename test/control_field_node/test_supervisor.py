@@ -405,10 +405,14 @@ def test_a_refused_message_is_said_once_and_counted():
 
 def test_a_goal_clicked_elsewhere_is_answered_in_words():
     bench = Bench()
-    bench.supervisor.saw_goal(*GRID.world_from_cell(*GOAL))
-    assert not any('goal_pose' in line for _, line in bench.lines)
-    bench.supervisor.saw_goal(0.1, 0.1)
-    assert any('leads to' in line for _, line in bench.lines)
+    bench.supervisor.saw_goal(*GRID.world_from_cell(*GOAL), 'odom')
+    assert bench.lines[-1] == (
+        'info', 'goal_pose: the control field leads there; ~/start_trial starts')
+    bench.supervisor.saw_goal(0.1, 0.1, 'odom')
+    assert 'leads to' in bench.lines[-1][1]
+    bench.supervisor.saw_goal(*GRID.world_from_cell(*GOAL), 'map')
+    assert "goal_pose: frame is 'map', must be 'odom'" in bench.lines[-1][1]
+    assert [level for level, _ in bench.lines[-2:]] == ['warning'] * 2
 
 
 def test_a_trial_keeps_to_the_unknown_it_was_started_with():

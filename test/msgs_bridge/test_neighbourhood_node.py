@@ -103,8 +103,11 @@ class TestMaker:
 
     def test_odometry_from_elsewhere(self):
         maker = self.maker()
-        with pytest.raises(ValueError, match="'map', must be 'odom'"):
-            maker.neighbourhood(odometry(1.0, frame_id='map'))
+        with pytest.raises(ValueError, match=r"'r2/odom', must be 'odom' "
+                           r"\(set frame_id:=r2/odom of learner_node and neighbourhood_node\)"):
+            maker.neighbourhood(odometry(1.0, frame_id='r2/odom'))
+        with pytest.raises(ValueError, match=r"'', must be 'odom'$"):
+            maker.neighbourhood(odometry(1.0, frame_id=''))
         with pytest.raises(ValueError, match=r'outside the workspace .*\(-1\.00, 2\.62\)'):
             maker.neighbourhood(odometry(1.0, x=-1.0))
         with pytest.raises(ValueError, match='finite'):
