@@ -188,8 +188,8 @@ class TrialPolicy:
         # Kept out of until it is seen, which it may be from another cell.
         kept_out = blocked | unknown if parameters.unknown_is_blocked else blocked
         heading, kind, barred, reward = trial_kernels.decide(
-            row, col, kept_out, unknown & ~kept_out, self._headings, self._known, self._q, self._cost,
-            self._factor, self._counts, self._entered, self._punished, self.field.goal,
+            row, col, kept_out, unknown & ~kept_out, self._headings, self._known, self._q,
+            self._cost, self._factor, self._counts, self._entered, self._punished, self.field.goal,
             (parameters.learning_rate, parameters.discount), options_of(parameters),
             rules_of(parameters), self._rng)
         rows = []

@@ -35,6 +35,10 @@ class TickBook:
         """Tell whether the tick of a message has been answered."""
         return key_of(msg) == self._answered
 
+    def is_newer(self, msg: Any) -> bool:
+        """Tell whether odometry is of a tick after the last one."""
+        return self.odometry is None or key_of(msg) > key_of(self.odometry)
+
     def is_open(self) -> bool:
         """Tell whether there is a tick to answer."""
         return (self.odometry is not None and self.sight is not None

@@ -30,6 +30,7 @@ from msgs_bridge.neighbourhoods import cells_of_sight, neighbourhood_from_grid
 from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import (
+    check_frame,
     Pose,
     pose_from_initialpose,
     pose_from_odometry,
@@ -98,7 +99,7 @@ class ControlFieldNode(Node):
         lockstep = self._settings.lockstep
         self.create_subscription(PointCloud2, 'control_field', self._on_field, qos.LATCHED)
         # A lost tick would stop a lock-step for good.
-        sensed = qos.ODOMETRY_PUB if lockstep else qos.SENSOR
+        sensed = qos.LOCKSTEP if lockstep else qos.SENSOR
         self.create_subscription(OccupancyGrid, 'neighbourhood', self._on_neighbourhood, sensed)
         self.create_subscription(Odometry, 'odom', self._on_odometry, sensed)
         self.create_subscription(PoseStamped, 'goal_pose', self._on_goal, qos.POSE)
@@ -146,7 +147,7 @@ class ControlFieldNode(Node):
             self.supervisor.refuse_field(str(error))
         else:
             if self.supervisor.accept_field(field):
-                self._read_sight()
+                self._read_sight(self._book.sight)
                 self._tell_trial()
             else:
                 self._leave_field()
@@ -157,13 +158,12 @@ class ControlFieldNode(Node):
         self._publish(supervisor.stop(StopReason.WRONG_FIELD, supervisor.refusal))
 
     def _on_neighbourhood(self, msg: OccupancyGrid) -> None:
-        self._book.sight = msg
-        if self._read_sight():
+        if self._read_sight(msg):
+            self._book.sight = msg  # only now: one that is refused takes no tick's place
             self._answer_tick()
 
-    def _read_sight(self) -> bool:
-        """Read the newest neighbourhood; before there is a field its cells are all there is."""
-        sight = self._book.sight
+    def _read_sight(self, sight: OccupancyGrid | None) -> bool:
+        """Read a neighbourhood; before there is a field its cells are all there is."""
         if sight is None:
             return False
         try:
@@ -178,9 +178,14 @@ class ControlFieldNode(Node):
     def _on_odometry(self, msg: Odometry) -> None:
         now, clock = time.monotonic(), self.get_clock().now().nanoseconds * 1e-9
         try:
-            pose = pose_from_odometry(msg)
+            pose, grid = pose_from_odometry(msg), self.supervisor.grid
+            if self._settings.lockstep and grid is not None:
+                check_frame(pose.frame_id, grid.frame_id, 'odom')
         except ValueError as error:
-            self._stand(self.supervisor.saw_bad_input(str(error), now), msg)
+            if self._settings.lockstep and not self._book.is_newer(msg):
+                self.supervisor.intake.refuse(str(error))  # of no tick that waits for an answer
+            else:
+                self._stand(self.supervisor.saw_bad_input(str(error), now), msg)
             return
         if self._settings.lockstep:
             self._take_tick(msg, pose, now)

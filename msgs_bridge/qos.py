@@ -18,6 +18,9 @@ ODOMETRY_PUB: Final = _reliable(10)
 SENSOR: Final = qos_profile_sensor_data
 #: `cmd_vel`: only the newest command counts.
 COMMAND: Final = _reliable(1)
+#: How ticks and their answers are read in lock-step, where none may be lost, whatever others send
+#: in between.
+LOCKSTEP: Final = _reliable(1000)
 #: `control_field`, `prototypes`, `trial`, `map`, `markers`: a late reader gets the newest.
 LATCHED: Final = _reliable(1, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `experience`: no decision may be lost.

@@ -122,7 +122,8 @@ class SimNode(Node):
         self._command_type = (
             TwistStamped if self._settings.is_stamped else Twist)
         self.create_subscription(
-            self._command_type, 'cmd_vel', self._on_command, qos.COMMAND)
+            self._command_type, 'cmd_vel', self._on_command,
+            qos.LOCKSTEP if self._settings.lockstep else qos.COMMAND)
         self.create_subscription(
             PoseWithCovarianceStamped, 'initialpose', self._on_initialpose, qos.POSE)
         self.create_service(Trigger, '~/reset', self._on_reset)

@@ -37,6 +37,16 @@ def listen_to_interrupts() -> None:
 
 
 @contextmanager
+def hearing_hangups() -> Iterator[None]:
+    """Let children hear SIGHUP, also where the tests run under nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+@contextmanager
 def own_domain() -> Iterator[int]:
     """
     Hold a ROS_DOMAIN_ID for as long as the context lasts.
@@ -173,7 +183,7 @@ class Process:
         stem = f'{self.name}_{time.monotonic_ns()}'
         self._stdout, self._stderr = folder / f'{stem}.out', folder / f'{stem}.err'
         listen_to_interrupts()
-        with self._stdout.open('wb') as out, self._stderr.open('wb') as err:
+        with self._stdout.open('wb') as out, self._stderr.open('wb') as err, hearing_hangups():
             self.popen = subprocess.Popen(
                 list(command), stdin=subprocess.DEVNULL, stdout=out, stderr=err, cwd=cwd,
                 env=child_environment(env), start_new_session=True)

@@ -7,6 +7,7 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
@@ -325,6 +326,27 @@ def test_with_the_simulator_in_lockstep_trials_reach_the_goal_and_are_repeatable
     paths = [[(r['row'], r['col'], r['action'], r['kind']) for r in rows if r['trial'] == t]
              for t in (1, 2)]
     assert paths[0] == paths[1]
+
+
+def test_malformed_messages_between_the_ticks_of_a_lockstep_hold_nothing_up(ros_node, tmp_path):
+    odometry = Odometry()
+    odometry.pose.pose.position.x = math.nan
+    elsewhere = odometry_from_pose(Pose(0.0, 1.0, 1.0, 0.0, frame_id='map'))
+    odoms = ros_node.create_publisher(Odometry, 'odom', qos.ODOMETRY_PUB)
+    sights = ros_node.create_publisher(OccupancyGrid, 'neighbourhood', qos.ODOMETRY_PUB)
+    with simulator(tmp_path, LOCKSTEP), controller(tmp_path, LOCKSTEP):
+        peer = Peer(ros_node, stamped=True)
+        peer.push(straight_field(BEHIND))
+        peer.wait(peer.accepts_start, 'a start')
+
+        def has_ended():
+            odoms.publish(odometry)
+            sights.publish(OccupancyGrid())
+            odoms.publish(elsewhere)
+            return peer.status.state is State.ENDED
+
+        peer.wait(has_ended, 'the end of the trial')
+    assert peer.status.outcome is Outcome.GOAL
 
 
 def test_with_slip_and_anchoring_trials_in_lockstep_reach_the_goal(ros_node, tmp_path):

@@ -9,6 +9,7 @@ from msgs_bridge.bag_metadata import known_qos
 
 @pytest.mark.parametrize(('publisher', 'reader'), [
     ('ODOMETRY_PUB', 'SENSOR'), ('SENSOR', 'SENSOR'), ('COMMAND', 'COMMAND'),
+    ('COMMAND', 'LOCKSTEP'), ('ODOMETRY_PUB', 'LOCKSTEP'),
     ('LATCHED', 'LATCHED'), ('EXPERIENCE', 'EXPERIENCE'), ('POSE', 'POSE'),
 ])
 def test_publishers_and_readers_fit(publisher, reader):
