@@ -52,8 +52,10 @@ class Certificate:
 
     def sentence(self) -> str:
         """Return the certificate in one sentence."""
+        cut_off = self.n_free - self.n_reachable
+        rest = f' with a way to it ({cut_off} more have none)' if cut_off else ''
         return (f'the goal is reached from {self.basin:.1%} of {self.n_reachable} known free '
-                f'cells ({self.proven:.1%} over seen ground only), '
+                f'cells{rest} ({self.proven:.1%} over seen ground only), '
                 f'{counted(len(self.sinks), "sink")}, '
                 f'fidelity {self.fidelity:.1%}, {counted(self.n_prototypes, "prototype")}, '
                 f'coherence at least {self.coherence_min:.2f}')

@@ -118,5 +118,14 @@ def test_the_sentence_holds_the_numbers():
     known = np.zeros((1, 4), np.int8)
     sentence = certify(field_of(known, 0 * known, (0, 3)), 0 * known, 3,
                        (False, False, 8)).sentence()
+    assert 'more have none' not in sentence
     for part in ('100.0% of 4 known free cells', '0 sinks', 'fidelity 100.0%', '3 prototypes'):
         assert part in sentence
+
+
+def test_the_sentence_says_how_many_known_cells_are_cut_off():
+    known = np.array([[0, 0, 100, 0, 0, 0]], np.int8)
+    certificate = certify(field_of(known, 0 * known, (0, 5)), -1 - 0 * known, 1,
+                          (False, False, 8))
+    assert (certificate.n_free, certificate.n_reachable) == (5, 3)
+    assert '3 known free cells with a way to it (2 more have none)' in certificate.sentence()
