@@ -1,5 +1,7 @@
 """The node `neighbourhood_node`: the 3x3 sight of a robot that has a laser or a costmap."""
 
+import math
+import time
 from typing import Any, Final
 
 from nav_msgs.msg import OccupancyGrid, Odometry
@@ -41,6 +43,9 @@ class NeighbourhoodNode(Node):
         self._maker = NeighbourhoodMaker(declare_parameters_from(
             self, SightSettings, fixed=FIXED, on_change=self._on_settings))
         check_names(self)
+        #: When it was last said that the sight is missing, by whether there ever was one, [s].
+        self._said_at = {False: -math.inf, True: -math.inf}
+        self._is_missed = False
         self._neighbourhoods = self.create_publisher(OccupancyGrid, 'neighbourhood', qos.SENSOR)
         scans = self._maker.settings.source == 'scan'
         self.create_subscription(
@@ -73,25 +78,24 @@ class NeighbourhoodNode(Node):
             self._warn(f'refused: {error}')
             return
         self._neighbourhoods.publish(grid_from_neighbourhood(neighbourhood, self._maker.grid))
-        problem = self._maker.problem(neighbourhood.stamp)
-        if problem and self._maker.has_seen:
-            self._stale(problem)
-        elif problem:
-            self._blind(problem)
+        self._look_after_sight(self._maker.problem(neighbourhood.stamp))
 
     def _warn(self, text: str) -> None:
         logger = self.get_logger()  # type: ignore[no-untyped-call]
         logger.warning(text, throttle_duration_sec=_LOG_PERIOD)
 
-    # A throttle belongs to a line of source, and what is said once must not hide another thing:
-    # hence a line for what is refused, one for what is stale, one for what never came.
-    def _stale(self, text: str) -> None:
-        logger = self.get_logger()  # type: ignore[no-untyped-call]
-        logger.warning(text, throttle_duration_sec=_LOG_PERIOD)
-
-    def _blind(self, text: str) -> None:
-        logger = self.get_logger()  # type: ignore[no-untyped-call]
-        logger.warning(text, throttle_duration_sec=_LOG_PERIOD)
+    # What is said once must not hide another thing: what is stale and what never came each have a
+    # throttle. That it is back is only said after it was said to be missing, so as rarely.
+    def _look_after_sight(self, problem: str) -> None:
+        """Say now and then what is missing, and once that it is back."""
+        logger, now = self.get_logger(), time.monotonic()  # type: ignore[no-untyped-call]
+        has_seen = self._maker.has_seen
+        if problem and now - self._said_at[has_seen] >= _LOG_PERIOD:
+            self._said_at[has_seen], self._is_missed = now, True
+            logger.warning(problem)
+        elif self._is_missed and not problem:
+            self._is_missed = False
+            logger.info(f'{self._maker.settings.source} has come, all is well')
 
 
 def main(args: list[str] | None = None) -> None:

@@ -180,6 +180,25 @@ class TestProcess:
         assert 'than odometry, must be at most 0.5 s: everything is unknown' in process.stderr
         assert 'Traceback' not in process.stderr
 
+    def test_what_was_missing_is_said_to_be_back_as_often_as_it_was_said_to_be_missing(
+            self, ros_node, tmp_path):
+        scans, poses, _ = self.parts(ros_node, LaserScan, 'scan')
+        back = 'scan has come, all is well'
+        with ros_helpers.start_node('msgs_bridge.neighbourhood_node', tmp_path) as process:
+            def until(words, n, scan_stamp, stamp):
+                def is_said():
+                    if scan_stamp:
+                        scans.publish(scan(scan_stamp, 2.8))
+                    poses.publish(odometry(stamp))
+                    return process.stderr.count(words) == n
+                ros_helpers.wait_until(
+                    is_said, node=ros_node, processes=[process], what=f'{words}, {n} times')
+
+            until('no scan has arrived', 1, None, 10.0)
+            until(back, 1, 10.0, 10.0)
+            until('2.00 s older than odometry', 1, 10.0, 12.0)
+            until(back, 2, 12.0, 12.0)
+
     def test_a_costmap_in_a_namespace(self, ros_node, tmp_path):
         seen = ros_helpers.collect(ros_node, OccupancyGrid, 'a/neighbourhood', qos.SENSOR)
         costmaps = ros_node.create_publisher(OccupancyGrid, 'a/costmap', qos.LATCHED)
