@@ -27,7 +27,7 @@ from learner_node.lessons import Lesson
 from learner_node.library import Library
 from learner_node.phases import IN_TRIAL, Peers, Phase
 from learner_node.publications import Publications
-from learner_node.recorder import Raw, Recorder, stamp_of
+from learner_node.recorder import BagGoneError, Raw, Recorder, stamp_of
 from learner_node.reports import (
     diagnostic_from_session, PROGRAM, sentence_at_start, sentence_from_lesson)
 from learner_node.requests import Requests
@@ -265,7 +265,8 @@ class LearnerNode(Node):
 
     def _lose(self, error: BagError) -> None:
         """Nothing can be recorded any more: say so once, stop the robot, keep what there is."""
-        self.get_logger().error(f'{error}; the robot is stopped, what was recorded is kept')
+        kept = '' if isinstance(error, BagGoneError) else ', what was recorded is kept'
+        self.get_logger().error(f'{error}; the robot is stopped{kept}')
         self.said = str(error)
         self._desk.answer(False, str(error))
         self.carry_out(self._session.failed(str(error), time.monotonic()))

@@ -2,12 +2,15 @@
 
 from collections import deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 import struct
 from typing import Final
 
 from msgs_bridge.bag_file import BagWriter, start_bag
-from msgs_bridge.bag_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
+from msgs_bridge.bag_folder import (
+    BagError, episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder)
 
 
 #: Messages of decisions that may arrive before their trial is recorded: while a demonstration is
@@ -17,6 +20,10 @@ _N_EARLY: Final = 4096
 _EARLY_BYTES: Final = 4 * 1024 * 1024
 #: Where the stamp of a serialised message lies that begins with a header.
 _STAMP_AT: Final = 4
+
+
+class BagGoneError(BagError):
+    """Somebody has removed or renamed what is recorded into."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,9 @@ class Recorder:
     ) -> None:
         self.task = task
         self._header = header
+        self._folder = _identity(task.path)
         self._writer: BagWriter | None = None
+        self._file: tuple[int, int] | None = None
         self._kind = EpisodeKind.DEMO
         #: What is in force: written first into every bag.
         self.in_force: list[Raw] = []
@@ -73,11 +82,18 @@ class Recorder:
         ------
         BagError
             If it cannot be made.
+        BagGoneError
+            If the task's folder is not the one there was at first: no other is held against a
+            second learner, or known to hold what was learnt.
 
         """
         self.close()
+        if self._folder != _identity(self.task.path):
+            raise BagGoneError(f'cannot record into {self.task.path}: it was removed or renamed '
+                               f'since the learner started; restart the learner')
         self._kind = kind
         self._writer = start_bag(self.task, kind, self._header(kind))
+        self._file = _identity(self._writer.path)
         for message in (*self.in_force, *self._early, *([self._sight] if self._sight else [])):
             self.write(message, now)
         self._early.clear()
@@ -145,9 +161,12 @@ class Recorder:
         ------
         BagError
             If it cannot be written.
+        BagGoneError
+            If it was removed or renamed meanwhile; nothing is recorded any more.
 
         """
         if self._writer is not None:
+            self._check_there(self._writer)
             self._writer.flush()
 
     def close(self) -> EpisodeFolder | None:
@@ -158,13 +177,27 @@ class Recorder:
         ------
         BagError
             If it cannot be finished.
+        BagGoneError
+            If it was removed or renamed meanwhile.
 
         """
+        if self._writer is not None:
+            self._check_there(self._writer)
         writer, self._writer = self._writer, None
         if writer is None:
             return None
         writer.close()
         return episode_from_path(writer.folder)
+
+    def _check_there(self, writer: BagWriter) -> None:
+        """Let go of a bag that lies no more where it was begun: writing would go on silently."""
+        if _identity(writer.path) == self._file:
+            return
+        self._writer = None
+        with suppress(BagError):
+            writer.close()
+        raise BagGoneError(
+            f'cannot record into {writer.folder}: it was removed or renamed while it was recorded')
 
     def discard(self) -> None:
         """
@@ -180,6 +213,15 @@ class Recorder:
         if writer is not None:
             writer.close()
             self.task.remove(episode_from_path(writer.folder).number)
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """Return which file or folder is there, None if none is."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
 
 
 def stamp_of(cdr: bytes) -> int:

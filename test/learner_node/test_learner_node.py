@@ -1,5 +1,6 @@
 """The learner as a process: user errors, signals, a full disk."""
 
+import shutil
 import signal
 import sys
 
@@ -305,3 +306,39 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_recorded(ros_domain, ros_nod
         assert process.running
     [episode] = TaskFolder(tmp_path / 'bags', 'task').episodes()
     assert episode.bag.stat().st_size > 50_000
+
+
+@pytest.mark.parametrize('is_removed', [True, False])
+def test_bags_that_are_taken_away_are_said_at_once_and_not_called_kept(
+    ros_domain, ros_node, tmp_path, is_removed,
+):
+    bags = tmp_path / 'bags'
+
+    def said():
+        return [line for line in (process.stderr + process.stdout).splitlines()
+                if 'cannot record' in line]
+
+    def ask(data):
+        return call(ros_node, SetBool, 'learner_node/record_demonstration',
+                    SetBool.Request(data=data))
+
+    with start(tmp_path) as process:
+        robot, stops = Robot(ros_node), []
+        ros_node.create_service(Trigger, 'control_field_node/stop_trial',
+                                lambda _, response: stops.append(1) or response)
+        robot.meet(process)
+        bags.rename(tmp_path / 'elsewhere')
+        if is_removed:
+            shutil.rmtree(tmp_path / 'elsewhere')
+        robot.cross(process, None, said)
+        wait_until(lambda: stops, node=ros_node, what='the request to stop the robot')
+        [line] = said()
+        assert 'removed or renamed while it was recorded' in line
+        assert 'kept' not in line
+        assert 'removed or renamed' in ask(False).message
+        again = ask(True)
+        assert not again.success
+        assert 'restart the learner' in again.message
+        assert process.running
+    assert not bags.exists()
+    assert 'Traceback' not in process.stderr
