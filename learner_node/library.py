@@ -1,6 +1,7 @@
 """The bags of a task, and what they have taught so far."""
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 
 from control_field.grid import Grid
@@ -14,6 +15,7 @@ from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, error_l
 from msgs_bridge.bag_judgement import judge_bag
 from msgs_bridge.bag_repair import repair_task
 from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.episodes import read_header
 from msgs_bridge.trial_status import Label
 
 
@@ -44,6 +46,9 @@ class Library:
     ) -> None:
         self.task = task
         self.topics: Mapping[str, str] = {}
+        #: Lines for people to heed, of the last time that all bags were learnt from.
+        self.doubts: list[str] = []
+        self._has_compared = False
         self.lessons = Lessons(grid, parameters)
         self._starts = starts
         self._n_asked = 0
@@ -91,7 +96,8 @@ class Library:
 
         """
         lines = [f'the bags of before are in {self.aside}'] if self.aside else []
-        lines += [f'found {report}' for report in repair_task(self.task)]
+        lines += self._mend()
+        self._compare()
         fold = Lessons(self.grid, self.lessons.parameters)
         lessons = [fold.learn(episode) for episode in self.task.episodes()]
         # Only now: until all of them are learnt from, and if that fails, the field stays.
@@ -104,6 +110,35 @@ class Library:
             lines.append(f'{self.task.path}: relearnt from {counted(n_demos, "demonstration")} '
                          f'and {counted(len(learnt) - n_demos, "trial")}')
         return lines
+
+    def _mend(self) -> list[str]:
+        """Mend what was cut, and say so; where the disk does not take it, it is read as it is."""
+        self.doubts = []
+        try:
+            return [f'found {report}' for report in repair_task(self.task)]
+        except BagError as error:
+            if not isinstance(error.__context__, OSError):
+                raise
+            self.doubts = [f'{error}; what is readable of it is learnt from as it is']
+            return []
+
+    def _compare(self) -> None:
+        """Note, at the start, which parameters are not those that the last bag was made with."""
+        if self._has_compared:
+            return
+        self._has_compared = True
+        for episode in reversed(self.task.episodes()):
+            try:
+                theirs = asdict(read_header(episode.path).parameters)
+            except BagError:  # said where it is learnt from
+                continue
+            ours = asdict(self.lessons.parameters)
+            changes = [f'{name}: {theirs[name]} -> {value}' for name, value in ours.items()
+                       if theirs[name] != value]
+            if changes:
+                self.doubts.append(f'{episode.name} was recorded with other parameters, the bags '
+                                   f'are learnt anew with those set now: {", ".join(changes)}')
+            return
 
     def learn(self, episode: EpisodeFolder) -> Lesson:
         """Learn from one bag, see `Lessons.learn`."""

@@ -311,6 +311,8 @@ class LearnerNode(Node):
         try:
             for line in self._result(future):
                 self._say(line)
+            for line in self._library.doubts:
+                self._say(line, warns=True)
         except BagError as error:
             self.fatal = str(error)
             return

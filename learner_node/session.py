@@ -69,7 +69,8 @@ class Session:
         """End what is under way, because the learner ends."""
         effects: Effects = [StopTrial()] if self.phase in IN_TRIAL else []
         if self.is_recording:
-            effects += [Abandon('the learner was stopped', self.trial)]
+            effects += [Abandon(why := 'the learner was stopped', self.trial),
+                        Say(f'{self.describe()}: broken off, {why}', warns=True)]
         self._go(Phase.IDLE, now)
         return effects
 

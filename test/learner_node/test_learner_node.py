@@ -151,6 +151,7 @@ def test_a_signal_during_a_demonstration_closes_the_bag(ros_domain, ros_node, tm
         task = TaskFolder(tmp_path / 'bags', 'task')
         robot.cross(process, task, lambda: robot.stamp > 5.0)
         process.stop()
+    assert 'a demonstration is recorded: broken off, the learner was stopped' in process.stderr
     [episode] = task.episodes()
     assert not needs_repair(episode.path)
     with pytest.raises(NothingToLearnError, match='not kept'):

@@ -1,5 +1,6 @@
 """The library of a task, its recorder and the worker: files in, lessons out; no ROS running."""
 
+import resource
 import threading
 import tracemalloc
 
@@ -50,6 +51,34 @@ class TestLibrary:
         bag = task.find(1).bag
         bag.write_bytes(bag.read_bytes()[:-3000])
         assert 'mended' in library_of(task).lines[0]
+
+    def test_learns_from_what_was_cut_where_it_cannot_be_mended(self, task):
+        bag = task.find(1).bag
+        bag.write_bytes(bag.read_bytes()[:-3000])
+        cut = bag.read_bytes()
+        library = Library(task, GRID, Parameters())
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        # No file of this process may be greater; the error is much the same as of a full disk.
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+        try:
+            library.relearn()
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        assert library.refresh is not None
+        assert bag.read_bytes() == cut
+        [doubt] = library.doubts
+        assert 'cannot repair' in doubt
+        assert 'learnt from as it is' in doubt
+
+    def test_says_once_which_parameters_the_bags_were_not_recorded_with(self, task):
+        assert library_of(task).doubts == []
+        library = Library(task, GRID, Parameters(power=3.0, moves=4))
+        library.relearn()
+        [doubt] = library.doubts
+        assert doubt.startswith('task1/0001 ')
+        assert doubt.endswith(': power: 2.0 -> 3.0, moves: 8 -> 4')
+        library.relearn()
+        assert library.doubts == []
 
     def test_starts_where_it_was_shown(self, task):
         library = library_of(task)

@@ -462,11 +462,12 @@ def test_the_end_of_the_learner_stops_the_trial_and_marks_the_bag(trying):
     effects = trying('shut_down')
     assert effects[0] == StopTrial()
     assert effects[1].reason
+    assert effects[2] == Say('trial 1 is under way: broken off, the learner was stopped', True)
 
 
 def test_the_end_of_the_learner_keeps_an_unfinished_demonstration_apart(play):
     play('record')
-    assert [type(effect) for effect in play('shut_down')] == [Abandon]
+    assert [type(effect) for effect in play('shut_down')] == [Abandon, Say]
 
 
 def test_it_says_what_is_missing(play):
