@@ -71,11 +71,14 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     if header is None:
         raise UserError(f'nothing was learnt: {episodes[-1].path} holds nothing to learn from')
     lessons = Lessons(header.grid, header.parameters)
-    differing = []
+    differing, n_compared = [], 0
     with odd_one_named(episodes):
         for episode in _with_progress(episodes):
-            if arguments.check and episode.bag.exists() and recorded_differs(episode, lessons):
-                differing.append(episode)
+            if arguments.check and episode.bag.exists():
+                differs = recorded_differs(episode, lessons)
+                n_compared += differs is not None
+                if differs:
+                    differing.append(episode)
             lesson = lessons.learn(episode)
             say_cuts('learn', [episode])
             if not arguments.quiet:
@@ -83,9 +86,21 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     if lessons.refresh is None:
         raise UserError('nothing was learnt: there is no demonstration in these bags')
     _finish(arguments, lessons.refresh, lessons.field())
+    if arguments.check and not differing and not arguments.quiet:
+        print(f'experience learn: {_agreement(n_compared)}', file=sys.stderr)
     if differing:
         print(f'experience learn: {_difference(episodes, differing)}', file=sys.stderr)
     return 1 if differing else 0
+
+
+def _agreement(n_compared: int) -> str:
+    """Say that no recorded field differs."""
+    from control_field.words import counted
+
+    if not n_compared:
+        return '--check: none of these bags holds a field to compare with'
+    return (f'--check: {counted(n_compared, "bag")} with a recorded field, each is the relearnt '
+            f'one byte for byte')
 
 
 def _difference(episodes: list[Any], differing: list[Any]) -> str:
@@ -146,11 +161,11 @@ def digest(field: Any) -> str:
     return hashlib.sha256(field_bytes(field)).hexdigest()
 
 
-def recorded_differs(episode: Any, lessons: Any) -> bool:
+def recorded_differs(episode: Any, lessons: Any) -> bool | None:
     """
     Tell whether a bag begins with another field than the one its predecessors have taught.
 
-    One that holds no field, such as a drive that others recorded, has none to compare with.
+    None for one that holds no field, such as a drive that others recorded.
     """
     from msgs_bridge.bag_records import BagReader
     from msgs_bridge.cdr import POINT_CLOUD, struct_from_cdr
@@ -158,7 +173,9 @@ def recorded_differs(episode: Any, lessons: Any) -> bool:
 
     bag = BagReader(episode.bag)
     recorded = bag.messages(find_topic(bag.topics, 'control_field', {}))
-    if lessons.refresh is None or not len(recorded):
-        return bool(len(recorded))
+    if not len(recorded):
+        return None
+    if lessons.refresh is None:
+        return True
     data = struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes()
     return data not in (field_bytes(lessons.field()), field_bytes(lessons.field(curious=True)))

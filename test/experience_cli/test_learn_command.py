@@ -99,13 +99,17 @@ class TestLearn:
             assert saved['q'].shape == (len(cells),)
             assert float(saved['resolution']) == GRID.resolution
 
-    def test_check_accepts_the_field_that_was_in_force(self, task):
+    def test_check_accepts_the_field_that_was_in_force(self, task, capsys):
         add_trial(task, lessons_of(task).field())
         assert main(['learn', '--check', str(task.path)]) == 0
+        assert capsys.readouterr().err == (
+            'experience learn: --check: 1 bag with a recorded field, each is the relearnt one '
+            'byte for byte\n')
 
-    def test_check_passes_over_what_holds_no_field(self, task):
+    def test_check_passes_over_what_holds_no_field(self, task, capsys):
         demonstration_bag(task.root)
         assert main(['learn', '--check', str(task.path)]) == 0
+        assert 'none of these bags holds a field' in capsys.readouterr().err
 
     def test_check_finds_a_field_that_was_not(self, task, capsys):
         lessons = lessons_of(task)
