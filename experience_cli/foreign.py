@@ -1,6 +1,8 @@
 """Bags that others recorded, as demonstrations: for `experience learn`."""
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -60,8 +62,9 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
     learner = Learner(header.grid, header.parameters)
     for number, path in enumerate(arguments.bags, start=1):
         topics = roles_of_topics(open_bag(_there(path)), _names(arguments))
-        demonstration, report, notes = read_foreign_demonstration(
-            path, header.grid, topics, number)
+        with _remedy_named():
+            demonstration, report, notes = read_foreign_demonstration(
+                path, header.grid, topics, number)
         refresh = learner.add_demonstration(demonstration)
         if not arguments.quiet:
             taught = (f'{counted(len(refresh.prototypes), "prototype")}, '
@@ -90,8 +93,9 @@ def import_all(arguments: argparse.Namespace) -> Path:
     with changing(task.path, make=True):
         header = _header(arguments, task)
         # All of them before the first is kept: half of them is not what was asked for.
-        drives = [check_drive(_there(path), header.grid, _names(arguments))
-                  for path in arguments.bags]
+        with _remedy_named():
+            drives = [check_drive(_there(path), header.grid, _names(arguments))
+                      for path in arguments.bags]
         for drive in drives:
             episode = import_demonstration(drive, task, header)
             if not arguments.quiet:
@@ -99,6 +103,22 @@ def import_all(arguments: argparse.Namespace) -> Path:
                 print('; '.join([f'{drive.path} is kept as {episode.path}',
                                  *_guessed(drive.topics, arguments), *missing]))
     return folder
+
+
+@contextmanager
+def _remedy_named() -> Iterator[None]:
+    """Where poses are in another frame, say which option takes that."""
+    from learner_node.frames import other_frame
+    from msgs_bridge.bag_folder import BagError
+
+    try:
+        yield
+    except BagError as error:
+        frame = other_frame(str(error))
+        if not frame:
+            raise
+        raise BagError(
+            f'{error}; if that is the right one, learn it with --frame {frame}') from None
 
 
 def _there(path: Path) -> Path:

@@ -11,6 +11,7 @@ from control_field.learner import Learner, Refresh
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Outcome, Trial
 from control_field.words import counted
+from learner_node.frames import with_remedy
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
@@ -89,7 +90,7 @@ class Lessons:
         except NothingToLearnError as error:
             # The bag is named where this is said.
             why = str(error).removeprefix(f'{episode.path}: ')
-            return Lesson(episode, None, None, f'nothing was learnt: {why}')
+            return Lesson(episode, None, None, with_remedy(f'nothing was learnt: {why}'))
         except BagError:
             raise
         except ValueError as error:

@@ -23,6 +23,7 @@ from control_field.parameters import Parameters
 from control_field.records import Outcome
 from learner_node import effects as to
 from learner_node.desk import Desk
+from learner_node.frames import FrameCheck
 from learner_node.lessons import Lesson
 from learner_node.library import Library
 from learner_node.phases import IN_TRIAL, Peers, Phase
@@ -91,6 +92,7 @@ class LearnerNode(Node):
         self.has_ended = False  #: whether the worker is done, too; nothing is lost if it is not
         self._lesson: Lesson | None = None
         self._heard: set[str] = set()
+        self._frame_check = FrameCheck(self._settings.frame_id, self._say)
         self._odometry_time = 0
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
@@ -151,6 +153,8 @@ class LearnerNode(Node):
     def _saw_odometry(self, cdr: bytes) -> None:
         self.carry_out(self._session.heard_odometry(
             self._odometry_time * 1e-9, time.monotonic()))
+        if self._frame_check.is_due:
+            self._read(self._frame_check.saw, Odometry, cdr)
         if self._session.phase is Phase.PLACING:
             pose = self._read(pose_from_odometry, Odometry, cdr)
             if pose is not None:
@@ -238,6 +242,7 @@ class LearnerNode(Node):
     def _record(self, kind: EpisodeKind) -> None:
         episode = self._recorder.start(kind, self._now(topic='', cdr=b''))
         if kind is EpisodeKind.DEMO:
+            self._frame_check.is_due = True
             self._write_status(State.RUNNING, 0)
         self._say(f'recording {episode.name}')
 

@@ -142,6 +142,7 @@ class TestInto:
         bag = record(tmp_path / 'bag', {'odom': '/odom'}, frame='map')
         line = mistake(capsys, bag, '--into', tmp_path / 'bags' / 'task')
         assert "frame is 'map', must be 'odom'" in line
+        assert line.endswith('if that is the right one, learn it with --frame map')
         assert not TaskFolder(tmp_path / 'bags', 'task').episodes()
 
     def test_unless_all_of_them_can_be_kept_none_is(self, tmp_path, capsys):

@@ -224,6 +224,18 @@ def test_a_drop_during_a_keep_leaves_no_request_without_an_answer(
     assert drop.result().message
 
 
+def test_a_demonstration_in_another_frame_is_said_at_once(ros_domain, ros_node, tmp_path):
+    with start(tmp_path, frame_id='r2/odom') as process:
+        robot = Robot(ros_node)
+        robot.meet(process)
+        robot.cross(process, None, lambda: 'start all nodes with frame_id:=odom' in process.stderr)
+        answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
+                      SetBool.Request(data=False))
+    assert not answer.success
+    assert "must be 'r2/odom'; if that is the right one, start all nodes with frame_id:=odom" in (
+        answer.message)
+
+
 def test_a_drive_that_teaches_nothing_is_said(ros_domain, ros_node, tmp_path):
     with start(tmp_path) as process:
         robot = Robot(ros_node)
