@@ -16,11 +16,11 @@ def other_frame(text: str) -> str:
 
 
 def with_remedy(text: str) -> str:
-    """Return a refusal, with what to set for the nodes if it is about a frame."""
+    """Return a refusal, with what to set if it is about a frame; the controller follows."""
     frame = other_frame(text)
     if not frame:
         return text
-    return f'{text}; if that is the right one, start all nodes with frame_id:={frame}'
+    return f'{text}; if that is the right one, start learner_node with frame_id:={frame}'
 
 
 class FrameCheck:

@@ -228,11 +228,11 @@ def test_a_demonstration_in_another_frame_is_said_at_once(ros_domain, ros_node, 
     with start(tmp_path, frame_id='r2/odom') as process:
         robot = Robot(ros_node)
         robot.meet(process)
-        robot.cross(process, None, lambda: 'start all nodes with frame_id:=odom' in process.stderr)
+        robot.cross(process, None, lambda: 'start learner_node with frame_id:=odom' in process.stderr)
         answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
                       SetBool.Request(data=False))
     assert not answer.success
-    assert "must be 'r2/odom'; if that is the right one, start all nodes with frame_id:=odom" in (
+    assert "must be 'r2/odom'; if that is the right one, start learner_node with frame_id:=odom" in (
         answer.message)
 
 
