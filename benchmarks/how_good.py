@@ -135,6 +135,8 @@ def detour_rows(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
     """Measure how faithful the field stays to a teacher who goes another way."""
     tasks = [task for task in with_options(tasks, n_trials=10, teacher='detour')
              if has_demonstration(*task)]
+    if not tasks:
+        return []  # no free detour in these few
     courses = run_all(tasks, n_jobs, f'{name} detour')
     return [median(f'{name}, detour teacher ({len(tasks)} seeds), {k} trials, fidelity',
                    at(courses, k, 'fidelity'), 0.95) for k in (0, 10)]

@@ -155,6 +155,11 @@ class Freshness:
         """Note an arrival."""
         self.arrived = now
 
+    @property
+    def has_come(self) -> bool:
+        """Tell whether anything has ever arrived."""
+        return self.arrived > -math.inf
+
     def is_stale(self, now: float) -> bool:
         """Tell whether nothing has arrived for the timeout, or ever."""
         return now - self.arrived > self.timeout

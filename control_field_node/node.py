@@ -31,6 +31,7 @@ from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import (
     check_frame,
+    FRAME_OWNERS,
     Pose,
     pose_from_initialpose,
     pose_from_odometry,
@@ -180,7 +181,7 @@ class ControlFieldNode(Node):
         try:
             pose, grid = pose_from_odometry(msg), self.supervisor.grid
             if self._settings.lockstep and grid is not None:
-                check_frame(pose.frame_id, grid.frame_id, 'odom')
+                check_frame(pose.frame_id, grid.frame_id, 'odom', FRAME_OWNERS)
         except ValueError as error:
             if self._settings.lockstep and not self._book.is_newer(msg):
                 self.supervisor.intake.refuse(str(error))  # of no tick that waits for an answer

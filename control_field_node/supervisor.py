@@ -373,8 +373,8 @@ class Supervisor:
             self._pause(StopReason.TAKEN_OVER)
         wanted = within_acceleration(
             within_speed(wanted, self.limits), self.velocity, dt, self.limits)
-        self.is_ungated = self.neighbourhood is None or self.pose is None
-        if self.neighbourhood is None or self.pose is None:
+        self.is_ungated = self.pose is None or not self.intake.sight.has_come
+        if self.pose is None or self.is_ungated:
             if self.intake.is_new(words.UNGATED):
                 self._log('warning', words.UNGATED)
             self.velocity, self.held = wanted, ''
