@@ -136,9 +136,9 @@ def test_what_cannot_be_done_is_refused_with_a_reason(ros_domain, ros_node, tmp_
     with start(tmp_path, simulation=True) as process:
         answers = {}
         for name in ('run_trials', 'stop_trials', 'discard_demonstration'):
-            answers[name] = call(ros_node, Trigger, f'learner_node/{name}')
+            answers[name] = call(ros_node, Trigger, f'learner_node/{name}', again=REPEAT)
         answers['keep'] = call(ros_node, SetBool, 'learner_node/record_demonstration',
-                               SetBool.Request(data=False))
+                               SetBool.Request(data=False), again=REPEAT)
         assert process.running
     assert not any(answer.success for answer in answers.values())
     assert all(answer.message for answer in answers.values())
