@@ -59,7 +59,7 @@ class Intake:
             self._log('warning', f'refused: {what} (not said again)')
 
     def is_new(self, what: str) -> bool:
-        """Tell whether something of this kind was never refused before."""
+        """Tell whether something of this kind was never said before, and note that it is now."""
         kind = what.partition(' is ')[0]
         is_new = kind not in self._refused
         self._refused.add(kind)

@@ -112,6 +112,5 @@ def _reason(supervisor: Supervisor) -> StopReason | None:
     """Return why the robot stands; None while it drives or is only not asked to."""
     if supervisor.problem is not None or supervisor.run is not None:
         return supervisor.problem
-    if supervisor.field is None:
-        return StopReason.WRONG_FIELD if supervisor.refusal else StopReason.NO_FIELD
-    return supervisor.ended_by
+    _, reason = words.why_idle(supervisor.field, supervisor.refusal)
+    return reason or supervisor.ended_by

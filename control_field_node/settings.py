@@ -129,8 +129,9 @@ class Settings:
     @property
     def rules(self) -> StopRules:
         """Return the numbers of the stop rules."""
-        return StopRules(self.odom_timeout, self.neighbourhood_timeout, self.v_max, self.pose_jump,
-                     self.progress_distance, self.progress_time, self.stall_time, self.time_limit)
+        return StopRules(
+            self.odom_timeout, self.neighbourhood_timeout, self.v_max, self.pose_jump,
+            self.progress_distance, self.progress_time, self.stall_time, self.time_limit)
 
     @property
     def is_stamped(self) -> bool:

@@ -436,7 +436,7 @@ def test_exclusive_cmd_vel_is_refused_to_a_silent_publisher_too(ros_node, tmp_pa
 
 def test_an_older_rclpy_without_the_events_executor_will_do(ros_domain, tmp_path):
     code = ('import sys; sys.modules["rclpy.experimental.events_executor"] = None; '
-            'from control_field_node.node import quickest_executor; '
+            'from msgs_bridge.node_main import quickest_executor; '
             'print(quickest_executor().__name__)')
     process = ros_helpers.run([sys.executable, '-c', code], tmp_path)
     assert process.stdout.strip() == 'SingleThreadedExecutor', process.report()
