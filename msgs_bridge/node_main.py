@@ -111,6 +111,8 @@ def start_node(
     """
     Start ROS without its signal handlers, and make a node.
 
+    Those of rclpy 7.1 lose signals that come just before `spin` (ADR 9): it then never ends.
+
     Raises
     ------
     SystemExit

@@ -19,11 +19,11 @@ settings.load_profile(os.environ.get('HYPOTHESIS_PROFILE', 'steady'))
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Give what talks over real DDS a second chance (doc/adr/0009), where the plugin is there."""
+    """Run what talks over real DDS again if it fails (doc/adr/0009), where the plugin is there."""
     if config.pluginmanager.hasplugin('rerunfailures'):
         for item in items:
             if 'ros_domain' in getattr(item, 'fixturenames', ()):
-                item.add_marker(pytest.mark.flaky(reruns=1))
+                item.add_marker(pytest.mark.flaky(reruns=2))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

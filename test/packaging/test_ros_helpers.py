@@ -12,19 +12,18 @@ from ros_helpers import (
 )
 
 PARAMETERS = """
-import rclpy, sys
-from rclpy.executors import ExternalShutdownException
-def main():
-    rclpy.init()
+import rclpy
+from msgs_bridge.command_line import Program
+from msgs_bridge.node_main import run_node
+
+def node():
     node = rclpy.create_node('a', automatically_declare_parameters_from_overrides=True)
     print({k: p.value for k, p in node._parameters.items() if k in ('x', 'y', 'z', 'w')})
     print(node.get_fully_qualified_name(), node.resolve_topic_name('t'))
-    try:
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        rclpy.try_shutdown()
+    return node
+
+def main():
+    run_node(Program('a', 'Waits', '-p x:=1', ('x',)), node)
 """
 
 
