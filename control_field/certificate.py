@@ -9,7 +9,6 @@ from control_field import compiled
 from control_field.headings import headings_from_vectors
 from control_field.kernels import StepRules
 from control_field.records import ControlField
-from control_field.sight import BLOCKED
 from control_field.words import counted
 
 
@@ -26,8 +25,8 @@ class Certificate:
     proven : float
         Share of them whose flow reaches the goal over cells seen to be free only.
     sinks : ndarray of int32, shape (k, 2)
-        Cells ``(row, col)`` where a flow ends: its course is barred or missing, or it is the
-        first cell of a loop. Within the known free, reachable cells.
+        Cells ``(row, col)`` where a flow from a known free, reachable cell ends, on seen ground
+        or not: its course is barred or missing, or it is a cell of a loop.
     fidelity : float
         Share of the demonstrated cells, among those not proven blocked, where the field still
         does what was shown; NaN without any.
@@ -78,12 +77,8 @@ def fidelity_of(
         Remembered map; a demonstrated step that it bars does not count.
 
     """
-    cells = [(row, col) for row, col in np.argwhere(shown >= 0)
-             if known[row, col] != BLOCKED
-             and compiled.step_allowed(known, row, col, shown[row, col], rules)]
-    if not cells:
-        return float('nan')
-    return sum(bool(headings[cell] == shown[cell]) for cell in cells) / len(cells)
+    n_possible, n_agreeing = compiled.n_as_shown(known, headings, shown, rules)
+    return n_agreeing / n_possible if n_possible else float('nan')
 
 
 def certify(
@@ -114,13 +109,13 @@ def certify(
     n = int(judged.sum())
     state = compiled.flow_basin(field.known, headings, *field.goal, rules)
     proven = compiled.flow_basin(field.known, headings, *field.goal, (rules[0], True, rules[2]))
-    at_end = compiled.flow_ends(field.known, headings, state, rules)
+    at_end = compiled.flow_ends(field.known, headings, state, judged, rules)
     away = judged.copy()
     away[field.goal] = False
     return Certificate(
         basin=float((state[judged] == 1).mean()) if n else 0.0,
         proven=float((proven[judged] == 1).mean()) if n else 0.0,
-        sinks=np.argwhere(at_end & judged).astype(np.int32),
+        sinks=np.argwhere(at_end).astype(np.int32),
         fidelity=fidelity_of(headings, shown, field.known, rules),
         n_prototypes=n_prototypes, n_free=int((field.known == 0).sum()), n_reachable=n,
         coherence_min=float(field.coherence[away].min()) if away.any() else 0.0)

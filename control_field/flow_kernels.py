@@ -77,9 +77,11 @@ def flow_basin(
     return state
 
 
-def flow_ends(known: CellMap, headings: CellMap, state: CellMap, rules: StepRules) -> BoolMap:
+def flow_ends(
+    known: CellMap, headings: CellMap, state: CellMap, starts: BoolMap, rules: StepRules,
+) -> BoolMap:
     """
-    Mark where flows that do not come home end.
+    Mark where the flows from some cells end that do not come home.
 
     Returns
     -------
@@ -94,7 +96,7 @@ def flow_ends(known: CellMap, headings: CellMap, state: CellMap, rules: StepRule
     for first_row in range(rows):
         for first_col in range(cols):
             row, col = first_row, first_col
-            if state[row, col] < 2 or walked[row, col] > 0:
+            if not starts[row, col] or state[row, col] < 2 or walked[row, col] > 0:
                 continue
             mark += 1
             while walked[row, col] == 0:
@@ -107,6 +109,21 @@ def flow_ends(known: CellMap, headings: CellMap, state: CellMap, rules: StepRule
                 if walked[row, col] == mark:
                     ends[row, col] = True
     return ends
+
+
+def n_as_shown(
+    known: CellMap, headings: CellMap, shown: CellMap, rules: StepRules,
+) -> tuple[int, int]:
+    """Return how many shown steps nothing bars, and with how many of them the field agrees."""
+    n_possible, n_agreeing = 0, 0
+    for row in range(known.shape[0]):
+        for col in range(known.shape[1]):
+            heading = shown[row, col]
+            if (heading >= 0 and not is_barred(known, row, col, False)
+                    and step_allowed(known, row, col, heading, rules)):
+                n_possible += 1
+                n_agreeing += headings[row, col] == heading
+    return n_possible, n_agreeing
 
 
 def flow_lengths(

@@ -177,7 +177,8 @@ class Learner:
         field = self._current().field
         value = promise(field, field, rules_of(self.parameters))
         for row, col in self._current().certificate.sinks:
-            value[row, col] += field.known.size
+            if field.known[row, col] == 0:
+                value[row, col] += field.known.size
         return best_cells(value, n)
 
     def _current(self) -> Refresh:

@@ -60,6 +60,7 @@ class Recorder:
         #: What is in force: written first into every bag.
         self.in_force: list[Raw] = []
         self._sight: Raw | None = None
+        self._contact = b''
         self._early: deque[Raw] = deque()
         self._n_early_bytes = 0
 
@@ -116,6 +117,10 @@ class Recorder:
             If it cannot be written.
 
         """
+        if name == 'contact':
+            if message.cdr == self._contact:
+                return  # it is read more than once, and a bumper may say it all the time
+            self._contact = message.cdr
         if name == 'neighbourhood':
             self._sight = message
         if self._writer is not None:

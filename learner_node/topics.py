@@ -34,7 +34,9 @@ def type_name(kind: Any) -> str:
 
 def recorded_topics(settings: Settings) -> list[Recorded]:
     """
-    Return what is recorded; the learner's own `control_field` and `prototypes` come on top.
+    Return what is recorded, a topic as often as it is read in different ways.
+
+    The learner's own `control_field` and `prototypes` come on top.
 
     A simulator in lock-step may be faster than the recorder for a while, so that it is read
     reliably; a real robot's odometry may be best effort.
@@ -50,5 +52,5 @@ def recorded_topics(settings: Settings) -> list[Recorded]:
         Recorded('trial', DiagnosticStatus, qos.RECORDING_LATCHED),
         Recorded('goal_pose', PoseStamped, qos.RECORDING),
         Recorded('initialpose', PoseWithCovarianceStamped, qos.RECORDING),
-        Recorded('contact', Bool, qos.RECORDING_LATCHED),
+        *(Recorded('contact', Bool, profile) for profile in qos.CONTACTS),
     ]

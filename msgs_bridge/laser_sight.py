@@ -2,9 +2,10 @@
 The 3x3 neighbourhood from a laser scan: geometry, with poses and scan passed in.
 
 A cell is *blocked* when a return lies in it, or so near its centre that the robot's disc would
-touch it there; *free* when enough of its area lies in front of the returns; else *unknown*. Ranges
-mean what REP-117 says: +inf is free up to the greatest range, -inf is something too near to
-measure, NaN and whatever lies outside the limits of the sensor says nothing.
+touch it there; *free* when enough of its area lies in front of the returns and near to a ray
+(rays that are far apart show nothing of what is between them); else *unknown*. Ranges mean what
+REP-117 says: +inf is free up to the greatest range, -inf is something too near to measure, NaN and
+whatever lies outside the limits of the sensor says nothing.
 """
 
 from dataclasses import dataclass
@@ -202,27 +203,29 @@ def corner_of(cell: tuple[int, int], grid: Grid) -> tuple[float, float]:
 def _seen(
     scan: Scan, robot: Placement, eye: Placement, cell: tuple[int, int], grid: Grid, body: Body,
 ) -> npt.NDArray[np.bool_]:
-    """Tell of which of the nine cells enough is seen: its points lie before their ray's end."""
+    """Tell of which of the nine cells enough is seen: its points lie along a ray, in front."""
     along = (np.arange(3 * _N_POINTS) + 0.5) / _N_POINTS * grid.resolution
     low_x, low_y = corner_of(cell, grid)
     x, y = np.meshgrid(low_x + along, low_y + along)
     distance = np.hypot(x - eye.x, y - eye.y)
-    ray = _ray_of(scan, np.arctan2(y - eye.y, x - eye.x) - eye.yaw)
+    ray, off = _ray_of(scan, np.arctan2(y - eye.y, x - eye.x) - eye.yaw)
     is_seen = (ray >= 0) & (distance <= scan.reach[ray])
+    is_seen &= distance * off <= grid.resolution / _N_POINTS
     is_seen |= np.hypot(x - robot.x, y - robot.y) <= body.radius
     share: Floats = is_seen.reshape(3, _N_POINTS, 3, _N_POINTS).mean(axis=(1, 3))
     return share >= body.seen_share
 
 
-def _ray_of(scan: Scan, bearing: Floats) -> npt.NDArray[np.int64]:
-    """Return the ray nearest to a bearing in the laser's frame, -1 where there is none."""
+def _ray_of(scan: Scan, bearing: Floats) -> tuple[npt.NDArray[np.int64], Floats]:
+    """Return the ray nearest to a bearing in the laser's frame, -1 for none, and how far off."""
     step, n = abs(scan.angle_increment), len(scan.reach)
     turn = (bearing - scan.angle_min) * math.copysign(1.0, scan.angle_increment) % math.tau
     with np.errstate(over='ignore'):  # a step may be too small to divide by
         ray = np.minimum(np.rint(turn / step), n).astype(np.int64)
         # Just before the first ray is just after a whole turn.
         ray = np.where(np.rint((turn - math.tau) / step) == 0, 0, ray)
-    return np.where(ray < n, ray, -1)
+    off: Floats = np.abs((turn - ray * step + math.pi) % math.tau - math.pi)
+    return np.where(ray < n, ray, -1), off
 
 
 # What is blocked

@@ -11,6 +11,7 @@ from typing import Any, Final, NoReturn, TypeVar
 import warnings
 
 import rclpy
+from rclpy import node as rclpy_node
 from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
@@ -18,6 +19,7 @@ from rclpy.impl.logging_severity import LoggingSeverity
 from rclpy.logging import get_logger_effective_level, set_logger_level
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.time_source import TimeSource
 from rclpy.utilities import ok, try_shutdown
 
 from msgs_bridge.command_line import begin, Program
@@ -52,6 +54,20 @@ class _Signals:
 
 
 _signals: Final = _Signals()
+
+
+class _CheckedClock(TimeSource):
+    """Passes over a `/clock` before the beginning of time, of which rclpy's own would die."""
+
+    def clock_callback(self, msg: Any) -> None:
+        """Set the time."""
+        node: Any = self._get_node()
+        if msg.clock.sec >= 0:
+            super().clock_callback(msg)
+        elif node is not None:
+            node.get_logger().warning(
+                f'refused: /clock: sec is {msg.clock.sec}, must be 0 or more',
+                throttle_duration_sec=5.0)
 
 
 def run_node(
@@ -126,6 +142,7 @@ def start_node(
         begin(program, args)
         _check_domain()
         _start_ros(args)
+        rclpy_node.TimeSource = _CheckedClock  # type: ignore[attr-defined]
         with warnings.catch_warnings():
             # Where no node can be made, rclpy warns of what it cannot tidy up on top.
             warnings.simplefilter('ignore', RuntimeWarning)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 import os
+import subprocess
 import sys
 
 from hypothesis import HealthCheck, settings
@@ -19,11 +20,19 @@ settings.load_profile(os.environ.get('HYPOTHESIS_PROFILE', 'steady'))
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Run what talks over real DDS again if it fails (doc/adr/0009), where the plugin is there."""
+    """Run tests of real processes again if they fail (doc/adr/0009), where the plugin is there."""
     if config.pluginmanager.hasplugin('rerunfailures'):
         for item in items:
-            if 'ros_domain' in getattr(item, 'fixturenames', ()):
+            if starts_processes(item):
                 item.add_marker(pytest.mark.flaky(reruns=2))
+
+
+def starts_processes(item: pytest.Item) -> bool:
+    """Tell whether a test talks over real DDS, or stands in a file that starts processes."""
+    starters = (subprocess, ros_helpers.Process, ros_helpers.run, ros_helpers.start_node)
+    known = vars(getattr(item, 'module', object)).values()
+    return 'ros_domain' in getattr(item, 'fixturenames', ()) or any(
+        value is starter for value in known for starter in starters)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -142,7 +142,10 @@ class Scene:
         return self.known, self.headings, *self.goal, self.rules
 
     def for_flow_ends(self):
-        return self.known, self.headings, self.state, self.rules
+        return self.known, self.headings, self.state, self.known == 0, self.rules
+
+    def for_n_as_shown(self):
+        return self.known, self.headings, self.headings, self.rules
 
     def for_flow_lengths(self):
         return self.known, self.headings, *self.goal, self.rules

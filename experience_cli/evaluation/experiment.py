@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import as_completed, ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
 import multiprocessing
@@ -245,7 +246,8 @@ def run(tasks: Sequence[tuple[Experiment, int]], n_jobs: int) -> Iterator[tuple[
     pool = ProcessPoolExecutor(min(n_jobs, len(tasks)), multiprocessing.get_context('spawn'),
                                initializer=_die_with, initargs=(os.getpid(),))
     try:
-        waiting = {pool.submit(run_seed, *task): index for index, task in enumerate(tasks)}
+        with _interrupted_later():
+            waiting = {pool.submit(run_seed, *task): index for index, task in enumerate(tasks)}
         for future in as_completed(waiting):
             yield waiting[future], future.result()
     except BaseException:
@@ -267,9 +269,25 @@ def run_all(tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str) ->
     return [courses[index] for index in range(len(tasks))]
 
 
+@contextmanager
+def _interrupted_later() -> Iterator[None]:
+    """
+    Keep Ctrl-C waiting while processes are started.
+
+    One that is half started has not been told everything, or does not listen yet: it would die of
+    it with a traceback. What is started meanwhile keeps it waiting until it is in `_die_with`.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
 def _die_with(parent: int) -> None:
     """End at Ctrl-C without a word, for the parent says what is to be said; and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
 
 

@@ -76,18 +76,18 @@ def test_lengths_are_the_sums_of_the_steps(known, rule, seed):
 def test_every_lost_flow_has_one_end_and_every_end_is_one(known, rule, seed):
     headings, goal = scene_of(known, seed)
     state = compiled.flow_basin(known, headings, *goal, rule)
-    ends = compiled.flow_ends(known, headings, state, rule)
-    loops = set()
-    for path, end in flows(known, headings, goal, rule).values():
-        if end == 'barred':
-            assert ends[path[-1]]
-        if end == 'loop':
+    starts = np.random.default_rng(seed).random(known.shape) < 0.3
+    ends = compiled.flow_ends(known, headings, state, starts, rule)
+    loops, barred = set(), set()
+    for cell, (path, end) in flows(known, headings, goal, rule).items():
+        if starts[cell] and end == 'barred':
+            barred.add(path[-1])
+        if starts[cell] and end == 'loop':
             loops.add(frozenset(path[path.index(path[-1]):]))
+    assert all(ends[cell] for cell in barred)
     for loop in loops:
         assert sum(ends[cell] for cell in loop) == 1
-    n_barred = sum(end == 'barred' and len(path) == 1
-                   for path, end in flows(known, headings, goal, rule).values())
-    assert ends.sum() == len(loops) + n_barred
+    assert ends.sum() == len(loops) + len(barred)
 
 
 @given(knowns, rules, seeds)

@@ -5,10 +5,12 @@ from itertools import pairwise
 import math
 import signal
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 import pytest
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
@@ -165,3 +167,14 @@ def test_what_ros_cannot_do_is_one_line_and_code_2(
     assert words in last
     assert last.startswith(name.rpartition('.')[2] + ':')
     assert 'Traceback' not in process.stderr
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_a_clock_before_the_beginning_of_time_is_passed_over(ros_domain, ros_node, tmp_path, name):
+    clock = ros_node.create_publisher(Clock, '/clock', 1)
+    with start_node(module_of(name), tmp_path, {**NODES[name], 'use_sim_time': True}) as process:
+        def is_said():
+            clock.publish(Clock(clock=Time(sec=-1)))
+            return '/clock: sec is -1' in process.stderr
+        wait_until(is_said, node=ros_node, processes=[process], what='a word about the clock')
+        assert process.running

@@ -1,5 +1,6 @@
 """The learner as a process: user errors, signals, a full disk."""
 
+from itertools import pairwise
 import shutil
 import signal
 import sys
@@ -8,7 +9,9 @@ from nav_msgs.msg import Odometry
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
 from bridge_helpers import demonstration_bag
@@ -17,9 +20,10 @@ from control_field.parameters import Parameters
 from msgs_bridge import qos
 from msgs_bridge.bag_file import start_bag
 from msgs_bridge.bag_folder import EpisodeKind, mcap_path, TaskFolder
+from msgs_bridge.bag_records import BagReader
 from msgs_bridge.bag_repair import needs_repair
 from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import NothingToLearnError, read_episode
+from msgs_bridge.episodes import find_topic, NothingToLearnError, read_episode
 from msgs_bridge.poses import odometry_from_pose, Pose
 from msgs_bridge.tables import field_from_cloud
 from ros_helpers import (
@@ -156,6 +160,31 @@ def test_a_signal_during_a_demonstration_closes_the_bag(ros_domain, ros_node, tm
     assert not needs_repair(episode.path)
     with pytest.raises(NothingToLearnError, match='not kept'):
         read_episode(episode.path)
+
+
+@pytest.mark.parametrize('durability', ['VOLATILE', 'TRANSIENT_LOCAL'])
+@pytest.mark.parametrize('reliability', ['RELIABLE', 'BEST_EFFORT'])
+def test_a_bumper_is_recorded_however_it_publishes(
+        ros_domain, ros_node, tmp_path, reliability, durability):
+    bumper = ros_node.create_publisher(Bool, 'contact', QoSProfile(
+        depth=10, reliability=ReliabilityPolicy[reliability],
+        durability=DurabilityPolicy[durability]))
+    with start(tmp_path) as process:
+        robot = Robot(ros_node)
+        robot.meet(process)
+        task = TaskFolder(tmp_path / 'bags', 'task')
+
+        def touches():
+            bumper.publish(Bool(data=robot.stamp > 3.0))
+            return robot.stamp > 8.0
+
+        robot.cross(process, task, touches)
+        process.stop()
+    [episode] = task.episodes()
+    bag = BagReader(episode.bag)
+    said = [cdr[4] for cdr in bag.messages(find_topic(bag.topics, 'contact', {}))]
+    assert said[-1] == 1
+    assert all(a != b for a, b in pairwise(said)), said
 
 
 def test_a_kept_demonstration_is_answered_with_what_it_taught(ros_domain, ros_node, tmp_path):

@@ -297,6 +297,17 @@ class TestHostileScans:
         assert len(scan_from_message(msg).reach) == n
 
 
+@pytest.mark.parametrize('direction', [1, -1])
+@pytest.mark.parametrize(('n', 'unknown'), [(360, 0), (72, 0), (36, 0), (8, 4), (5, 8), (1, 8)])
+def test_what_lies_between_rays_far_apart_is_unknown(n, unknown, direction):
+    step = direction * math.tau / n
+    scan = scan_from_message(message([math.inf] * n, first=0.0, step=step))
+    cells = seen(scan, placed())
+    assert cells[1, 1] == FREE
+    assert (cells == UNKNOWN).sum() == unknown, cells
+    assert set(cells.ravel().tolist()) <= {FREE, UNKNOWN}
+
+
 @pytest.mark.parametrize('step', [1e-45, -1e-45, 1e-30])
 def test_rays_that_all_point_one_way(step):
     msg = LaserScan(angle_min=0.5, angle_max=0.5, angle_increment=step, range_min=0.1,

@@ -1,4 +1,4 @@
-"""Tests over real DDS are run a second time when they fail, others are not (doc/adr/0009)."""
+"""Tests of real processes are run again when they fail, others are not (doc/adr/0009)."""
 
 import os
 from pathlib import Path
@@ -26,10 +26,11 @@ def run_tests(folder, source):
 
 @pytest.mark.parametrize(('fixture', 'passes', 'code', 'words'), [
     ('ros_domain', 2, 0, ['1 passed', '1 rerun', 'FAILED AT FIRST', 'this is run 1']),
-    ('ros_domain', 3, 1, ['1 failed', '1 rerun', 'FAILED AT FIRST', 'this is run 2']),
+    ('ros_domain', 3, 0, ['1 passed', '2 rerun', 'FAILED AT FIRST', 'this is run 2']),
+    ('ros_domain', 4, 1, ['1 failed', '2 rerun', 'FAILED AT FIRST', 'this is run 3']),
     ('tmp_path', 2, 1, ['1 failed', 'this is run 1']),
 ])
-def test_what_fails_is_run_again_where_dds_is_real(tmp_path, fixture, passes, code, words):
+def test_what_talks_over_dds_is_run_again(tmp_path, fixture, passes, code, words):
     found, printed = run_tests(tmp_path, f"""
 def test_it({fixture}):
     runs.append(1)
@@ -38,4 +39,15 @@ def test_it({fixture}):
     assert found == code, printed
     for word in words:
         assert word in printed
-    assert ('1 rerun' in printed) == (fixture == 'ros_domain')
+    assert ('FAILED AT FIRST' in printed) == (fixture == 'ros_domain')
+
+
+@pytest.mark.parametrize('module', ['import subprocess', 'from ros_helpers import run'])
+def test_what_may_start_processes_is_run_again(tmp_path, module):
+    code, printed = run_tests(tmp_path, f"""
+{module}
+def test_it():
+    runs.append(1)
+    assert len(runs) == 3
+""")
+    assert (code, '2 rerun' in printed) == (0, True), printed
