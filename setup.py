@@ -5,7 +5,9 @@ from pathlib import Path
 from setuptools import setup
 
 PACKAGE = 'experience_controller'
-NODES = ('sim_node', 'control_field_node', 'learner_node', 'teleop_node', 'neighbourhood_node')
+NODES = (
+    'sim_node', 'control_field_node', 'learner_node', 'teleop_node', 'neighbourhood_node',
+    'localised_odometry_node')
 ROOMS = [
     'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
     'teleop_node', 'experience_cli', 'experience_cli.evaluation',

@@ -36,6 +36,11 @@ def neighbourhood_node() -> None:
     _run('msgs_bridge.neighbourhood_node')
 
 
+def localised_odometry_node() -> None:
+    """Run the odometry of a robot that is localised in a map."""
+    _run('msgs_bridge.localised_odometry_node')
+
+
 def _run(module: str) -> None:
     """Import a node and run its `main`, which begins by listening to signals itself."""
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -3,10 +3,12 @@ Start sight, controller and learner on a TurtleBot that has been brought up.
 
 `ros2 launch experience_controller turtlebot.launch.py robot:=turtlebot3_burger task:=kitchen`, and
 in a terminal of its own `ros2 run experience_controller teleop_node` with the robot's parameters.
+With `pose_topic:=amcl_pose` everything happens in the frame of that localisation's map.
 """
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, PythonExpression
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -16,22 +18,30 @@ PACKAGE = 'experience_controller'
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the three nodes."""
+    """Return the three nodes, and that of the localised odometry if there is a pose topic."""
     stamped = {'enable_stamped_cmd_vel': argument('enable_stamped_cmd_vel', bool)}
+    frame = {'frame_id': argument('frame_id', str)}
+    odom = ('odom', LaunchConfiguration('odom'))
+    is_localised = PythonExpression(["'", LaunchConfiguration('pose_topic'), "' != ''"])
     return LaunchDescription([
         *arguments(),
+        node('localised_odometry_node', {**frame, 'pose_topic': argument('pose_topic', str)},
+             condition=IfCondition(is_localised)),
         node('neighbourhood_node', {
+            **frame,
             'source': argument('source', str),
             'timeout': argument('sight_timeout', float),
             'lethal_threshold': argument('lethal_threshold', int),
-        }, [('scan', LaunchConfiguration('scan')), ('costmap', LaunchConfiguration('costmap'))]),
-        node('control_field_node', stamped),
+        }, [odom, ('scan', LaunchConfiguration('scan')),
+            ('costmap', LaunchConfiguration('costmap'))]),
+        node('control_field_node', stamped, [odom]),
         node('learner_node', {
             **stamped,
+            **frame,
             'simulation': False,
             'task': argument('task', str),
             'bags': argument('bags', str),
-        }),
+        }, [odom]),
     ])
 
 
@@ -42,6 +52,22 @@ def arguments() -> list[DeclareLaunchArgument]:
             'robot', default_value='turtlebot3_burger',
             choices=['turtlebot3_burger', 'turtlebot3_waffle', 'turtlebot4'],
             description='which file of config/robots tells of body, laser and workspace'),
+        DeclareLaunchArgument(
+            'params_file',
+            default_value=PathJoinSubstitution([
+                FindPackageShare(PACKAGE), 'config', 'robots',
+                PythonExpression(["'", LaunchConfiguration('robot'), ".yaml'"])]),
+            description='a file of your own like those, instead'),
+        DeclareLaunchArgument(
+            'pose_topic', default_value='',
+            description='pose of a localisation, such as amcl_pose; empty: odometry is taken at '
+                        'its word'),
+        DeclareLaunchArgument(
+            'frame_id', default_value=either('map', 'odom'),
+            description='frame of the workspace: that of the localisation, or of odometry'),
+        DeclareLaunchArgument(
+            'odom', default_value=either('localised_odom', 'odom'),
+            description='odometry that sight, controller and learner read'),
         DeclareLaunchArgument('namespace', default_value='', description='of the robot'),
         # A TurtleBot3 on Jazzy reads TwistStamped, the base of a TurtleBot 4 reads Twist.
         DeclareLaunchArgument(
@@ -63,6 +89,12 @@ def arguments() -> list[DeclareLaunchArgument]:
     ]
 
 
+def either(localised: str, alone: str) -> PythonExpression:
+    """Return the one with a localisation, the other without."""
+    return PythonExpression([
+        f"'{localised}' if '", LaunchConfiguration('pose_topic'), f"' else '{alone}'"])
+
+
 def argument(name: str, kind: type) -> ParameterValue:
     """Return the value of an argument as a parameter of that type."""
     return ParameterValue(LaunchConfiguration(name), value_type=kind)
@@ -70,10 +102,9 @@ def argument(name: str, kind: type) -> ParameterValue:
 
 def node(
     name: str, parameters: dict[str, object], remappings: list[tuple[str, object]] | None = None,
+    **options: object,
 ) -> Node:
     """Return one of our nodes, with the robot's parameters and these on top."""
-    file = PythonExpression(["'", LaunchConfiguration('robot'), ".yaml'"])
-    robot = PathJoinSubstitution([FindPackageShare(PACKAGE), 'config', 'robots', file])
     return Node(package=PACKAGE, executable=name, name=name, output='screen',
-                namespace=LaunchConfiguration('namespace'), parameters=[robot, parameters],
-                remappings=remappings or [])
+                namespace=LaunchConfiguration('namespace'), remappings=remappings or [],
+                parameters=[LaunchConfiguration('params_file'), parameters], **options)

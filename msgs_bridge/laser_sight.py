@@ -44,6 +44,11 @@ class Placement(NamedTuple):
         return Placement(self.x + c * offset.x - s * offset.y,
                          self.y + s * offset.x + c * offset.y, self.yaw + offset.yaw)
 
+    def seen_from(self, place: 'Placement') -> 'Placement':
+        """Return the offset that this has from another place."""
+        c, s, dx, dy = math.cos(place.yaw), math.sin(place.yaw), self.x - place.x, self.y - place.y
+        return Placement(c * dx + s * dy, c * dy - s * dx, self.yaw - place.yaw)
+
 
 @dataclass(frozen=True, eq=False)
 class Scan:

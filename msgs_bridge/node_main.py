@@ -173,8 +173,13 @@ def spin_until_signal(
     executor = executor or SingleThreadedExecutor()
     executor.add_node(node)
     _signals.wake = executor.wake
-    while not _signals.came and not is_over() and ok():
-        executor.spin_once(_PERIOD)
+    try:
+        while not _signals.came and not is_over() and ok():
+            executor.spin_once(_PERIOD)
+    finally:
+        _signals.wake = lambda: None
+        # One that is left to the garbage collector may fail with a traceback (rclpy 7.1).
+        executor.shutdown()
 
 
 def signal_came() -> bool:

@@ -1,5 +1,6 @@
 """The node `teleop_node`: a person drives and teaches by keys or services."""
 
+from contextlib import ExitStack
 import math
 import os
 import sys
@@ -362,7 +363,8 @@ def _run(node: TeleopNode) -> None:
     """Work until Esc or a signal; ROS outlives it, so that the robot can be stopped."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    with Signals() as signals:
+    with ExitStack() as stack, Signals() as signals:
+        stack.callback(executor.shutdown)
         if node.terminal is not None:
             node.terminal.enter()
             node.terminal.write(HELP + '\n')

@@ -16,6 +16,8 @@ from control_field_node.settings import FIXED as CONTROLLER_FIXED
 from control_field_node.settings import Settings as ControllerSettings
 from learner_node.settings import FIXED as LEARNER_FIXED
 from learner_node.settings import Settings as LearnerSettings
+from msgs_bridge.localised_odometry import FIXED as LOCALISED_FIXED
+from msgs_bridge.localised_odometry import LocalisedSettings
 from msgs_bridge.sight_settings import FIXED as SIGHT_FIXED
 from msgs_bridge.sight_settings import SightSettings
 from sim_node.parameters import FIXED as SIM_FIXED
@@ -95,6 +97,7 @@ def page() -> str:
               'in metres and radians.', LearnerSettings, LEARNER_FIXED),
         table('sim_node', '', SimParameters, SIM_FIXED),
         table('neighbourhood_node', '', SightSettings, SIGHT_FIXED),
+        table('localised_odometry_node', '', LocalisedSettings, LOCALISED_FIXED),
         table('teleop_node', '', TeleopSettings, TELEOP_FIXED),
     ])
 

@@ -8,7 +8,8 @@ import pytest
 from experience_cli import executables
 from ros_helpers import Process, wait_until
 
-NODES = ['control_field_node', 'learner_node', 'neighbourhood_node', 'sim_node', 'teleop_node']
+NODES = ['control_field_node', 'learner_node', 'localised_odometry_node', 'neighbourhood_node',
+         'sim_node', 'teleop_node']
 
 
 def test_there_is_one_for_every_node():

@@ -14,7 +14,9 @@ from control_field_node import settings as controller
 from control_field_node.node import ControlFieldNode
 from learner_node import settings as learner
 from learner_node.node import LearnerNode
+from msgs_bridge import localised_odometry as localised
 from msgs_bridge import sight_settings as sight
+from msgs_bridge.localised_odometry_node import LocalisedOdometryNode
 from msgs_bridge.neighbourhood_node import NeighbourhoodNode
 import ros_helpers
 from sim_node import parameters as simulator
@@ -23,8 +25,9 @@ from teleop_node import settings as teleop
 from teleop_node.node import TeleopNode
 
 NODES = {'sim_node': SimNode, 'control_field_node': ControlFieldNode, 'learner_node': LearnerNode,
-         'neighbourhood_node': NeighbourhoodNode, 'teleop_node': lambda **options: TeleopNode(
-             None, **options)}
+         'neighbourhood_node': NeighbourhoodNode,
+         'localised_odometry_node': LocalisedOdometryNode,
+         'teleop_node': lambda **options: TeleopNode(None, **options)}
 RECORDS = [
     ('sim_node', simulator.SimParameters, None, simulator.FIXED),
     ('control_field_node', Parameters, controller.DECISION_PARAMETERS, ()),
@@ -32,6 +35,7 @@ RECORDS = [
     ('learner_node', Parameters, None, list(Parameters.__dataclass_fields__)),
     ('learner_node', learner.Settings, None, learner.FIXED),
     ('neighbourhood_node', sight.SightSettings, None, sight.FIXED),
+    ('localised_odometry_node', localised.LocalisedSettings, None, localised.FIXED),
     ('teleop_node', teleop.Settings, None, teleop.FIXED),
 ]
 

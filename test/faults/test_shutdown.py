@@ -45,6 +45,7 @@ main()
 NODES = {
     'sim_node': {}, 'control_field_node': {}, 'learner_node': {'task': 'a_task'},
     'teleop_node': {'keyboard': False}, 'msgs_bridge.neighbourhood_node': {},
+    'msgs_bridge.localised_odometry_node': {},
 }
 
 
@@ -178,3 +179,28 @@ def test_a_clock_before_the_beginning_of_time_is_passed_over(ros_domain, ros_nod
             return '/clock: sec is -1' in process.stderr
         wait_until(is_said, node=ros_node, processes=[process], what='a word about the clock')
         assert process.running
+
+
+LEFT_OVER = """
+import gc
+from rclpy.executors import Executor
+from {} import main
+
+gc.disable()
+main()
+left = [thing for thing in gc.get_objects() if isinstance(thing, Executor)]
+print([executor for executor in left if not executor._is_shutdown])
+"""
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_no_executor_is_left_to_the_garbage_collector(ros_domain, ros_node, tmp_path, name):
+    """Who finds guard conditions of rclpy 7.1 before their executor says so with a traceback."""
+    module = module_of(name)
+    command = node_command(module, tmp_path, NODES[name])
+    command[2] = LEFT_OVER.format(module)
+    with Process(command, tmp_path) as process:
+        short = name.rpartition('.')[2]
+        wait_until(lambda: short in ros_node.get_node_names(), node=ros_node,
+                   processes=[process], what=short)
+    assert process.stdout.splitlines()[-1] == '[]'

@@ -9,6 +9,7 @@ from control_field.parameters import Parameters
 from control_field_node import settings as controller
 from learner_node import settings as learner
 from msgs_bridge.command_line import check_names, Given, names_for_all, split_arguments
+from msgs_bridge.localised_odometry import LocalisedSettings
 from msgs_bridge.sight_settings import SightSettings
 import ros_helpers
 from sim_node.parameters import SimParameters
@@ -17,7 +18,8 @@ from teleop_node import settings as teleop
 NODES = {
     'sim_node.node': [SimParameters], 'control_field_node.node': [controller.Settings],
     'learner_node.node': [Parameters, learner.Settings], 'teleop_node.node': [teleop.Settings],
-    'msgs_bridge.neighbourhood_node': [SightSettings]}
+    'msgs_bridge.neighbourhood_node': [SightSettings],
+    'msgs_bridge.localised_odometry_node': [LocalisedSettings]}
 
 
 def run(module, folder, *arguments):
@@ -39,7 +41,7 @@ def test_help_is_a_page_that_names_every_parameter(ros_domain, tmp_path, module)
     process = run(module, tmp_path, '--help')
     assert (process.popen.returncode, process.stderr) == (0, '')
     lines = process.stdout.splitlines()
-    name = module.split('.')[-module.endswith('neighbourhood_node')]
+    name = module.split('.')[-module.startswith('msgs_bridge')]
     assert lines[0].startswith(f'{name}: ')
     assert len(lines) < 30
     assert max(map(len, lines)) <= 100

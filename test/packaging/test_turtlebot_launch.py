@@ -12,6 +12,7 @@ import yaml
 from control_field.parameters import Parameters
 from control_field_node.settings import Settings as ControllerSettings
 from learner_node.settings import Settings as LearnerSettings
+from msgs_bridge.localised_odometry import LocalisedSettings
 from msgs_bridge.sight_settings import SightSettings
 import ros_helpers
 from ros_helpers import ROOT, start_node
@@ -19,7 +20,8 @@ from teleop_node.settings import Settings as TeleopSettings
 
 LAUNCH = ROOT / 'launch/turtlebot.launch.py'
 ROBOTS = sorted((ROOT / 'config/robots').glob('*.yaml'))
-KINDS = {'neighbourhood_node': [SightSettings], 'teleop_node': [TeleopSettings],
+KINDS = {'neighbourhood_node': [SightSettings], 'localised_odometry_node': [LocalisedSettings],
+         'teleop_node': [TeleopSettings],
          'control_field_node': [ControllerSettings, Parameters],
          'learner_node': [LearnerSettings, Parameters]}
 WORKSPACE = ('frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y')
@@ -107,4 +109,4 @@ def test_launch_reads_it():
     spec = spec_from_file_location('turtlebot_launch', LAUNCH)
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
-    assert len(module.generate_launch_description().entities) == 10 + 3
+    assert len(module.generate_launch_description().entities) == 14 + 4
