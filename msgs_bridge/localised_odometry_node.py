@@ -1,7 +1,5 @@
 """The node `localised_odometry_node`: odometry in the frame of a localisation's map."""
 
-import math
-import time
 from typing import Any, Final
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -10,12 +8,11 @@ from rclpy.node import Node
 
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
+from msgs_bridge.complaints import Complaints
 from msgs_bridge.localised_odometry import FIXED, LocalisedOdometry, LocalisedSettings
 from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import odometry_from_pose, pose_from_initialpose, pose_from_odometry
-
-_LOG_PERIOD: Final = 10.0
 
 PROGRAM: Final = Program(
     'localised_odometry_node', 'carries odometry to where a localisation sees the robot.',
@@ -43,8 +40,7 @@ class LocalisedOdometryNode(Node):
             self, LocalisedSettings, fixed=FIXED, on_change=self._on_settings)
         check_names(self)
         self._localised = LocalisedOdometry(settings)
-        self._said_at = -math.inf
-        self._is_missed = False
+        self._complaints = Complaints(self)
         self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
         # AMCL's is latched, others are not; what comes twice says the same.
@@ -63,34 +59,22 @@ class LocalisedOdometryNode(Node):
             self._localised.saw_pose(
                 pose_from_initialpose(msg, self._localised.settings.pose_topic))
         except ValueError as error:
-            self._warn(f'refused: {error}')
+            self._complaints.refused(error)
 
     def _on_odometry(self, msg: Odometry) -> None:
         try:
             pose = self._localised.place(pose_from_odometry(msg))
         except ValueError as error:
-            self._warn(f'refused: {error}')
+            self._complaints.refused(error)
             return
         if pose is not None:
             out = odometry_from_pose(pose, msg.child_frame_id)
             out.header.stamp, out.twist = msg.header.stamp, msg.twist
             out.pose.covariance = msg.pose.covariance
             self._publisher.publish(out)
-        self._look_after(self._localised.problem)
-
-    def _warn(self, text: str) -> None:
-        logger = self.get_logger()  # type: ignore[no-untyped-call]
-        logger.warning(text, throttle_duration_sec=_LOG_PERIOD)
-
-    def _look_after(self, problem: str) -> None:
-        """Say now and then why nothing is published, and once that it is again."""
-        logger, now = self.get_logger(), time.monotonic()  # type: ignore[no-untyped-call]
-        if problem and now - self._said_at >= _LOG_PERIOD:
-            self._said_at, self._is_missed = now, True
-            logger.warning(f'nothing is published: {problem}')
-        elif self._is_missed and not problem:
-            self._is_missed = False
-            logger.info('the robot is localised')
+        problem = self._localised.problem
+        self._complaints.look(
+            f'nothing is published: {problem}' if problem else '', 'the robot is localised')
 
 
 def main(args: list[str] | None = None) -> None:

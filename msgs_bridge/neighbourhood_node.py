@@ -1,7 +1,5 @@
 """The node `neighbourhood_node`: the 3x3 sight of a robot that has a laser or a costmap."""
 
-import math
-import time
 from typing import Any, Final
 
 from nav_msgs.msg import OccupancyGrid, Odometry
@@ -10,13 +8,12 @@ from sensor_msgs.msg import LaserScan
 
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
+from msgs_bridge.complaints import Complaints
 from msgs_bridge.neighbourhood_maker import NeighbourhoodMaker
 from msgs_bridge.neighbourhoods import grid_from_neighbourhood
 from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.sight_settings import FIXED, SightSettings
-
-_LOG_PERIOD: Final = 10.0
 
 PROGRAM: Final = Program(
     'neighbourhood_node', 'makes the 3x3 sight of a robot from its laser scan or a costmap.',
@@ -43,9 +40,7 @@ class NeighbourhoodNode(Node):
         self._maker = NeighbourhoodMaker(declare_parameters_from(
             self, SightSettings, fixed=FIXED, on_change=self._on_settings))
         check_names(self)
-        #: When it was last said that the sight is missing, by whether there ever was one, [s].
-        self._said_at = {False: -math.inf, True: -math.inf}
-        self._is_missed = False
+        self._complaints = Complaints(self)
         self._neighbourhoods = self.create_publisher(OccupancyGrid, 'neighbourhood', qos.SENSOR)
         scans = self._maker.settings.source == 'scan'
         self.create_subscription(
@@ -69,33 +64,18 @@ class NeighbourhoodNode(Node):
         try:
             self._maker.saw(msg)
         except ValueError as error:
-            self._warn(f'refused: {error}')
+            self._complaints.refused(error)
 
     def _on_odometry(self, msg: Odometry) -> None:
         try:
             neighbourhood = self._maker.neighbourhood(msg)
         except ValueError as error:
-            self._warn(f'refused: {error}')
+            self._complaints.refused(error)
             return
         self._neighbourhoods.publish(grid_from_neighbourhood(neighbourhood, self._maker.grid))
-        self._look_after_sight(self._maker.problem(neighbourhood.stamp))
-
-    def _warn(self, text: str) -> None:
-        logger = self.get_logger()  # type: ignore[no-untyped-call]
-        logger.warning(text, throttle_duration_sec=_LOG_PERIOD)
-
-    # What is said once must not hide another thing: what is stale and what never came each have a
-    # throttle. That it is back is only said after it was said to be missing, so as rarely.
-    def _look_after_sight(self, problem: str) -> None:
-        """Say now and then what is missing, and once that it is back."""
-        logger, now = self.get_logger(), time.monotonic()  # type: ignore[no-untyped-call]
-        has_seen = self._maker.has_seen
-        if problem and now - self._said_at[has_seen] >= _LOG_PERIOD:
-            self._said_at[has_seen], self._is_missed = now, True
-            logger.warning(problem)
-        elif self._is_missed and not problem:
-            self._is_missed = False
-            logger.info(f'{self._maker.settings.source} has come, all is well')
+        self._complaints.look(
+            self._maker.problem(neighbourhood.stamp),
+            f'{self._maker.settings.source} has come, all is well', self._maker.has_seen)
 
 
 def main(args: list[str] | None = None) -> None:
