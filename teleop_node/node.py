@@ -43,8 +43,9 @@ from teleop_node.terminal import descriptor, Terminal
 _KEY_PERIOD: Final = 0.02
 _LINE_PERIOD: Final = 0.25
 _PEERS_PERIOD: Final = 1.0
-#: Longest wait for an answer, [s]: learning from a long demonstration takes a while.
+#: Longest wait for an answer, [s]: learning takes a while; and for that to `quit` to arrive.
 _PATIENCE: Final = 60.0
+_FAREWELL: Final = 0.1
 #: How near its start a robot that was set back is, [m], and how long that may take, [s].
 _NEAR: Final = 0.05
 _SET_BACK_TIME: Final = 3.0
@@ -378,6 +379,8 @@ def _close(node: TeleopNode) -> None:
     try:
         if rclpy.ok():
             node.stand_still()
+            if node.is_done:
+                time.sleep(_FAREWELL)
     finally:
         if node.terminal is not None:
             node.terminal.write('\r\x1b[K')
