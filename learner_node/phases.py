@@ -60,6 +60,35 @@ class Peers:
     controller: bool = False
     robot: bool = False
 
+    def lost(self, later: 'Peers') -> str:
+        """Say who is no longer there later; empty if nobody has gone."""
+        return ' and '.join(
+            name for name, was, there in (('the controller', self.controller, later.controller),
+                                          ('the robot', self.robot, later.robot))
+            if was and not there)
+
+
+def silence(now: float, heard: float, moved: float, timeout: float) -> str:
+    """
+    Say what has not come for too long while a trial runs; empty if nothing has.
+
+    Parameters
+    ----------
+    now, heard, moved : float, [s]
+        The time, and those of the last sign of life and the last odometry.
+    timeout : float, [s]
+
+    """
+    if now - heard <= timeout:
+        return ''
+    what = 'odometry' if now - moved > timeout else 'command of the controller'
+    return f'no {what} for {now - heard:.1f} s'
+
+
+def patience(lockstep: bool) -> float:
+    """Return how long the last messages may take, [s]; a lock-step runs ahead of its recorder."""
+    return 10 * MAX_SETTLING if lockstep else MAX_SETTLING
+
 
 def obstacle(
     peers: Peers, status: TrialStatus | None, revision: int, controller: str,

@@ -13,10 +13,10 @@ from control_field.watch import StopReason
 from learner_node.effects import (
     Abandon, Close, Discard, Effect, Effects, Place, Record, Say, StartTrial, StopTrial)
 from learner_node.phases import (
-    IN_TRIAL, LOST, MAX_ASKING, MAX_REQUESTS, MAX_SETTLING, obstacle, Peers, Phase, PLACE_REQUESTS,
-    QUIET, RECORDING, RETRY, SessionError, WORDS)
+    IN_TRIAL, LOST, MAX_ASKING, MAX_REQUESTS, obstacle, patience, Peers, Phase, PLACE_REQUESTS,
+    QUIET, RECORDING, RETRY, SessionError, silence, WORDS)
 from learner_node.settings import Settings, StartPose
-from learner_node.tally import is_running, Tally
+from learner_node.tally import INTRUDED, Intruder, is_running, Tally
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.trial_status import State, TrialStatus
 
@@ -44,7 +44,7 @@ class Session:
         self._start = StartPose(0.0, 0.0)
         self._peers = Peers()
         self._status: TrialStatus | None = None
-        self._tally = Tally()
+        self._tally, self._intruder = Tally(), Intruder()
         self._began = self._heard = self._moved = self._asked = -math.inf
         self._n_asked = self._n_silent = 0
         self._stamp = 0.0
@@ -77,32 +77,17 @@ class Session:
     # What people ask for
 
     def record(self, now: float) -> Effects:
-        """
-        Begin a demonstration.
-
-        Raises
-        ------
-        SessionError
-            If something else is under way, or there is nothing to record yet.
-
-        """
+        """Begin a demonstration; SessionError if something else is under way, or no odometry."""
         self._check_idle('record a demonstration')
         if not math.isfinite(self._heard):
             raise SessionError('cannot record a demonstration: no odometry has arrived yet')
+        self._intruder.begin(self._status, self._stamp, self.settings.controller)
         self._lost = ''
         self._go(Phase.DEMONSTRATION, now)
         return [Record(EpisodeKind.DEMO)]
 
     def keep(self, now: float) -> Effects:
-        """
-        End the demonstration and learn from it.
-
-        Raises
-        ------
-        SessionError
-            If none is recorded.
-
-        """
+        """End the demonstration and learn from it; SessionError if none is recorded."""
         self._check_recording()
         self._go(Phase.SETTLING, now)
         return []
@@ -152,15 +137,12 @@ class Session:
 
     def saw_peers(self, peers: Peers, now: float) -> Effects:
         """Take in who is there."""
-        lost = [name for name, was, there in (
-            ('controller', self._peers.controller, peers.controller),
-            ('robot', self._peers.robot, peers.robot)) if was and not there]
-        self._peers = peers
+        lost, self._peers = self._peers.lost(peers), peers
         if not peers.controller:
             self._status = None
             self._tally.clear()
         if lost and self.phase in (*IN_TRIAL, Phase.PLACING):
-            return self._break_off(f'the {" and the ".join(lost)} went away', now)
+            return self._break_off(f'{lost} went away', now)
         return self._proceed(now)
 
     def heard_odometry(self, stamp: float, now: float) -> Effects:
@@ -168,7 +150,7 @@ class Session:
         self._stamp, self._moved = stamp, now
         if self.phase is not Phase.TRIAL:
             self._heard = now
-        return self._finish(now) if self.phase is Phase.FINISHING else []
+        return self._finish(now) or self._cut_off(now)
 
     def heard_command(self, now: float) -> None:
         """Take in that a command has arrived; in a trial it shows that all are alive."""
@@ -192,6 +174,8 @@ class Session:
     def saw_status(self, status: TrialStatus, now: float) -> Effects:
         """Take in how the controller's trial stands."""
         before, self._status = self._status, status
+        if self.phase is Phase.DEMONSTRATION and self._intruder.saw(status, before):
+            return self._intruded(now)
         if status.state in (State.RUNNING, State.PAUSED):
             return self._saw_running(status, before, now)
         if status.state is State.ENDED:
@@ -213,7 +197,7 @@ class Session:
             if status.revision != self.revision:
                 return self._break_off(
                     f'it runs on field revision {status.revision}, not {self.revision}', now)
-        return self._take_up(now)
+        return self._cut_off(now) or self._take_up(now)
 
     def _take_up(self, now: float) -> Effects:
         """Record the trial that somebody else has started, as long as nothing of it is lost."""
@@ -241,15 +225,15 @@ class Session:
         if self.phase is not Phase.FINISHING or status is None or status.outcome is None:
             return []
         if self._tally[self.trial] < status.decisions or (
-                self._stamp < status.stamp and now - self._began < self._patience):
+                self._stamp < status.stamp
+                and now - self._began < patience(self.settings.lockstep)):
             return []
         if status.outcome is Outcome.ABORTED:
             return self._break_off(status.reason or 'the controller aborted it', now, told=True)
         if status.reason.startswith(StopReason.ASKED.sentence):
             self.n_left = 0
         self._tally.forget(self.trial)
-        self._go(Phase.LEARNING, now)
-        return [Close()]
+        return self._learn(now)
 
     def start_answered(self, accepted: bool, message: str, now: float) -> Effects:
         """Take in the controller's answer to a request to start."""
@@ -288,6 +272,8 @@ class Session:
             return [Say(lost, warns=True)] if lost else []
         if self.phase is Phase.SETTLING:
             return self._settle(now)
+        if self.phase is Phase.DEMONSTRATION:
+            return self._intruded(now) if self._intruder.lasts(self._status) else []
         if self.phase is Phase.TRIAL:
             return self._watch_trial(now)
         if self.phase is Phase.FINISHING and now - self._began > self.settings.peer_timeout:
@@ -302,24 +288,34 @@ class Session:
 
     def _settle(self, now: float) -> Effects:
         waited = now - self._began
-        if min(now - self._heard, waited) < QUIET and waited < self._patience:
+        if min(now - self._heard, waited) < QUIET and waited < patience(self.settings.lockstep):
             return []
+        return self._learn(now)
+
+    def _cut_off(self, now: float) -> Effects:
+        """Close the demonstration that is being kept before the drive of a trial that begins."""
+        begins = is_running(self._status) and self._status.stamp <= self._stamp
+        return self._learn(now) if begins and self.phase is Phase.SETTLING else []
+
+    def _learn(self, now: float) -> Effects:
         self._go(Phase.LEARNING, now)
         return [Close()]
 
-    @property
-    def _patience(self) -> float:
-        """Return how long the last messages may take; a lock-step runs ahead of its recorder."""
-        return 10 * MAX_SETTLING if self.settings.lockstep else MAX_SETTLING
+    def _intruded(self, now: float) -> Effects:
+        """Break the demonstration off: what a trial drives is not what a person shows."""
+        assert self._status is not None
+        self._lost = INTRUDED.format(self._status.trial)
+        self._tally.pass_over(self._status.trial)
+        self._go(Phase.IDLE, now)
+        return [*([StopTrial()] if is_running(self._status) else []), Abandon(self._lost),
+                Say(f'the demonstration is broken off and not kept: {self._lost}', warns=True)]
 
     def _watch_trial(self, now: float) -> Effects:
-        running = self._status is not None and self._status.state is State.RUNNING
-        silent = now - max(self._heard, self._began)
-        if running and silent > self.settings.peer_timeout:
-            what = 'odometry' if now - self._moved > self.settings.peer_timeout else (
-                'command of the controller')
-            return self._break_off(f'no {what} for {silent:.1f} s', now)
-        return []
+        if self._status is None or self._status.state is not State.RUNNING:
+            return []
+        heard = max(self._heard, self._began)
+        silent = silence(now, heard, self._moved, self.settings.peer_timeout)
+        return self._break_off(silent, now) if silent else []
 
     def _ask_again(self, now: float) -> Effects:
         if self.phase is Phase.WAITING:

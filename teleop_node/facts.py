@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 import math
-from typing import Any
+from typing import Any, Final
 
 from control_field.limits import Velocity
 from msgs_bridge.command_types import remedy
@@ -12,6 +12,8 @@ from teleop_node.status_line import Facts
 
 #: Time without a word from the learner after which there is none, [s]; it speaks every second.
 SILENCE = 5.0
+#: Phases in which the learner records what is driven as a person's.
+_RECORDING: Final = ('demonstration', 'settling')
 
 
 class Gathered:
@@ -46,6 +48,17 @@ class Gathered:
         """Tell whether a trial runs."""
         return self._facts.trial_state in (State.RUNNING, State.PAUSED)
 
+    def is_recording(self, now: float) -> bool:
+        """Tell whether the learner records a demonstration, as far as is known."""
+        return self._facts.phase in _RECORDING and now - self._heard <= SILENCE
+
+    def saw_answer(self, on: bool | None, success: bool, now: float) -> None:
+        """Take in what came of a request to record, or to keep; the learner tells it later."""
+        if on and success:
+            self._saw_phase('demonstration', now)
+        elif on is False and self._facts.phase in _RECORDING:
+            self._saw_phase('idle', now)
+
     def saw_diagnostics(self, array: Any, now: float) -> None:
         """Take in what nodes say about themselves; others than these two are passed over."""
         for status in array.status:
@@ -57,15 +70,18 @@ class Gathered:
                 self._facts = replace(self._facts, held=values.get('held', ''))
 
     def _saw_learner(self, values: Mapping[str, str], now: float) -> None:
-        phase = values.get('phase', '')
-        if phase == 'demonstration' != self._facts.phase:
-            self._began = now
-        self._heard = now
+        self._saw_phase(values.get('phase', ''), now)
         self._facts = replace(
-            self._facts, phase=phase, trials_left=int(_number(values, 'trials_left', 0.0)),
+            self._facts, trials_left=int(_number(values, 'trials_left', 0.0)),
             prototypes=int(_number(values, 'prototypes', -1.0)),
             basin=_number(values, 'basin', math.nan),
             fidelity=_number(values, 'fidelity', math.nan))
+
+    def _saw_phase(self, phase: str, now: float) -> None:
+        if phase == 'demonstration' != self._facts.phase:
+            self._began = now
+        self._heard = now
+        self._facts = replace(self._facts, phase=phase)
 
     def at(self, now: float, speeds: Velocity, problem: str) -> Facts:
         """Return the facts at a time."""

@@ -113,7 +113,9 @@ class TeleopNode(Node):
         # A trial's end is soon followed by the next beginning: neither may be missed.
         self.create_subscription(
             DiagnosticStatus, 'trial', self._on_trial, qos.RECORDING_LATCHED)
-        self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+        self.create_subscription(
+            DiagnosticArray, '/diagnostics',
+            lambda msg: self._gathered.saw_diagnostics(msg, time.monotonic()), 10)
 
     def _make_services(self) -> None:
         # One that waits for an answer must keep neither the answer nor other requests waiting.
@@ -131,8 +133,7 @@ class TeleopNode(Node):
 
     def _service(self, action: Action) -> Any:
         async def serve(_: Any, response: Any) -> Any:
-            answer = await self._perform(action)
-            response.success, response.message = answer
+            response.success, response.message = await self._perform(action)
             return response
 
         return serve
@@ -147,8 +148,7 @@ class TeleopNode(Node):
         now = time.monotonic()
         if self.terminal is not None:
             data = self.terminal.read()
-            if data is None:
-                self.is_done = True
+            self.is_done = self.is_done or data is None
             for key in self._parser.feed(data or b'', now):
                 self._on_key(key, now)
         self._drive(now)
@@ -233,9 +233,6 @@ class TeleopNode(Node):
         except ValueError as error:
             self._say(f'refused: {error}')
 
-    def _on_diagnostics(self, msg: DiagnosticArray) -> None:
-        self._gathered.saw_diagnostics(msg, time.monotonic())
-
     def _look_at_peers(self) -> None:
         """Notice when nobody hears the commands, or who wants the other type."""
         topic = self.resolve_topic_name(self.settings.topic)
@@ -271,6 +268,7 @@ class TeleopNode(Node):
         if answer is None:
             state = 'does not answer' if client.service_is_ready() else 'is not there'
             return Answer(False, f'{service} {state}')
+        self._gathered.saw_answer(on, answer.success, time.monotonic())
         return Answer(answer.success, answer.message)
 
     async def _answer(self, client: Any, request: Any) -> Any:
@@ -317,6 +315,10 @@ class TeleopNode(Node):
         """Tell whether a trial runs."""
         return self._gathered.is_trying
 
+    def is_recording(self) -> bool:
+        """Tell whether the learner records a demonstration."""
+        return self._gathered.is_recording(time.monotonic())
+
     def demonstration_began(self) -> None:
         """Keep where it began."""
         self._began = self._pose
@@ -327,9 +329,8 @@ class TeleopNode(Node):
 
     def let_go(self) -> None:
         """Stop driving; who does not drive stays silent, and takes no trial over."""
-        now = time.monotonic()
-        if self._driving.command(now) is not None:
-            self._driving.stop(now)
+        if self._driving.command(time.monotonic()) is not None:
+            self.halt()
 
     def quit(self) -> None:
         """End the program."""
@@ -343,8 +344,7 @@ def main(args: list[str] | None = None) -> None:
     Raises
     ------
     SystemExit
-        With code 2, after one line on stderr, if an argument or a parameter is wrong, or there is
-        no terminal to read keys from.
+        With code 2, after one line on stderr: a wrong argument or parameter, or no terminal.
 
     """
     prepare()

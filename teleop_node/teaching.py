@@ -5,6 +5,9 @@ from typing import Final, NamedTuple, Protocol
 
 from teleop_node.keys import Action
 
+_RECORDED: Final = ('cannot run a trial now: a demonstration is recorded; n keeps it, r begins it '
+                    'anew')
+
 
 class Answer(NamedTuple):
     """What came of a request, and one sentence about it."""
@@ -27,6 +30,9 @@ class Peers(Protocol):
 
     def is_trying(self) -> bool:
         """Tell whether a trial runs."""
+
+    def is_recording(self) -> bool:
+        """Tell whether the learner records a demonstration."""
 
     def demonstration_began(self) -> None:
         """Take in that a demonstration begins where the robot is now."""
@@ -109,6 +115,9 @@ class Teaching:
         """Run trials; with a real robot one, from where it was put."""
         if await self._peers.is_simulated():
             return await self._peers.ask(f'{self._learner}/run_trials')
+        if self._peers.is_recording():
+            # The controller does not know of it, and what it drives would be recorded.
+            return Answer(False, _RECORDED)
         return await self._peers.ask(f'{self._controller}/start_trial')
 
     async def _stop(self) -> Answer:

@@ -14,6 +14,7 @@ from std_srvs.srv import Trigger
 
 from msgs_bridge import qos
 from msgs_bridge.bag_label import read_label
+from msgs_bridge.episodes import NothingToLearnError, read_episode
 from msgs_bridge.poses import pose_from_odometry
 from msgs_bridge.trial_status import Label, State, trial_from_status
 import ros_helpers
@@ -29,7 +30,7 @@ REAL_TIME = {'speed_factor': 5.0}
 class Person:
     """Looks at the robot and at the screen, and types."""
 
-    def __init__(self, node, folder, pace):
+    def __init__(self, node, folder, pace, simulation=True):
         self.node, self.folder = node, folder
         self.statuses, self.pose = [], None
         self.stack = ExitStack()
@@ -38,7 +39,7 @@ class Person:
         node.create_subscription(DiagnosticStatus, 'trial', self._hear, qos.RECORDING_LATCHED)
         self.others = [self.start('sim_node', pace), self.start('control_field_node', {}),
                        self.start('learner_node', {
-                           'task': 'drive', 'bags': str(folder / 'bags'), 'simulation': True,
+                           'task': 'drive', 'bags': str(folder / 'bags'), 'simulation': simulation,
                            'auto_trials': N_TRIALS})]
         command = ros_helpers.node_command('teleop_node.node', folder, {
             **self.lockstep, 'rate': 100.0 if self.lockstep['lockstep'] else 20.0, 'turn': 0.8})
@@ -245,3 +246,36 @@ def test_a_person_takes_over_and_lets_go(person):
     person.wait(lambda: 1 in person.ended(), 'the end of the trial')
     assert str(person.ended()[1].outcome) == 'goal'
     person.types(' ', 'stop')
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('pace', [LOCKSTEP, REAL_TIME], ids=['lockstep', 'real_time'])
+def test_what_a_trial_drives_is_not_learnt_as_a_persons_way(ros_node, tmp_path, pace):
+    person = Person(ros_node, tmp_path, pace, simulation=False)
+    with person.stack:
+        person.wait(lambda: person.pose is not None and person.statuses, 'the others')
+        person.types('s', 'start demonstration')
+        person.holds('i', lambda pose: pose.x > 3.0, 'the goal')
+        person.types('n', 'keep')
+        assert ros_helpers.call(ros_node, Trigger, 'sim_node/reset').success
+        person.wait(lambda: person.is_at(*START), 'the robot set back')
+
+        person.types('s', 'start demonstration')
+        person.wait(lambda: 'RECORDING' in person.terminal.lines()[-1], 'the status line')
+        person.terminal.type('t')
+        person.wait(lambda: 'run trials: not done, cannot run a trial now: a demonstration is '
+                    'recorded; n keeps it' in person.terminal.read(), 'the refusal')
+        assert ros_helpers.call(ros_node, Trigger, 'control_field_node/start_trial').success
+        person.wait(lambda: 1 in person.ended(), 'the end of the trial')
+        if pace is REAL_TIME:  # in lock-step it may be over before it can be stopped
+            assert str(person.ended()[1].outcome) == 'stopped'
+        kept = person.asks('keep')
+        assert not kept.success
+        assert 'trial 1 ran meanwhile and drove the robot; show the way again' in kept.message
+        learner = person.others[-1]
+        person.wait(lambda: 'broken off and not kept: trial 1 ran' in learner.stderr, 'a warning')
+        assert learner.stderr.count('trial 1 ') == 1
+        assert person.episodes() == ['0001_demo', '0002_demo']
+        with pytest.raises(NothingToLearnError, match='not kept: trial 1 ran meanwhile'):
+            read_episode(tmp_path / 'bags/drive/0002_demo')
+        person.types('s', 'start demonstration')

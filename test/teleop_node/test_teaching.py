@@ -11,8 +11,8 @@ from teleop_node.teaching import Answer, Teaching
 class Here:
     """Learner, controller and robot, in a list of what they were asked."""
 
-    def __init__(self, simulated=True, trying=False, refused=()):
-        self.asked = []
+    def __init__(self, simulated=True, trying=False, refused=(), recording=False):
+        self.asked, self.recording = [], recording
         self.simulated, self.trying, self.refused = simulated, trying, refused
         self.gate = None
 
@@ -31,6 +31,9 @@ class Here:
 
     def is_trying(self):
         return self.trying
+
+    def is_recording(self):
+        return self.recording
 
     def demonstration_began(self):
         self.asked.append('began')
@@ -75,6 +78,14 @@ def test_a_real_robot_is_not_set_back_and_tries_once():
     here = Here(simulated=False)
     perform(here, Action.REDO, Action.RUN_TRIALS)
     assert here.asked == ['let go', DISCARD, f'{RECORD} True', 'began', 'let go', 'c/start_trial']
+
+
+def test_a_real_robot_does_not_try_while_a_demonstration_is_recorded():
+    here = Here(simulated=False, recording=True)
+    answer, = perform(here, Action.RUN_TRIALS)
+    assert here.asked == ['let go']
+    assert not answer.success
+    assert answer.message.startswith('cannot run a trial now: a demonstration is recorded; n keep')
 
 
 @pytest.mark.parametrize(('trying', 'asked'), [(True, ['c/stop_trial']), (False, [])])

@@ -111,6 +111,19 @@ class TestGathered:
         assert gathered.at(1.0 + SILENCE, (0, 0), '').phase == 'idle'
         assert gathered.at(1.1 + SILENCE, (0, 0), '').phase == ''
 
+    def test_whether_it_records_is_known_from_it_and_from_its_answers(self):
+        gathered = gathered_in()
+        assert not gathered.is_recording(0.0)
+        for phase, records in (('demonstration', True), ('settling', True), ('idle', False),
+                               ('trial', False)):
+            gathered.saw_diagnostics(diagnostics('learner_node: learner', phase=phase), 1.0)
+            assert gathered.is_recording(1.0) == records
+        for on, success, records in ((True, False, False), (True, True, True), (None, True, True),
+                                     (False, False, False), (True, True, True)):
+            gathered.saw_answer(on, success, 2.0)
+            assert gathered.is_recording(2.0) == records
+        assert not gathered.is_recording(2.1 + SILENCE)
+
     @pytest.mark.parametrize('value', ['', 'many', 'nan', 'inf', '1e300'])
     def test_what_is_no_number_stands_for_none(self, value):
         gathered = gathered_in('/a')
