@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
@@ -88,6 +88,7 @@ def import_all(arguments: argparse.Namespace) -> Path:
     from msgs_bridge.bag_folder import changing, TaskFolder
     from msgs_bridge.bag_import import check_drive, import_demonstration
 
+    _check_no_bag(arguments.into)
     folder = arguments.into.absolute()
     task = TaskFolder(folder.parent, folder.name)
     with changing(task.path, make=True):
@@ -119,6 +120,25 @@ def _remedy_named() -> Iterator[None]:
             raise
         raise BagError(
             f'{error}; if that is the right one, learn it with --frame {frame}') from None
+
+
+def _check_no_bag(folder: Path) -> None:
+    """Refuse to keep bags in a bag, or where the task around would take the folder for one."""
+    from msgs_bridge.any_bag import storage_files
+    from msgs_bridge.bag_folder import BagError, episode_from_path
+    from msgs_bridge.bag_metadata import NAME
+
+    where = folder.absolute()
+    for path in (where, where.parent):
+        with suppress(BagError):
+            episode_from_path(path)
+            raise UserError(f'--into {folder}: {path.name} is a bag, name the folder of a task, '
+                            f'such as {path.parent}')
+    held = [where / NAME, *storage_files(where)] if where.is_dir() else []
+    for file in held:
+        if file.exists():
+            raise UserError(f'--into {folder}: it is a bag, {file.name} is in it; name the folder '
+                            f'of a task')
 
 
 def _there(path: Path) -> Path:

@@ -11,7 +11,7 @@ import numpy as np
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_metadata import NAME, read_yaml
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
-from msgs_bridge.mcap_scan import CompressedError
+from msgs_bridge.mcap_scan import CompressedError, MAGIC
 
 _ENDINGS: Final = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 #: rosbag2 compresses messages one by one, or whole files; neither shows in the MCAP file.
@@ -34,28 +34,15 @@ def open_bag(path: Path | str) -> Bag:
 
     """
     path = Path(path)
-    if not path.is_dir():
-        return _open_file(path)
-    files = storage_files(path)
-    text = _metadata_text(path)
-    if len(files) == 1 and files[0].suffix == '.mcap' and not _COMPRESSED.search(text):
-        try:
-            return BagReader(files[0])
-        except CompressedError:
-            pass
-    if isinstance(read_yaml(text), dict):
-        return _open_foreign(path)
-    if not files:
-        raise BagError(f'cannot read {path}: there is no .mcap and no .db3 file in it')
-    return JoinedBag(path, [_open_file(file) for file in files])
+    bag = _open_folder(path) if path.is_dir() else _open_file(path)
+    _check_begun(bag)
+    return bag
 
 
 def missing_from(bag: Bag) -> str:
     """Say that not all of a bag is there; empty for a whole one."""
-    parts = bag.parts if isinstance(bag, JoinedBag) else [bag]
-    for part in parts:
-        if isinstance(part, BagReader) and not part.complete:
-            return f'what is not readable of {part.path.name} is missing: {part.damage}'
+    for part in _cut_parts(bag):
+        return f'what is not readable of {part.path.name} is missing: {part.damage}'
     return ''
 
 
@@ -129,6 +116,46 @@ class InLogOrder:
                        log_times=found.log_times[order])
 
 
+def _cut_parts(bag: Bag) -> list[BagReader]:
+    parts = bag.parts if isinstance(bag, JoinedBag) else [bag]
+    return [part for part in parts if isinstance(part, BagReader) and not part.complete]
+
+
+def _check_begun(bag: Bag) -> None:
+    """Refuse a bag that was cut before it told of any topic."""
+    for part in [] if bag.topics else _cut_parts(bag):
+        is_void = part.path.stat().st_size == 0
+        raise BagError(f'cannot read {part.path}: ' + (
+            part.damage if is_void else f'it is cut off before its first topic: {part.damage}'))
+
+
+def _open_folder(path: Path) -> Bag:
+    files = storage_files(path)
+    text = _metadata_text(path)
+    is_plain = not _COMPRESSED.search(text)
+    if is_plain and [file.suffix for file in files] == ['.mcap']:
+        return _open_file(files[0])
+    if isinstance(read_yaml(text), dict):
+        try:
+            return _open_foreign(path)
+        except BagError:
+            # rosbags opens all files or none, so one that is cut takes the others away.
+            if not (is_plain and any(map(_is_cut, files))):
+                raise
+    if not files:
+        raise BagError(f'cannot read {path}: there is no .mcap and no .db3 file in it')
+    return JoinedBag(path, [_open_file(file) for file in files])
+
+
+def _is_cut(path: Path) -> bool:
+    """Tell whether an MCAP file does not end like one that was closed."""
+    if path.suffix != '.mcap' or not path.is_file():
+        return False
+    with path.open('rb') as file:
+        file.seek(max(file.seek(0, 2) - len(MAGIC), 0))
+        return file.read() != MAGIC
+
+
 def _open_file(path: Path) -> Bag:
     if path.exists() and not path.is_file():
         raise BagError(f'cannot read {path}: it is no regular file')
@@ -139,7 +166,11 @@ def _open_file(path: Path) -> Bag:
         try:
             return BagReader(path)
         except CompressedError:
-            pass
+            if _is_cut(path):
+                # Slow to import, and most bags are whole.
+                from msgs_bridge.foreign_bag import CutBag
+
+                return CutBag(path)
     return _open_foreign(path)
 
 

@@ -107,10 +107,13 @@ class BagReader:
         self.path = Path(path)
         data = _mapped(self.path)
         try:
-            self._index: McapIndex = read_index(data, verify)
+            self._data, self._index = self._read(data, verify)
         except BagError as error:
             raise type(error)(f'cannot read {self.path}: {error}') from None
-        self._data = data
+
+    def _read(self, data: memoryview, verify: bool) -> tuple[memoryview, McapIndex]:
+        """Return where the messages of a file lie: in which bytes, and where in these."""
+        return data, read_index(data, verify)
 
     @property
     def damage(self) -> str:

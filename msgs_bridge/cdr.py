@@ -54,6 +54,12 @@ DESCRIBED: Final[dict[str, Fields]] = {
     'diagnostic_msgs/msg/DiagnosticStatus': DIAGNOSTIC_STATUS,
 }
 
+#: How everything begins that zstd packed, and what that means of a message.
+_ZSTD: Final = b'\x28\xb5\x2f\xfd'
+_COMPRESSED: Final = (
+    'its messages are compressed one by one (zstd), which only metadata.yaml tells: put the '
+    'metadata.yaml of that bag back beside its files and name the folder')
+
 
 class CdrError(ValueError):
     """The bytes are no such message."""
@@ -113,9 +119,11 @@ def layout_from_cdr(fields: Fields, message: bytes) -> Layout:
     Raises
     ------
     CdrError
-        If it ends too early, or is encapsulated in another way.
+        If it ends too early, is encapsulated in another way, or compressed.
 
     """
+    if message.startswith(_ZSTD):
+        raise CdrError(_COMPRESSED)
     if message[:2] not in (b'\x00\x01', b'\x00\x00'):
         raise CdrError(f'its encapsulation is {message[:2].hex() or "missing"}, must be plain CDR')
     walk = _Walk(message, Layout('<' if message[1] else '>'))

@@ -1,6 +1,7 @@
 """What a node says when it misses something: now and then, and once when it is back."""
 
 from collections.abc import Callable, Hashable
+import re
 import time
 from typing import Any, Final
 
@@ -8,6 +9,12 @@ from rclpy.node import Node
 
 #: Between two times of saying the same, [s].
 PERIOD: Final = 10.0
+#: Of one source so many kinds are told apart; what comes on top of them is of one more.
+KINDS: Final = 16
+_KIND_LENGTH: Final = 200
+#: What of a text is the message's own: what is quoted from it, and numbers.
+_VARYING: Final = re.compile(
+    r"""'[^']*'|"[^"]*"|[-+]?(?:\d[\d.]*(?:e[-+]?\d+)?|\b(?:nan|inf)\b)""")
 
 
 class Complaints:
@@ -28,11 +35,30 @@ class Complaints:
         self._logger: Any = node.get_logger()  # type: ignore[no-untyped-call]
         self._clock = clock
         self._said_at: dict[Hashable, float] = {}
+        self._refused_at: dict[tuple[Hashable, str], float] = {}
         self._is_missed = False
 
-    def refused(self, error: ValueError) -> None:
-        """Say what was wrong with a message."""
-        self._logger.warning(f'refused: {error}', throttle_duration_sec=PERIOD)
+    def refused(self, error: Exception, source: Hashable = None) -> None:
+        """
+        Say what was wrong with a message, each kind of it once a period.
+
+        Parameters
+        ----------
+        error : Exception
+            Texts that differ only in numbers and in what they quote are of one kind.
+        source : hashable
+            Where the message came from: one source must not hide what comes from another.
+
+        """
+        now = self._clock()
+        self._refused_at = {key: at for key, at in self._refused_at.items() if now - at < PERIOD}
+        key = (source, _VARYING.sub('', str(error))[:_KIND_LENGTH])
+        if key not in self._refused_at and sum(
+                known == source for known, _ in self._refused_at) >= KINDS:
+            key = (source, '')
+        if key not in self._refused_at:
+            self._refused_at[key] = now
+            self._logger.warning(f'refused: {error}')
 
     def look(self, problem: str, back: str, kind: Hashable = None) -> None:
         """

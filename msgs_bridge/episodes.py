@@ -179,13 +179,13 @@ def read_foreign_demonstration(
         if name not in bag.topics:
             raise BagError(f'{path} has no topic {name} ({role}), '
                            f'there are: {", ".join(sorted(bag.topics)) or "none"}')
+    missing = filter(None, [missing_from(bag)])
     try:
         record, report, notes = _read_drive(InLogOrder(bag), names, grid, number)
-        return record, report, (*notes, *filter(None, [missing_from(bag)]))
-    except BagError:
-        raise
+        return record, report, (*notes, *missing)
     except ValueError as error:
-        raise BagError(f'{path}: {error}') from None
+        where = '' if isinstance(error, BagError) else f'{path}: '
+        raise BagError('; '.join([f'{where}{error}', *missing])) from None
 
 
 def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -> str:

@@ -2,16 +2,25 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 import json
+import mmap
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any
+from tempfile import TemporaryDirectory, TemporaryFile
+from typing import Any, Final, IO
 
 from rosbags.rosbag2 import Reader
+from rosbags.rosbag2.storage_mcap import decompress
 
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_metadata import NAME
-from msgs_bridge.bag_records import RawMessages
+from msgs_bridge.bag_records import BagReader, RawMessages
+from msgs_bridge.mcap_scan import (
+    CHANNEL_OP, CHUNK_OP, Cursor, cut_chunk, MAGIC, McapIndex, MESSAGE_OP, RECORD, Scan, scan,
+    SCHEMA_OP, START, U4, U8)
+
+#: What of a file is copied; all else says where things lie in it, or is none of the bag's.
+_COPIED: Final = (SCHEMA_OP, CHANNEL_OP, MESSAGE_OP)
 
 
 class ForeignBag:
@@ -74,6 +83,72 @@ class ForeignBag:
         if 'File end magic' in text:
             text = 'it is cut off or was not closed, `mcap recover` mends that'
         return BagError(f'cannot read {self.path}: {text}')
+
+
+class CutBag(BagReader):
+    """
+    Read an MCAP file with compressed chunks that was cut or not closed.
+
+    What can be read are the chunks that are whole, unpacked into a file without a name.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, or there is no room to unpack it.
+
+    """
+
+    def _read(self, data: memoryview, verify: bool) -> tuple[memoryview, McapIndex]:
+        try:
+            with TemporaryFile() as file:
+                walk = _Unpacking(data, file)
+                walk.run()
+                file.flush()
+                # What is mapped outlives the file.
+                unpacked = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
+        except OSError as error:
+            why = (error.strerror or str(error)).lower()
+            raise BagError(f'it cannot be unpacked: {why}') from None
+        there = walk.index()
+        return unpacked, replace(
+            scan(unpacked), damage=there.damage, n_lost=there.n_lost, complete=there.complete)
+
+
+class _Unpacking(Scan):
+    """Walks over a file and copies what is whole, chunks without their compression."""
+
+    def __init__(self, data: memoryview, file: IO[bytes]) -> None:
+        super().__init__(data)
+        self._file = file
+        file.write(MAGIC)
+
+    def _record(self, opcode: int, start: int, length: int) -> None:
+        if opcode in _COPIED:
+            self._file.write(self.data[start:start + RECORD + length])
+
+    def _chunk(self, start: int, chunk_end: int, end: int) -> None:
+        if chunk_end > end:
+            raise cut_chunk(start, chunk_end, end)
+        cursor = Cursor(self.data, start + RECORD, chunk_end)
+        head = cursor.raw(28)
+        compression, packed = cursor.text(), cursor.raw(cursor.number(U8))
+        size, crc = U8.unpack_from(head, 16)[0], U4.unpack_from(head, 24)[0]
+        self.at = chunk_end
+        # rosbags raises what its decompressors do, of many types, on bytes that are damaged.
+        try:
+            records = decompress(packed, compression, size, crc)
+        except Exception:
+            self.found.n_lost += chunk_end - start
+            self.found.damage = (self.found.damage
+                                 or f'the chunk at byte {start} cannot be unpacked')
+            return
+        self._file.write(b''.join((
+            START.pack(CHUNK_OP, 40 + size), head, U4.pack(0), U8.pack(size), records)))
 
 
 @contextmanager

@@ -101,7 +101,7 @@ def scan(data: memoryview) -> McapIndex:
     """
     if bytes(data[:len(MAGIC)]) != MAGIC[:len(data)]:
         raise BagError('it is no MCAP file')
-    walk = _Scan(data)
+    walk = Scan(data)
     walk.run()
     return walk.index()
 
@@ -144,8 +144,16 @@ class Cursor:
         return at
 
 
-class _Scan:
-    """Walks over a file record by record until it ends or makes no sense."""
+class Scan:
+    """
+    Walks over a file record by record until it ends or makes no sense.
+
+    Parameters
+    ----------
+    data : memoryview of bytes
+        The file.
+
+    """
 
     def __init__(self, data: memoryview) -> None:
         self.data = data
@@ -155,10 +163,12 @@ class _Scan:
         self.at = len(MAGIC)
 
     def run(self) -> None:
+        """Walk to where no record can be read any more."""
         found = self.found
         try:
             self._records(len(self.data), top=True)
-            found.damage = found.damage or 'it ends without its index'
+            found.damage = found.damage or (
+                'it ends without its index' if len(self.data) else 'it is empty')
         except (CutError, struct.error, UnicodeDecodeError) as error:
             found.damage = (found.damage or str(error)
                             or f'the record at byte {self.at} is cut or makes no sense')
@@ -167,6 +177,7 @@ class _Scan:
         found.complete = found.complete and not found.n_lost
 
     def index(self) -> McapIndex:
+        """Return what was found."""
         self.found.starts = {channel: np.array(starts, dtype=np.int64)
                              for channel, starts in self.starts.items()}
         return self.found
@@ -233,8 +244,7 @@ class _Scan:
             if whole:
                 raise
         if not whole:
-            raise CutError(f'the chunk at byte {start} is cut, {end - start} of '
-                            f'{chunk_end - start} bytes are there')
+            raise cut_chunk(start, chunk_end, end)
         self.at = chunk_end
 
     def _definitions(self, end: int) -> None:
@@ -256,6 +266,12 @@ class _Scan:
         self.found.damage = (self.found.damage
                              or f'the chunk at byte {start} does not match its checksum')
         return True
+
+
+def cut_chunk(start: int, chunk_end: int, end: int) -> CutError:
+    """Say of a chunk how much of it is there."""
+    return CutError(f'the chunk at byte {start} is cut, {end - start} of '
+                    f'{chunk_end - start} bytes are there')
 
 
 def read_schema(cursor: Cursor, schemas: dict[int, Schema]) -> None:

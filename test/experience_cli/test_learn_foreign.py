@@ -21,6 +21,7 @@ from msgs_bridge.bag_records import BagReader
 from msgs_bridge.episodes import read_episode, read_header
 from msgs_bridge.tables import field_from_cloud
 from ros_helpers import collect, start_node, wait_until
+from sample_helpers import files_of
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 OCCUPANCY, TWIST = 'nav_msgs/msg/OccupancyGrid', 'geometry_msgs/msg/Twist'
@@ -138,6 +139,28 @@ class TestInto:
         assert learn(bag, '--into', task.path) == 0
         assert capsys.readouterr().out.splitlines()[-1].startswith('control_field revision 2')
 
+    @pytest.mark.parametrize('name', [
+        'bags/s/0001_demo', 'bags/s/0001_demo/x', 'bags/s/0009_trial', 'whole', 'mcap', 'db3'])
+    def test_a_bag_is_no_task(self, tmp_path, capsys, monkeypatch, name):
+        monkeypatch.chdir(tmp_path)
+        bag = record(tmp_path / 'theirs', {'odom': '/odom'})
+        assert learn(bag, '--into', 'bags/s', '--quiet') == 0
+        shutil.copytree(bag, 'whole')
+        for ending in ('mcap', 'db3'):
+            (tmp_path / ending).mkdir()
+            (tmp_path / ending / f'drive_0.{ending}').touch()
+        files = files_of(tmp_path)
+        line = mistake(capsys, bag, '--into', name)
+        assert line.startswith(f'experience learn: --into {name}: ')
+        assert 'is a bag' in line
+        assert 'the folder of a task' in line
+        assert files_of(tmp_path) == files
+
+    def test_a_task_may_lie_beside_the_files_of_others(self, tmp_path, monkeypatch):
+        record(tmp_path / 'theirs', {'odom': '/odom'})
+        monkeypatch.chdir(tmp_path / 'theirs')
+        assert learn('theirs.mcap', '--into', 'task', '--quiet') == 0
+
     def test_what_teaches_nothing_leaves_nothing(self, tmp_path, capsys):
         bag = record(tmp_path / 'bag', {'odom': '/odom'}, frame='map')
         line = mistake(capsys, bag, '--into', tmp_path / 'bags' / 'task')
@@ -224,6 +247,8 @@ class TestMistakes:
         assert 'there is no bag' in mistake(capsys, tmp_path / 'none', '--rows', 5)
         (tmp_path / 'empty').mkdir()
         assert 'cannot read' in mistake(capsys, tmp_path / 'empty', '--rows', 5)
+        (tmp_path / 'empty' / 'x.mcap').touch()
+        assert mistake(capsys, tmp_path / 'empty').endswith('empty/x.mcap: it is empty')
 
     def test_bags_of_ours_and_of_others_in_one_go(self, tmp_path, capsys):
         bag = record(tmp_path / 'rosbag2_2025', {'odom': '/odom'})

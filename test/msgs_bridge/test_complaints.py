@@ -1,6 +1,6 @@
 """What is missing is said now and then, and that it is back as often as it was missed."""
 
-from msgs_bridge.complaints import Complaints, PERIOD
+from msgs_bridge.complaints import Complaints, KINDS, PERIOD
 
 
 class Log:
@@ -46,3 +46,32 @@ def test_one_problem_does_not_hide_another():
 
 def test_a_clock_that_begins_anywhere():
     assert looks((-5.0, 'no tea', None)) == ['no tea']
+
+
+def refuses(*said):
+    """Refuse (time, text, source) one after the other; return what was said."""
+    log = Log()
+    complaints = Complaints(log, lambda: log.now)
+    for now, text, source in said:
+        log.now = now
+        complaints.refused(ValueError(text), source)
+    return log.lines
+
+
+def test_a_kind_of_refusal_is_said_once_a_period_whatever_its_numbers():
+    kind = ("x is -1.5e+10, frame is 'a'", "x is 7, frame is 'b 2'", "x is nan, frame is ''")
+    assert refuses(*((0.5 * PERIOD * k, kind[k % 3], None) for k in range(5))) == [
+        f'refused: {kind[k % 3]}' for k in (0, 2, 4)]
+
+
+def test_one_kind_of_refusal_does_not_hide_another():
+    assert refuses((0.0, 'scan: range is nan', None), (0.1, 'orientation is no rotation', None),
+                   (0.2, 'scan: range is -1', None)) == [
+        'refused: scan: range is nan', 'refused: orientation is no rotation']
+
+
+def test_who_sends_ever_new_kinds_is_not_heard_without_end_and_hides_no_other_source():
+    flood = [(1e-3 * k, 'x' * k, 'experience') for k in range(1, 100)]
+    assert len(refuses(*flood)) == KINDS + 1
+    assert refuses(*flood, (1.0, 'name is missing', 'trial'))[-1] == 'refused: name is missing'
+    assert len(refuses(*flood, *((PERIOD + t, *rest) for t, *rest in flood))) == 2 * (KINDS + 1)
