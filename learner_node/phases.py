@@ -22,6 +22,9 @@ MAX_ASKING: Final = 10.0
 #: After how many the robot is sent to another start: that one may lie in an obstacle.
 PLACE_REQUESTS: Final = 4
 
+#: Longest wait for the sight of where the robot was set, [s].
+SIGHT_PATIENCE: Final = 1.0
+
 
 class SessionError(ValueError):
     """What was asked for cannot be done now; the message says why and what to do."""
@@ -88,6 +91,39 @@ def silence(now: float, heard: float, moved: float, timeout: float) -> str:
 def patience(lockstep: bool) -> float:
     """Return how long the last messages may take, [s]; a lock-step runs ahead of its recorder."""
     return 10 * MAX_SETTLING if lockstep else MAX_SETTLING
+
+
+class Arrival:
+    """Whether a robot that is set back has arrived, and the sight with it: that may be slower."""
+
+    def __init__(self) -> None:
+        """Start away, without any sight."""
+        self._seen: float | None = None
+        self._stamp: float | None = None
+        self._at = 0.0
+
+    @property
+    def is_there(self) -> bool:
+        """Tell whether the robot has arrived."""
+        return self._stamp is not None
+
+    def leave(self) -> None:
+        """Take in that the robot is to be set back."""
+        self._stamp = None
+
+    def saw_robot(self, stamp: float, now: float) -> None:
+        """Take in that odometry of a stamp shows the robot where it was to be set."""
+        if self._stamp is None:
+            self._stamp, self._at = stamp, now
+
+    def saw_sight(self, stamp: float) -> None:
+        """Take in that a neighbourhood of a stamp has come."""
+        self._seen = stamp
+
+    def is_seen(self, now: float) -> bool:
+        """Tell whether the robot is there, and the sight is not of before; not for too long."""
+        return self._stamp is not None and (
+            self._seen is None or self._seen >= self._stamp or now - self._at > SIGHT_PATIENCE)
 
 
 def obstacle(

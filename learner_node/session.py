@@ -13,8 +13,8 @@ from control_field.watch import StopReason
 from learner_node.effects import (
     Abandon, Close, Discard, Effect, Effects, Place, Record, Say, StartTrial, StopTrial)
 from learner_node.phases import (
-    IN_TRIAL, LOST, MAX_ASKING, MAX_REQUESTS, obstacle, patience, Peers, Phase, PLACE_REQUESTS,
-    QUIET, RECORDING, RETRY, SessionError, silence, WORDS)
+    Arrival, IN_TRIAL, LOST, MAX_ASKING, MAX_REQUESTS, obstacle, patience, Peers, Phase,
+    PLACE_REQUESTS, QUIET, RECORDING, RETRY, SessionError, silence, WORDS)
 from learner_node.settings import Settings, StartPose
 from learner_node.tally import INTRUDED, Intruder, is_running, Tally
 from msgs_bridge.bag_folder import EpisodeKind
@@ -44,7 +44,7 @@ class Session:
         self._start = StartPose(0.0, 0.0)
         self._peers = Peers()
         self._status: TrialStatus | None = None
-        self._tally, self._intruder = Tally(), Intruder()
+        self._tally, self._intruder, self._arrival = Tally(), Intruder(), Arrival()
         self._began = self._heard = self._moved = self._asked = -math.inf
         self._n_asked = self._n_silent = 0
         self._stamp = 0.0
@@ -99,15 +99,7 @@ class Session:
         return [Discard()]
 
     def run_trials(self, n_trials: int, now: float) -> Effects:
-        """
-        Run trials one after the other.
-
-        Raises
-        ------
-        SessionError
-            If there is no field yet, the robot is a real one, or something else is under way.
-
-        """
+        """Run trials one after the other; SessionError if that cannot be done now, or at all."""
         if not self.settings.simulation:
             raise SessionError('cannot set a real robot back (simulation is false): carry it to '
                                f'its start and call {self.settings.controller}/start_trial')
@@ -158,11 +150,20 @@ class Session:
 
     def saw_pose(self, x: float, y: float, yaw: float, now: float) -> Effects:
         """Take in where the robot is; of interest only while it is being placed."""
-        if self.phase is not Phase.PLACING or not self._start.is_near(x, y, yaw):
+        if self.phase is Phase.PLACING and self._start.is_near(x, y, yaw):
+            self._arrival.saw_robot(self._stamp, now)
+        return self._start_placed(now)
+
+    def saw_sight(self, stamp: float, now: float) -> Effects:
+        """Take in that a neighbourhood has come: no trial starts on that of another place."""
+        self._arrival.saw_sight(stamp)
+        return self._start_placed(now)
+
+    def _start_placed(self, now: float) -> Effects:
+        if self.phase is not Phase.PLACING or not self._arrival.is_seen(now):
             return []
         self._tally.clear()
-        self._n_asked = 0
-        self.trial = 0
+        self._n_asked = self.trial = 0
         self._go(Phase.STARTING, now)
         return [Record(EpisodeKind.TRIAL), *self._ask(StartTrial(), now)]
 
@@ -274,6 +275,8 @@ class Session:
             return self._settle(now)
         if self.phase is Phase.DEMONSTRATION:
             return self._intruded(now) if self._intruder.lasts(self._status) else []
+        if self.phase is Phase.PLACING and self._arrival.is_there:
+            return self._start_placed(now)
         if self.phase is Phase.TRIAL:
             return self._watch_trial(now)
         if self.phase is Phase.FINISHING and now - self._began > self.settings.peer_timeout:
@@ -358,6 +361,7 @@ class Session:
             return self._wait(missing, now)
         self._start = self._next_start()
         self._n_asked, self._told = 0, ''
+        self._arrival.leave()
         self._go(Phase.PLACING, now)
         return self._ask(Place(self._start), now)
 

@@ -14,7 +14,7 @@ from learner_node.effects import (
     StartTrial,
     StopTrial,
 )
-from learner_node.phases import LOST, MAX_REQUESTS, Peers, Phase, SessionError
+from learner_node.phases import LOST, MAX_REQUESTS, Peers, Phase, SessionError, SIGHT_PATIENCE
 from learner_node.session import Session
 from learner_node.settings import Settings, StartPose
 from msgs_bridge.bag_folder import EpisodeKind
@@ -177,6 +177,34 @@ class TestTrials:
         assert play('saw_pose', START.x + 0.1, START.y, START.yaw) == []
         assert play('saw_pose', START.x, START.y, START.yaw + 0.1) == []
         assert play('saw_pose', *HERE)
+
+    def test_start_when_the_sight_is_of_where_the_robot_was_placed(self, play):
+        play('saw_sight', 0.9)
+        play('run_trials', 1)
+        play('heard_odometry', 1.0)
+        assert play('saw_pose', *HERE) == []
+        assert play('saw_sight', 0.95) == []
+        play('heard_odometry', 1.1)
+        assert play('saw_pose', *HERE) == []
+        assert play.wait(0.5) == []  # it is not set back again meanwhile
+        assert play('saw_sight', 1.0) == [Record(EpisodeKind.TRIAL), StartTrial()]
+
+    def test_start_also_where_no_more_is_seen(self, play):
+        play('saw_sight', 0.9)
+        play('run_trials', 1)
+        play('heard_odometry', 1.0)
+        assert play('saw_pose', *HERE) == []
+        assert play.wait(SIGHT_PATIENCE - 0.05) == []
+        assert play.wait(0.1) == [Record(EpisodeKind.TRIAL), StartTrial()]
+
+    def test_start_each_on_a_sight_of_its_own(self, trying):
+        trying('saw_sight', 1.0)
+        trying('saw_decisions', 1, 3)
+        trying('saw_status', ended())
+        assert trying('learnt', 1) == [Place(START)]
+        trying('heard_odometry', 2.0)
+        assert trying('saw_pose', *HERE) == []
+        assert trying('saw_sight', 2.0) == [Record(EpisodeKind.TRIAL), StartTrial()]
 
     def test_are_closed_when_the_last_decision_is_there(self, trying):
         assert trying('saw_status', ended(decisions=3)) == []
