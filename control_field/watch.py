@@ -131,6 +131,8 @@ class StopRules:
 #: Speed from which a command counts as told to drive, [m/s], and what counts as moving, [m].
 _TOLD: Final = 0.02
 _MOVED: Final = 0.01
+#: What counts as turning, [rad]; less is the heading being corrected against what is in the way.
+_TURNED: Final = 0.2
 #: Messages in a row with stamps behind the last good one that are a clock set back, not late.
 _SET_BACK: Final = 5
 
@@ -302,7 +304,7 @@ class ProgressWatch:
     def _is_stalled(self, stamp: float, x: float, y: float, yaw: float, told: float) -> bool:
         still = self._still
         if still is None or abs(told) < _TOLD or abs(
-                math.remainder(yaw - still[3], math.tau)) > _MOVED or math.hypot(
+                math.remainder(yaw - still[3], math.tau)) > _TURNED or math.hypot(
                 x - still[1], y - still[2]) > _MOVED:
             self._still = (stamp, x, y, yaw)
             return False

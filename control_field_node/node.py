@@ -103,16 +103,13 @@ class ControlFieldNode(Node):
         self.create_subscription(OccupancyGrid, 'neighbourhood', self._on_neighbourhood, sensed)
         self.create_subscription(Odometry, 'odom', self._on_odometry, sensed)
         self.create_subscription(PoseStamped, 'goal_pose', self._on_goal, qos.POSE)
-        for profile in qos.CONTACTS:
-            self.create_subscription(Bool, 'contact', self._on_contact, profile)
+        qos.hear_all(self, Bool, 'contact', self._on_contact, qos.CONTACTS)
         self.create_subscription(self._writer.kind, 'cmd_vel', self._on_command, qos.SENSOR)
         self.create_subscription(
             self._writer.kind, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)
         if self._settings.has_pose_topic:
-            # AMCL's is latched, others are not; what comes twice is passed over.
-            for profile in (qos.SENSOR, qos.LATCHED):
-                self.create_subscription(PoseWithCovarianceStamped, self._settings.pose_topic,
-                                         self._on_localisation, profile)
+            qos.hear_all(self, PoseWithCovarianceStamped, self._settings.pose_topic,
+                         self._on_localisation, qos.LOCALISATIONS)
 
     def _time(self) -> Time:
         return self.get_clock().now().to_msg()
@@ -334,7 +331,7 @@ class ControlFieldNode(Node):
                 self._settings.takeover_timeout):
             self._teleop_at = None
             self._end_teleop()
-        if self.count_publishers('cmd_vel') != self._peers.n_publishers:
+        if self.count_publishers(self.resolve_topic_name('cmd_vel')) != self._peers.n_publishers:
             self._look_at_peers()
         if self.supervisor.held != self._told_held:  # a person wonders why nothing moves
             self._tell()
@@ -354,7 +351,7 @@ class ControlFieldNode(Node):
 
     def _has_rival(self) -> bool:
         """Tell whether another controller is on `cmd_vel`."""
-        if self.count_publishers('cmd_vel') != self._peers.n_publishers:
+        if self.count_publishers(self.resolve_topic_name('cmd_vel')) != self._peers.n_publishers:
             self._look_at_peers()
         return self._peers.has_namesake(self.get_name())
 

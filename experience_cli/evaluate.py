@@ -7,6 +7,7 @@ import json
 import math
 from pathlib import Path
 import re
+import sys
 import tempfile
 from typing import Any, TYPE_CHECKING
 
@@ -148,6 +149,7 @@ def run(arguments: argparse.Namespace) -> int:
             and not json_path.is_char_device()):
         raise UserError(f'--json and --save-field both name {json_path}, name two files')
     experiment = _experiment(arguments)
+    _check_not_the_world(arguments.world, json_path, field_path)
     seeds = range(arguments.seed0, arguments.seed0 + arguments.seeds)
     courses = _courses(experiment, seeds, arguments.jobs)
     # It takes a second to load what the evaluation needs: not before the arguments are right.
@@ -171,7 +173,9 @@ def _courses(experiment: 'Experiment', seeds: Sequence[int], n_jobs: int) -> 'li
     except NoWayError as error:
         how = (f'--teacher {experiment.teacher}' if experiment.demo_steps is None
                else f'--demo-steps {experiment.demo_steps}')
-        raise UserError(f'{how}: {error}') from error
+        where = '' if error.start is None else (
+            f' (--demo-start {_text(experiment.grid, error.start)})')
+        raise UserError(f'{how}: {error}{where}') from error
 
 
 def _writable(name: str | None, option: str) -> Path | None:
@@ -193,6 +197,13 @@ def _writable(name: str | None, option: str) -> Path | None:
     return path
 
 
+def _check_not_the_world(world: str, *paths: Path | None) -> None:
+    from sim_node.world import find_world
+    for path in paths:
+        if path is not None and path.exists() and path.samefile(find_world(world)):
+            raise UserError(f'{path}: is the world itself, name another file to write to')
+
+
 def _write(path: Path, content: bytes) -> None:
     from experience_cli.output import write_whole
     try:
@@ -209,8 +220,9 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
         name, equals, value = text.partition('=')
         if not equals:
             raise UserError(f'--set {text}: write it as NAME=VALUE')
-        if name == 'seed':
-            raise UserError('--set seed: seeds are chosen with --seeds and --seed0')
+        if name in ('seed', 'profile'):
+            raise UserError(f'--set {name}: it is chosen with '
+                            f'{"--seeds and --seed0" if name == "seed" else "--profile"}')
         values[name] = _value(value, str(getattr(kinds.get(name), '__name__', kinds.get(name))))
     try:
         return Parameters.from_mapping(values)
@@ -238,6 +250,9 @@ def _experiment(arguments: argparse.Namespace) -> 'Experiment':
         raise UserError(f'--method {arguments.method}: there is no such method, there are: '
                         f'{", ".join(METHODS)}')
     parameters = _parameters(arguments)
+    if arguments.demo_steps is not None and arguments.teacher != 'shortest':
+        raise UserError(f'--teacher {arguments.teacher}: --demo-steps shows a random way instead '
+                        f'of a teacher, leave out one of them')
     try:
         world = load_world(find_world(arguments.world))
     except WorldError as error:
@@ -270,7 +285,10 @@ def _judged_after(n_trials: int, every: int) -> tuple[int, ...]:
 
 
 def _cell(grid: Grid, point: tuple[float, float], option: str) -> tuple[int, int]:
-    row, col = grid.cell_from_world(*point)
+    try:
+        row, col = grid.cell_from_world(*point)
+    except ValueError:  # so far away that there are no numbers
+        row, col = -1, -1
     if not grid.contains(row, col):
         right = grid.origin_x + grid.n_cols * grid.resolution
         top = grid.origin_y + grid.n_rows * grid.resolution
@@ -304,4 +322,9 @@ def _demonstration(bag: str, grid: Grid) -> 'Demonstration':
     from msgs_bridge.episodes import read_foreign_demonstration
     if not Path(bag).exists():
         raise UserError(f'--demo-bag {bag}: there is no such bag, check the path')
-    return read_foreign_demonstration(bag, grid)[0]
+    demonstration, report, notes = read_foreign_demonstration(bag, grid)
+    if report.n_outside:
+        raise UserError(f'--demo-bag {bag}: {report.n_outside} of {report.n_poses} poses lie '
+                        f'outside the world, it was driven in another one')
+    print('; '.join([f'--demo-bag {bag}: {report}', *notes]), file=sys.stderr)
+    return demonstration

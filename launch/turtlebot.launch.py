@@ -21,11 +21,14 @@ def generate_launch_description() -> LaunchDescription:
     """Return the three nodes, and that of the localised odometry if there is a pose topic."""
     stamped = {'enable_stamped_cmd_vel': argument('enable_stamped_cmd_vel', bool)}
     frame = {'frame_id': argument('frame_id', str)}
-    odom = ('odom', LaunchConfiguration('odom'))
+    odom = ('odom', PythonExpression([
+        "'localised_odom' if '", LaunchConfiguration('pose_topic'), "' else '",
+        LaunchConfiguration('odom'), "'"]))
     is_localised = PythonExpression(["'", LaunchConfiguration('pose_topic'), "' != ''"])
     return LaunchDescription([
         *arguments(),
         node('localised_odometry_node', {**frame, 'pose_topic': argument('pose_topic', str)},
+             [('odom', LaunchConfiguration('odom'))],
              condition=IfCondition(is_localised)),
         node('neighbourhood_node', {
             **frame,
@@ -65,9 +68,7 @@ def arguments() -> list[DeclareLaunchArgument]:
         DeclareLaunchArgument(
             'frame_id', default_value=either('map', 'odom'),
             description='frame of the workspace: that of the localisation, or of odometry'),
-        DeclareLaunchArgument(
-            'odom', default_value=either('localised_odom', 'odom'),
-            description='odometry that sight, controller and learner read'),
+        DeclareLaunchArgument('odom', default_value='odom', description="the wheels' odometry"),
         DeclareLaunchArgument('namespace', default_value='', description='of the robot'),
         # A TurtleBot3 on Jazzy reads TwistStamped, the base of a TurtleBot 4 reads Twist.
         DeclareLaunchArgument(
@@ -78,8 +79,10 @@ def arguments() -> list[DeclareLaunchArgument]:
         DeclareLaunchArgument('source', default_value='scan', choices=['scan', 'costmap'],
                               description='what the neighbourhood is made from'),
         DeclareLaunchArgument('scan', default_value='scan', description='topic of the laser'),
-        DeclareLaunchArgument('costmap', default_value='local_costmap/costmap',
-                              description='topic of the costmap'),
+        # Nav2's local costmap is in the frame of odometry, the global one in that of the map.
+        DeclareLaunchArgument(
+            'costmap', default_value=either('global_costmap/costmap', 'local_costmap/costmap'),
+            description='topic of the costmap, which has to be in the frame of the workspace'),
         DeclareLaunchArgument('lethal_threshold', default_value='100',
                               description='least value of the costmap that blocks'),
         DeclareLaunchArgument('sight_timeout', default_value='0.5',

@@ -26,7 +26,7 @@ from learner_node.desk import Desk
 from learner_node.frames import FrameCheck
 from learner_node.lessons import Lesson
 from learner_node.library import Library
-from learner_node.phases import IN_TRIAL, Peers, Phase
+from learner_node.phases import IN_TRIAL, Phase
 from learner_node.publications import Publications
 from learner_node.recorder import BagGoneError, Raw, Recorder, stamp_of
 from learner_node.reports import (
@@ -37,8 +37,10 @@ from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.topics import Recorded, recorded_topics, type_name
 from learner_node.warm_up import warm_up
 from learner_node.worker import result_of, Worker
+from msgs_bridge import qos
 from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
 from msgs_bridge.command_line import check_names
+from msgs_bridge.complaints import Complaints
 from msgs_bridge.node_main import exit_with, run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import pose_from_odometry
@@ -93,7 +95,7 @@ class LearnerNode(Node):
         self._lesson: Lesson | None = None
         self._heard: set[str] = set()
         self._frame_check = FrameCheck(self._settings.frame_id, self._say)
-        self._odometry_time = 0
+        self._complaints, self._odometry_time = Complaints(self), 0
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
         self._make_topics()
@@ -109,8 +111,8 @@ class LearnerNode(Node):
         topics = recorded_topics(self._settings)
         self._library.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
         for topic in topics:
-            self.create_subscription(
-                topic.kind, topic.name, self._reader(topic), topic.profile, raw=True)
+            qos.hear_all(self, topic.kind, topic.name, self._reader(topic), topic.profiles,
+                         raw=True)
 
     def _make_services(self) -> None:
         self._desk = Desk(self, self._session, lambda: Future(executor=self.executor),
@@ -132,6 +134,8 @@ class LearnerNode(Node):
         name, kind = self.resolve_topic_name(topic.name), topic.type_name
         looks = {'odom': self._saw_odometry, 'experience': self._saw_experience,
                  'trial': self._saw_trial,
+                 'neighbourhood': lambda cdr: self.carry_out(
+                     self._session.saw_sight(stamp_of(cdr) * 1e-9, time.monotonic())),
                  'cmd_vel': lambda _: self._session.heard_command(time.monotonic())}
         look = looks.get(topic.name, lambda _: None)
 
@@ -178,7 +182,7 @@ class LearnerNode(Node):
         try:
             return reader(deserialize_message(cdr, kind))
         except (ValueError, RuntimeError) as error:
-            self.get_logger().warning(f'refused: {error}', throttle_duration_sec=5.0)
+            self._complaints.refused(error, kind)
             return None
 
     # Time alone
@@ -193,10 +197,7 @@ class LearnerNode(Node):
             self._tell()
 
     def _look_at_peers(self) -> None:
-        peers = Peers(
-            self._requests.is_there() and self.count_publishers('experience') > 0,
-            self.count_publishers('odom') > 0)
-        self.carry_out(self._session.saw_peers(peers, time.monotonic()))
+        self.carry_out(self._session.saw_peers(self._requests.peers(), time.monotonic()))
 
     def _tell(self) -> None:
         self._publications.tell(diagnostic_from_session(

@@ -5,6 +5,8 @@ from typing import Any, Final
 
 from std_srvs.srv import Trigger
 
+from learner_node.phases import Peers
+
 #: Gets whether the controller does what it was asked for, and what it says to that.
 Answered = Callable[[bool, str], None]
 
@@ -46,6 +48,15 @@ class Requests:
         """Tell whether there is a controller."""
         return bool(self._node.count_services(
             self._node.resolve_service_name(self._names['start'])))
+
+    def peers(self) -> Peers:
+        """Return who is there; of a controller its topic has to be, too."""
+        return Peers(self.is_there() and self._is_published('experience'),
+                     self._is_published('odom'))
+
+    def _is_published(self, topic: str) -> bool:
+        # What is counted are names after remapping.
+        return bool(self._node.count_publishers(self._node.resolve_topic_name(topic)))
 
     def start(self, answered: Answered) -> None:
         """Ask to start a trial, as soon as the controller can be asked."""

@@ -15,11 +15,11 @@ from msgs_bridge import qos
 
 @dataclass(frozen=True)
 class Recorded:
-    """A topic that is recorded: its name, the class of its messages, and how it is read."""
+    """A topic that is recorded: its name, the class of its messages, and the ways it is read."""
 
     name: str
     kind: Any
-    profile: Any
+    profiles: tuple[Any, ...]
 
     @property
     def type_name(self) -> str:
@@ -34,9 +34,7 @@ def type_name(kind: Any) -> str:
 
 def recorded_topics(settings: Settings) -> list[Recorded]:
     """
-    Return what is recorded, a topic as often as it is read in different ways.
-
-    The learner's own `control_field` and `prototypes` come on top.
+    Return what is recorded; the learner's own `control_field` and `prototypes` come on top.
 
     A simulator in lock-step may be faster than the recorder for a while, so that it is read
     reliably; a real robot's odometry may be best effort.
@@ -44,13 +42,13 @@ def recorded_topics(settings: Settings) -> list[Recorded]:
     command = TwistStamped if settings.is_stamped else Twist
     sensed = qos.RECORDING_RELIABLE if settings.lockstep else qos.RECORDING
     return [
-        Recorded('odom', Odometry, sensed),
-        Recorded('neighbourhood', OccupancyGrid, sensed),
-        Recorded('cmd_vel', command, qos.RECORDING),
-        Recorded('cmd_vel_requested', TwistStamped, qos.RECORDING),
-        Recorded('experience', PointCloud2, qos.EXPERIENCE),
-        Recorded('trial', DiagnosticStatus, qos.RECORDING_LATCHED),
-        Recorded('goal_pose', PoseStamped, qos.RECORDING),
-        Recorded('initialpose', PoseWithCovarianceStamped, qos.RECORDING),
-        *(Recorded('contact', Bool, profile) for profile in qos.CONTACTS),
+        Recorded('odom', Odometry, (sensed,)),
+        Recorded('neighbourhood', OccupancyGrid, (sensed,)),
+        Recorded('cmd_vel', command, (qos.RECORDING,)),
+        Recorded('cmd_vel_requested', TwistStamped, (qos.RECORDING,)),
+        Recorded('experience', PointCloud2, (qos.EXPERIENCE,)),
+        Recorded('trial', DiagnosticStatus, (qos.RECORDING_LATCHED,)),
+        Recorded('goal_pose', PoseStamped, (qos.RECORDING,)),
+        Recorded('initialpose', PoseWithCovarianceStamped, (qos.RECORDING,)),
+        Recorded('contact', Bool, qos.CONTACTS),
     ]

@@ -6,17 +6,22 @@ difference is made up for slowly, so that whoever drives by it sees no jump; a l
 was found somewhere else) at once.
 """
 
+from collections import deque
 from dataclasses import dataclass, replace
 import math
 from typing import Final
 
 from control_field.parameters import check_fields, parameter
 from msgs_bridge.laser_sight import Placement
-from msgs_bridge.neighbourhood_maker import PoseHistory
 from msgs_bridge.poses import check_frame, Pose
 
 #: Settings that topics are made from: they hold from start to end.
 FIXED: Final = ('pose_topic', 'frame_id')
+#: Odometry that is kept: poses of a localisation come later than that of their time.
+_N_KEPT: Final = 400
+#: How far odometry may leap between two messages beside what its speed makes, [m] and [rad].
+_SLACK: Final = 0.1
+_REMEDY: Final = 'localisations tell it when the robot moves: drive a little, or set its pose'
 #: Nowhere: seen from here, a place is itself.
 _ORIGIN: Final = Placement(0.0, 0.0, 0.0)
 
@@ -51,6 +56,11 @@ class LocalisedSettings:
     jump_turn: float = parameter(
         0.5, 'difference in heading from which it is made up for at once', unit='rad', low=0.01,
         high=math.pi)
+    speed_max: float = parameter(
+        1.5, 'faster than this no wheel is: odometry was reset, and a pose has to come first',
+        unit='m/s', low=0.01, high=100.0)
+    turn_max: float = parameter(
+        8.0, 'the same for turning', unit='rad/s', low=0.01, high=100.0)
     trusted_distance: float = parameter(
         3.0, 'how far the robot may drive by its wheels alone; then nothing is published until '
         'a pose comes', unit='m', low=0.1, high=1e4)
@@ -73,28 +83,34 @@ class LocalisedOdometry:
     def __init__(self, settings: LocalisedSettings) -> None:
         """Start without a pose."""
         self.settings = settings
-        self._odometry = PoseHistory()
-        self._last: Pose | None = None
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        #: The last odometry, and how far the wheels had driven by then, [m].
+        self._kept: deque[tuple[Pose, float]] = deque(maxlen=_N_KEPT)
         #: Where the origin of odometry lies in the map: as it is used, and as it was last seen.
         self._used: Placement | None = None
         self._seen: Placement | None = None
-        self._driven = 0.0
+        #: When it was last seen, and how far the wheels had driven by then.
+        self._seen_at, self._seen_after = -math.inf, 0.0
 
     @property
     def problem(self) -> str:
         """Say why nothing is published, empty if something is."""
-        if self._last is None:
+        topic = self.settings.pose_topic
+        if not self._kept:
             return 'no odometry has arrived'
         if self._seen is None:
-            return f'no pose has arrived on {self.settings.pose_topic}'
-        if self._driven > self.settings.trusted_distance:
-            return (f'no pose has arrived on {self.settings.pose_topic} for {self._driven:.1f} m, '
-                    f'must be one every {self.settings.trusted_distance:g} m')
+            return f'no pose has arrived on {topic} ({_REMEDY})'
+        driven = self._kept[-1][1] - self._seen_after
+        if driven > self.settings.trusted_distance:
+            return (f'no pose has arrived on {topic} for {driven:.1f} m, must be one every '
+                    f'{self.settings.trusted_distance:g} m')
         return ''
 
     def saw_pose(self, pose: Pose) -> None:
         """
-        Take in a pose of the localisation.
+        Take in a pose of the localisation; one that is older than the last is passed over.
 
         Raises
         ------
@@ -102,15 +118,19 @@ class LocalisedOdometry:
             If it is in another frame, or there is no odometry of its time.
 
         """
-        check_frame(pose.frame_id, self.settings.frame_id, self.settings.pose_topic)
-        then = self._odometry.nearest(pose.stamp)
-        if then is None or abs(then.stamp - pose.stamp) > self.settings.timeout:
-            age = 'no odometry has arrived' if then is None else (
-                f'its stamp is {abs(then.stamp - pose.stamp):.2f} s off the nearest odometry, '
-                f'must be at most {self.settings.timeout:g} s')
-            raise ValueError(f'{self.settings.pose_topic}: {age}')
-        self._seen = _place(pose).compose(_ORIGIN.seen_from(_place(then)))
-        self._driven = 0.0
+        settings = self.settings
+        check_frame(pose.frame_id, settings.frame_id, settings.pose_topic)
+        if not self._kept:
+            raise ValueError(f'{settings.pose_topic}: no odometry has arrived')
+        then, driven = min(self._kept, key=lambda entry: abs(entry[0].stamp - pose.stamp))
+        off = abs(then.stamp - pose.stamp)
+        if off > settings.timeout:
+            raise ValueError(
+                f'{settings.pose_topic}: its stamp is {off:.2f} s off the nearest odometry, must '
+                f'be at most {settings.timeout:g} s ({_REMEDY})')
+        if pose.stamp > self._seen_at:
+            self._seen = _place(pose).compose(_ORIGIN.seen_from(_place(then)))
+            self._seen_at, self._seen_after = pose.stamp, driven
 
     def place(self, odometry: Pose) -> Pose | None:
         """
@@ -119,20 +139,31 @@ class LocalisedOdometry:
         Parameters
         ----------
         odometry : Pose
-            What the wheels say. A late one is passed over; one whose stamp goes back by more than
-            `timeout` begins anew: a pose has to come first.
+            What the wheels say. A late one is passed over. One whose stamp goes back by more than
+            `timeout`, or a step that no wheel can make, begins anew: a pose has to come first.
+
+        Raises
+        ------
+        ValueError
+            If it is in the frame of the map already.
 
         """
-        last = self._last
-        dt = 0.0 if last is None else odometry.stamp - last.stamp
-        if -self.settings.timeout <= dt < 0.0:
+        settings = self.settings
+        if odometry.frame_id.lstrip('/') == settings.frame_id.lstrip('/'):
+            raise ValueError(f'odom: frame is {odometry.frame_id[:80]!r} already, must be that of '
+                             f'the wheels')
+        last, driven = self._kept[-1] if self._kept else (odometry, 0.0)
+        dt = odometry.stamp - last.stamp
+        if -settings.timeout <= dt < 0.0:
             return None
-        self._last = odometry
-        self._odometry.add(odometry)
-        if last is None or dt < 0.0:
-            self._seen = self._used = None
-        else:
-            self._driven += math.hypot(odometry.x - last.x, odometry.y - last.y)
+        step = math.hypot(odometry.x - last.x, odometry.y - last.y)
+        turn = abs(math.remainder(odometry.yaw - last.yaw, math.tau))
+        if dt < 0.0 or step > settings.speed_max * dt + _SLACK or (
+                turn > settings.turn_max * dt + _SLACK):
+            self._begin_anew()
+            # What a localisation saw before is of where odometry was before.
+            self._seen_at, step = odometry.stamp if dt >= 0.0 else -math.inf, 0.0
+        self._kept.append((odometry, driven + step))
         if self._seen is None or self.problem:
             return None
         here = _place(odometry)
@@ -141,7 +172,7 @@ class LocalisedOdometry:
             there = self._towards(self._used.compose(here), there, dt)
         self._used = there.compose(_ORIGIN.seen_from(here))
         return replace(odometry, x=there.x, y=there.y, yaw=math.remainder(there.yaw, math.tau),
-                       frame_id=self.settings.frame_id)
+                       frame_id=settings.frame_id)
 
     def _towards(self, believed: Placement, seen: Placement, dt: float) -> Placement:
         """Return where the robot is said to be on the way from one place to the other."""

@@ -4,6 +4,8 @@ from typing import Any, Final
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from msgs_bridge import qos
@@ -13,6 +15,8 @@ from msgs_bridge.localised_odometry import FIXED, LocalisedOdometry, LocalisedSe
 from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import odometry_from_pose, pose_from_initialpose, pose_from_odometry
+
+_LOOK_PERIOD: Final = 1.0
 
 PROGRAM: Final = Program(
     'localised_odometry_node', 'carries odometry to where a localisation sees the robot.',
@@ -43,10 +47,9 @@ class LocalisedOdometryNode(Node):
         self._complaints = Complaints(self)
         self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
-        # AMCL's is latched, others are not; what comes twice says the same.
-        for profile in (qos.SENSOR, qos.LATCHED):
-            self.create_subscription(
-                PoseWithCovarianceStamped, settings.pose_topic, self._on_pose, profile)
+        qos.hear_all(self, PoseWithCovarianceStamped, settings.pose_topic, self._on_pose,
+                     qos.LOCALISATIONS)
+        self.create_timer(_LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         logger, named = self.get_logger(), self.resolve_topic_name  # type: ignore[no-untyped-call]
         logger.info(f'{named("localised_odom")} is made from {named("odom")} and '
                     f'{named(settings.pose_topic)}, in {settings.frame_id}')
@@ -72,6 +75,8 @@ class LocalisedOdometryNode(Node):
             out.header.stamp, out.twist = msg.header.stamp, msg.twist
             out.pose.covariance = msg.pose.covariance
             self._publisher.publish(out)
+
+    def _look(self) -> None:
         problem = self._localised.problem
         self._complaints.look(
             f'nothing is published: {problem}' if problem else '', 'the robot is localised')

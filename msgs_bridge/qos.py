@@ -1,7 +1,10 @@
 """The quality-of-service profiles of the topics, each named once."""
 
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy, HistoryPolicy, qos_profile_sensor_data, QoSProfile, ReliabilityPolicy)
 
@@ -32,6 +35,8 @@ POSE: Final = _reliable(1)
 #: How `contact` is read: one subscription each, so that every bumper is heard, however it
 #: publishes, and not through a lossy one alone. What then comes up to three times says the same.
 CONTACTS: Final = (LATCHED, _reliable(10), SENSOR)
+#: How a localisation is read: AMCL's pose is latched, others are not.
+LOCALISATIONS: Final = (LATCHED, SENSOR)
 #: How a recorder reads what others publish: whatever waits while it is busy is kept.
 RECORDING: Final = QoSProfile(  # type: ignore[no-untyped-call]
     history=HistoryPolicy.KEEP_LAST, depth=2000,
@@ -40,3 +45,18 @@ RECORDING: Final = QoSProfile(  # type: ignore[no-untyped-call]
 RECORDING_RELIABLE: Final = _reliable(2000)
 #: The same for the newest of the latched topics, with what was published before.
 RECORDING_LATCHED: Final = _reliable(100, DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def hear_all(
+    node: Node, kind: type, topic: str, callback: Callable[[Any], None],
+    profiles: Sequence[QoSProfile], **options: Any,
+) -> None:
+    """
+    Subscribe to a topic once a profile; what arrives more than once is for the callback to see to.
+
+    With several, it is not said of a publisher that one of them does not hear it: another does.
+    """
+    for profile in profiles:
+        events = SubscriptionEventCallbacks(use_default_callbacks=len(profiles) == 1)
+        node.create_subscription(
+            kind, topic, callback, profile, event_callbacks=events, **options)

@@ -1,10 +1,9 @@
 """The one error that every map reader raises, and the careful opening of files."""
 
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import BinaryIO
 
-#: The largest map that is read, [cells].
-MAX_CELLS: Final = 25_000_000
+from control_field.grid import MOST_CELLS
 
 
 class WorldError(ValueError):
@@ -64,8 +63,8 @@ def read_bytes(path: Path, limit: int) -> bytes:
 
 def check_size(path: Path, n_rows: int, n_cols: int) -> None:
     """Raise `WorldError` for a map of no size or of too many cells."""
-    if not (n_rows >= 1 and n_cols >= 1 and n_rows * n_cols <= MAX_CELLS
+    if not (n_rows >= 1 and n_cols >= 1 and n_rows * n_cols <= MOST_CELLS
             and max(n_rows, n_cols) <= 100_000):
-        raise WorldError(path, f'{n_cols} x {n_rows} cells, must be 1 to {MAX_CELLS} in all and '
+        raise WorldError(path, f'{n_cols} x {n_rows} cells, must be 1 to {MOST_CELLS} in all and '
                                'at most 100000 a side')
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 import os
 from pathlib import Path
+import re
 from typing import Any, BinaryIO, Final, TypeAlias
 import warnings
 
@@ -19,6 +20,7 @@ _YAML_LIMIT: Final = 64 * 1024
 _FORMATS: Final = ('PPM', 'PNG', 'BMP')  # Pillow calls PGM 'PPM'
 #: How far behind the pixels is looked for something other than blanks.
 _MAX_TAIL: Final = 1024
+_BLANKS: Final = np.frombuffer(b' \t\n\r\v\f', np.uint8)
 _MODES: Final = ('trinary', 'scale', 'raw')
 #: What Pillow raises for broken files, beside its own errors (which are OSErrors).
 _BROKEN: Final = (OSError, ValueError, SyntaxError, EOFError, OverflowError, TypeError,
@@ -79,14 +81,15 @@ def read_header(path: Path) -> MapHeader:
     image = fields.get('image')
     if not isinstance(image, str) or not image or '\0' in image:
         raise WorldError(path, 'image must be the name of a PGM or PNG file')
-    if fields.get('mode', 'trinary') not in _MODES:
+    mode = str(fields.get('mode', 'trinary')).lower()
+    if mode not in _MODES:
         raise WorldError(path, f'mode must be one of {", ".join(_MODES)}')
     origin_x, origin_y = _origin(path, fields)
     header = MapHeader(
         path.parent / image, _number(path, fields, 'resolution', None, 1e-6, 1e6),
-        origin_x, origin_y, bool(_number(path, fields, 'negate', 0, 0, 1)),
+        origin_x, origin_y, _negate(path, fields),
         _number(path, fields, 'occupied_thresh', 0.65, 0, 1),
-        _number(path, fields, 'free_thresh', 0.25, 0, 1), fields.get('mode', 'trinary'))
+        _number(path, fields, 'free_thresh', 0.25, 0, 1), mode)
     if header.free_thresh > header.occupied_thresh:
         raise WorldError(path, f'free_thresh {header.free_thresh} is above occupied_thresh '
                                f'{header.occupied_thresh}')
@@ -123,9 +126,12 @@ def read_shades(path: Path) -> tuple[Shades, Shades]:
 
 
 def _check_length(path: Path, file: BinaryIO, image: Image.Image) -> None:
-    """Refuse a binary PGM with more or fewer pixels than its header says."""
+    """Refuse a PGM with more or fewer pixels than its header says."""
     file.seek(0)
-    if file.read(2) != b'P5':
+    kind = file.read(2)
+    if kind == b'P2':
+        _check_numbers(path, file.read(), image.width * image.height)
+    if kind != b'P5':
         return
     first = getattr(image, 'tile')[0][2]  # noqa: B009 - Pillow's types do not know it
     n_bytes = image.width * image.height * (1 if image.mode == 'L' else 2)
@@ -134,6 +140,15 @@ def _check_length(path: Path, file: BinaryIO, image: Image.Image) -> None:
     if n_there < n_bytes or file.read(_MAX_TAIL).strip():
         raise WorldError(path, f'holds {n_there} bytes of pixels, its header says '
                                f'{image.width} x {image.height}: {n_bytes}')
+
+
+def _check_numbers(path: Path, text: bytes, n_pixels: int) -> None:
+    """Refuse a PGM in plain text with more or fewer numbers than pixels."""
+    is_blank = np.isin(np.frombuffer(re.sub(rb'#[^\r\n]*', b'', text), np.uint8), _BLANKS)
+    # Width, height and the value of white stand before the pixels.
+    n_there = int((is_blank[:-1] & ~is_blank[1:]).sum()) - 3
+    if n_there != n_pixels:
+        raise WorldError(path, f'holds {n_there} pixels, its header says {n_pixels}')
 
 
 def _shades_from_image(path: Path, image: Image.Image) -> tuple[Shades, Shades]:
@@ -182,13 +197,20 @@ def _fields(path: Path) -> Mapping[str, Any]:
 
 def _origin(path: Path, fields: Mapping[str, Any]) -> tuple[float, float]:
     origin = fields.get('origin')
-    if not isinstance(origin, list) or len(origin) not in (2, 3):
+    if not isinstance(origin, list) or len(origin) != 3:
         raise WorldError(path, 'origin must be [x, y, yaw]')
     places = dict(zip(('x', 'y', 'yaw'), origin, strict=False))
     x, y = (_number(path, places, name, None, -1e7, 1e7) for name in ('x', 'y'))
     if _number(path, places, 'yaw', 0.0, -1e7, 1e7) != 0.0:
         raise WorldError(path, 'the yaw of origin must be 0: cells are parallel to the axes')
     return x, y
+
+
+def _negate(path: Path, fields: Mapping[str, Any]) -> bool:
+    value = fields.get('negate', 0)
+    if value not in (0, 1):  # so are false and true
+        raise WorldError(path, 'negate must be 0 or 1')
+    return bool(value)
 
 
 def _number(
@@ -198,7 +220,8 @@ def _number(
     value = fields.get(name, default)
     if isinstance(value, str):  # YAML 1.1 reads 1e-2 as a word, map_server as a number
         value = _float_or_none(value)
-    if not isinstance(value, int | float) or not low <= value <= high:  # NaN is in no range
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not is_number or not low <= value <= high:  # NaN is in no range
         raise WorldError(path, f'{name} must be a number between {low:g} and {high:g}')
     return float(value)
 

@@ -7,13 +7,14 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from control_field.grid import MOST_CELLS
 from control_field.sight import BLOCKED, FREE
-from sim_node.map_error import check_size, MAX_CELLS, read_bytes, WorldError
+from sim_node.map_error import check_size, read_bytes, WorldError
 
 _FREE: Final = b'.GS'
 _BLOCKED: Final = b'@OTW'
 #: Four header lines, and line ends of one or two bytes for at most 100000 lines.
-_LIMIT: Final = MAX_CELLS + 300_000
+_LIMIT: Final = MOST_CELLS + 300_000
 _HEADER: Final = re.compile(rb'(type|height|width)[ \t]+(\w{1,16})[ \t]*')
 
 

@@ -103,7 +103,10 @@ def load_world(path: str | Path, frame_id: str = 'odom') -> World:
     except MemoryError as error:
         raise WorldError(path, 'is too large for the memory of this machine') from error
     n_rows, n_cols = occupancy.shape
-    return World(Grid(n_rows, n_cols, resolution, x, y, frame_id), occupancy, path.stem)
+    try:
+        return World(Grid(n_rows, n_cols, resolution, x, y, frame_id), occupancy, path.stem)
+    except ValueError as error:
+        raise WorldError(path, str(error)) from error
 
 
 def save_world(path: str | Path, world: World) -> Path:

@@ -1,7 +1,7 @@
 """Scripted teachers: what a person might demonstrate."""
 
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Iterator
+from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
@@ -20,11 +20,21 @@ _STEADINESS: Final = 0.95
 #: How long a detour is, beside the shortest path.
 _DETOUR: Final = (1.3, 2.0)
 _N_WAYPOINTS: Final = 300
+_N_PAIRS: Final = 100
 _N_ATTEMPTS: Final = 2000
 
 
 class NoWayError(ValueError):
-    """There is no such path; the message is one sentence."""
+    """There is no such path from the cell ``start``; the message is one sentence."""
+
+    def __init__(self, problem: str, start: Cell | None = None) -> None:
+        """Say what there is none of."""
+        super().__init__(problem, start)
+        self.start = start
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        return str(self.args[0])
 
 
 def shortest_path(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Generator) -> Path:
@@ -48,7 +58,7 @@ def shortest_path(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Gene
     """
     cost = world.cost_to(goal)
     if not np.isfinite(cost[start]):
-        raise NoWayError(f'no way leads from cell {start} to the goal {goal}')
+        raise NoWayError('no way leads to the goal', start)
     path, course = [start], -1
     while path[-1] != goal:
         best = _best_headings(world, cost, path[-1])
@@ -78,7 +88,8 @@ def detour_path(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Genera
     """
     Return a path without loops that is 1.3 to 2 times as long as the shortest one.
 
-    It leads over a waypoint: there on a shortest path, and on without touching that again.
+    It leads over a waypoint, or two where one will not do: there on shortest paths, and on
+    without touching those again.
 
     Raises
     ------
@@ -88,31 +99,44 @@ def detour_path(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Genera
     """
     to_goal, to_start = world.cost_to(goal), world.cost_to(start)
     if not np.isfinite(to_goal[start]):
-        raise NoWayError(f'no way leads from cell {start} to the goal {goal}')
+        raise NoWayError('no way leads to the goal', start)
     through = (to_goal + to_start) / max(to_goal[start], 1.0)
     waypoints = np.argwhere((through >= 1.05) & (through <= _DETOUR[1]))
-    for index in rng.permutation(len(waypoints))[:_N_WAYPOINTS]:
-        path = _path_over(world, start, (int(waypoints[index, 0]), int(waypoints[index, 1])),
-                          goal, rng)
+    tries: list[list[Cell]] = [[_cell(waypoints[index])]
+                               for index in rng.permutation(len(waypoints))[:_N_WAYPOINTS]]
+    places = np.argwhere(np.isfinite(to_start))
+    for stops in chain(tries, _pairs(places, rng)):
+        path = _path_over(world, [start, *stops, goal], rng)
         if path and _DETOUR[0] <= path_length(path) / to_goal[start] <= _DETOUR[1]:
             return path
-    raise NoWayError(f'no way of {_DETOUR[0]:g} to {_DETOUR[1]:g} times the shortest length leads '
-                     f'from cell {start} to the goal {goal} without crossing itself')
+    raise NoWayError(f'no way of {_DETOUR[0]:g} to {_DETOUR[1]:g} times the shortest length that '
+                     f'does not cross itself was found', start)
 
 
-def _path_over(world: GridWorld, start: Cell, waypoint: Cell, goal: Cell,
-               rng: np.random.Generator) -> Path | None:
-    there = shortest_path(world, start, waypoint, rng)
-    if goal in there:
-        return None
-    rest = world.truth.copy()
-    for cell in there[:-1]:
-        rest[cell] = 100
-    try:
-        back = shortest_path(GridWorld(rest, world.parameters), waypoint, goal, rng)
-    except NoWayError:
-        return None
-    return there + back[1:]
+def _pairs(places: npt.NDArray[np.int64], rng: np.random.Generator) -> Iterator[list[Cell]]:
+    """Return two waypoints at a time; drawn only when they are asked for."""
+    for _ in range(_N_PAIRS):
+        yield [_cell(places[index]) for index in rng.integers(len(places), size=2)]
+
+
+def _cell(place: npt.NDArray[np.int64]) -> Cell:
+    return int(place[0]), int(place[1])
+
+
+def _path_over(world: GridWorld, stops: Path, rng: np.random.Generator) -> Path | None:
+    """Return a path from stop to stop that touches no cell twice; None if there is none such."""
+    rest, path = world.truth.copy(), stops[:1]
+    for stop, following in pairwise(stops):
+        try:
+            leg = shortest_path(GridWorld(rest, world.parameters), stop, following, rng)
+        except NoWayError:
+            return None
+        if following != stops[-1] and stops[-1] in leg:
+            return None
+        path += leg[1:]
+        for cell in leg[:-1]:
+            rest[cell] = 100
+    return path
 
 
 def longer_path(world: GridWorld, start: Cell, goal: Cell, n_steps: int,
@@ -137,7 +161,7 @@ def longer_path(world: GridWorld, start: Cell, goal: Cell, n_steps: int,
             path.append(ways[int(rng.integers(len(ways)))])
         if path[-1] == goal and len(path) == n_steps + 1:
             return path
-    raise NoWayError(f'no way of {n_steps} steps leads from cell {start} to the goal {goal}')
+    raise NoWayError(f'no way of {n_steps} steps to the goal was found', start)
 
 
 def _neighbours(world: GridWorld, cell: Cell) -> list[Cell]:

@@ -139,6 +139,11 @@ def test_which_way_it_looks_does_not_hide_a_stall():
         2.5, StopReason.STALLED)
 
 
+def test_who_corrects_its_heading_against_an_obstacle_is_stalled_all_the_same():
+    assert told(ProgressWatch(RULES), seconds(60), speed=0.1, place=lambda t: (
+        1.0, 1.0, 0.08 * math.sin(3.0 * t))) == (2.5, StopReason.STALLED)
+
+
 def test_who_is_told_to_stand_is_not_stalled():
     assert told(ProgressWatch(RULES), seconds(5), lambda t: (1.0, 1.0, 0.0)) is None
 

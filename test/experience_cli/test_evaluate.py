@@ -7,6 +7,7 @@ import pytest
 
 from experience_cli.evaluation.generators import generate
 from experience_cli.main import main
+from ros_helpers import ROOT
 
 SIZE = 12
 
@@ -208,6 +209,9 @@ def test_negative_coordinates_are_taken_as_coordinates(tmp_path, start, capsys):
     (['--set', 'moves=5'], '4 or 8'),
     (['--set', 'nothing'], 'NAME=VALUE'),
     (['--set', 'seed=3'], '--seed0'),
+    (['--set', 'profile=full'], '--profile'),
+    (['--goal', '1e308,0'], 'outside'),
+    (['--demo-steps', '20', '--teacher', 'blind'], '--demo-steps'),
     (['--demo-bag', '/nowhere/bag'], 'no such bag'),
     (['--demo-steps', '3'], 'no way of 3 steps'),
     (['--world', '/nowhere/a.map'], 'no such file'),
@@ -218,6 +222,36 @@ def test_a_mistake_is_one_clear_line(world, arguments, hint, capsys):
     assert error.startswith('experience evaluate: ')
     assert hint in error
     assert error.count('\n') == 1
+
+
+@pytest.mark.parametrize('option', ['--json', '--save-field'])
+def test_the_world_is_not_written_over(world, option, capsys):
+    before = world.read_bytes()
+    assert run(world, option, str(world)) == 2
+    assert 'is the world itself' in capsys.readouterr().err
+    assert world.read_bytes() == before
+
+
+def test_a_far_place_where_cells_are_small_lies_outside(tmp_path, capsys):
+    (tmp_path / 'a.pgm').write_bytes(b'P5\n8 8\n255\n' + b'\xfe' * 64)
+    (tmp_path / 'a.yaml').write_text('image: a.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n')
+    assert run(tmp_path / 'a.yaml', goal='1e308,0', start='0.01,0.01') == 2
+    assert 'outside' in capsys.readouterr().err
+
+
+def test_a_drive_from_another_world_is_refused(tmp_path, capsys):
+    path = tmp_path / 'row.map'
+    path.write_text('type octile\nheight 1\nwidth 40\nmap\n' + '.' * 40 + '\n')
+    bag = ROOT / 'bags/sample/0001_demo'
+    assert main(['evaluate', '--world', str(path), '--demo-bag', str(bag), '--trials', '0']) == 2
+    assert 'lie outside the world' in capsys.readouterr().err
+
+
+def test_a_drive_is_said_with_what_was_dropped_of_it(capsys):
+    bag = ROOT / 'bags/sample/0001_demo'
+    assert main(['evaluate', '--world', 'task1', '--demo-bag', str(bag), '--trials', '0',
+                 '--seeds', '1', '--json', '-']) == 0
+    assert f'--demo-bag {bag}: 16 cells from 202 poses' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(('arguments', 'hint'), [
@@ -240,11 +274,14 @@ def test_a_place_without_a_way_is_refused(tmp_path, capsys):
     assert 'no way' in capsys.readouterr().err
 
 
-def test_a_teacher_without_a_detour_says_so(tmp_path, capsys):
+@pytest.mark.parametrize('jobs', ['1', '2'])
+def test_a_teacher_without_a_detour_says_so(tmp_path, capsys, jobs):
     path = tmp_path / 'corridor.map'
     path.write_text('type octile\nheight 1\nwidth 6\nmap\n......\n')
-    assert run(path, '--teacher', 'detour', goal='5.5,0.5', start='0.5,0.5') == 2
-    assert '--teacher detour' in capsys.readouterr().err
+    assert run(path, '--teacher', 'detour', '--jobs', jobs, goal='5.5,0.5', start='0.5,0.5') == 2
+    error = capsys.readouterr().err
+    assert 'evaluate: --teacher detour: no way of 1.3 to 2 times' in error
+    assert error.endswith('was found (--demo-start 0.5,0.5)\n')
 
 
 def test_start_radius_narrows_what_is_judged(world, tmp_path):

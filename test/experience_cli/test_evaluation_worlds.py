@@ -9,7 +9,7 @@ from control_field.simulation import GridWorld
 from experience_cli.evaluation import generators
 from experience_cli.evaluation.places import choose_places
 from experience_cli.evaluation.teachers import (
-    demonstrate, heading_table, longer_path, NoWayError, path_length, shortest_path)
+    demonstrate, detour_path, heading_table, longer_path, NoWayError, path_length, shortest_path)
 from sim_node.world import find_world, load_world
 
 FAMILIES = tuple(generators.FAMILIES)
@@ -84,6 +84,15 @@ def test_a_detour_is_longer_and_without_loops(world, seed):
     assert 1.3 <= path_length(path) / truth.cost_to(goal)[start] <= 2.0
     assert len(set(path)) == len(path)
     assert all(truth.truth[cell] == 0 for cell in path)
+
+
+@pytest.mark.parametrize('moves', [4, 8])
+def test_where_every_way_over_a_place_is_a_shortest_one_two_places_make_a_detour(moves):
+    world = GridWorld(generators.generate('open', 20, 0), Parameters(moves=moves))
+    for seed in range(5):
+        path = detour_path(world, (0, 0), (19, 19), np.random.default_rng(seed))
+        assert 1.3 <= path_length(path) / world.cost_to((19, 19))[0, 0] <= 2.0
+        assert len(set(path)) == len(path)
 
 
 def test_the_blind_teacher_drives_and_sees_through_walls():

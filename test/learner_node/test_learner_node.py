@@ -5,6 +5,7 @@ import shutil
 import signal
 import sys
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from nav_msgs.msg import Odometry
 import pytest
 from rcl_interfaces.srv import SetParameters
@@ -98,6 +99,18 @@ def test_a_bags_folder_that_cannot_be_made_is_said(ros_domain, tmp_path):
         assert process.wait() == 2, process.report()
     assert 'cannot record into' in process.stderr
     assert len(process.stderr.splitlines()) == 1
+
+
+def test_what_is_refused_of_one_topic_does_not_hide_another(ros_domain, ros_node, tmp_path):
+    bad = ros_node.create_publisher(PointCloud2, 'experience', qos.EXPERIENCE)
+    worse = ros_node.create_publisher(DiagnosticStatus, 'trial', qos.LATCHED)
+    with start(tmp_path) as process:
+        def wait_for(refusal):
+            wait_until(lambda: bad.publish(PointCloud2()) or refusal in process.report(),
+                       node=ros_node, processes=[process], what=refusal)
+        wait_for('refused: experience: ')
+        worse.publish(DiagnosticStatus())
+        wait_for('refused: trial: ')
 
 
 @pytest.mark.parametrize(('header', 'words'), [

@@ -2,9 +2,12 @@
 
 from contextlib import contextmanager
 
+from nav_msgs.msg import Odometry
 import pytest
+from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
+from learner_node.phases import Peers
 from learner_node.requests import Requests
 from ros_helpers import own_node, wait_until
 
@@ -125,3 +128,15 @@ def test_what_was_answered_is_dropped(ros_domain, ros_node, requests):
             [(_, stop)] = requests._open
             exchange(ros_node, peer, requests, stop.done, 'the answer to stop')
             assert asked == ['stop'] * number
+
+
+def test_a_robot_whose_topics_are_remapped_is_there(ros_domain, ros_node):
+    remapped = ['--ros-args', '-r', 'odom:=wheel/odometry', '-r', 'experience:=e']
+    with own_node(ros_domain, 'a_learner', cli_args=remapped) as node:
+        requests = Requests(node, 'control_field_node')
+        assert requests.peers() == Peers(False, False)
+        ros_node.create_publisher(Odometry, 'wheel/odometry', 10)
+        ros_node.create_publisher(PointCloud2, 'e', 10)
+        ros_node.create_service(
+            Trigger, 'control_field_node/start_trial', lambda _, answer: answer)
+        wait_until(lambda: requests.peers() == Peers(True, True), node=node, what='the robot')

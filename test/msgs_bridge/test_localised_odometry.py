@@ -1,5 +1,6 @@
 """Odometry in the map's frame: where it leads, that it never jumps; the node on real topics."""
 
+from dataclasses import replace
 import math
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -106,7 +107,7 @@ class TestLocalisedOdometry:
         with pytest.raises(ValueError, match=words):
             localised.saw_pose(pose)
         assert localised.place(odom(1)) is None
-        assert localised.problem == 'no pose has arrived on amcl_pose'
+        assert localised.problem.startswith('no pose has arrived on amcl_pose (')
 
     def test_before_any_odometry_a_pose_says_nothing(self):
         localised = LocalisedOdometry(LocalisedSettings())
@@ -132,7 +133,36 @@ class TestLocalisedOdometry:
         assert localised.place(odom(2)) is None
         assert localised.place(odom(5)).x == pytest.approx(1.0)
         assert localised.place(odom(-20)) is None
-        assert localised.problem == 'no pose has arrived on amcl_pose'
+        assert localised.problem.startswith('no pose has arrived on amcl_pose (')
+
+    @pytest.mark.parametrize('reset', [(0.0, 0.0, 0.0), (5.0, 0.4, 0.0), (5.0, 0.0, 2.0)])
+    def test_odometry_that_is_reset_leaves_the_robot_nowhere_until_it_is_seen_again(self, reset):
+        localised = LocalisedOdometry(LocalisedSettings())
+        localised.place(odom(0, 5.0))
+        localised.saw_pose(in_map(Placement(1.0, 0.0, 0.0), odom(0, 5.0)))
+        assert localised.place(odom(1, 5.0)) is not None
+        assert localised.place(odom(2, *reset)) is None
+        localised.saw_pose(in_map(Placement(1.0, 0.0, 0.0), odom(1, 5.0)))  # of before
+        assert localised.place(odom(3, *reset)) is None
+        found = Placement(7.0, 7.0, 0.5)
+        localised.saw_pose(in_map(found, odom(3, *reset)))
+        expected = in_map(found, odom(4, *reset))
+        assert max(apart(localised.place(odom(4, *reset)), expected)) < 1e-9
+
+    def test_an_older_pose_neither_moves_the_robot_nor_makes_up_for_the_way_since(self):
+        localised = LocalisedOdometry(LocalisedSettings(trusted_distance=1.02))
+        for k in range(20):
+            localised.place(odom(k, 0.05 * k))
+        localised.saw_pose(in_map(Placement(0.0, 0.0, 0.0), odom(9, 0.45)))
+        localised.saw_pose(in_map(Placement(0.2, 0.0, 0.0), odom(2, 0.1)))
+        assert localised.place(odom(20, 1.0)).x == pytest.approx(1.0)
+        said = [localised.place(odom(k, 0.05 * k)) is not None for k in range(21, 35)]
+        assert said == [True] * 9 + [False] * 5  # a metre after the pose, not after it arrived
+
+    def test_odometry_in_the_map_already_is_refused(self):
+        localised = LocalisedOdometry(LocalisedSettings())
+        with pytest.raises(ValueError, match="odom: frame is 'map' already"):
+            localised.place(Pose(1.0, 0.0, 0.0, 0.0, frame_id='map'))
 
 
 class TestProcess:
@@ -147,15 +177,18 @@ class TestProcess:
             def tick(words='', send=True):
                 nonlocal k
                 k += 1
-                odometry.publish(odometry_from_pose(drive(k), 'base_link'))
+                pose = drive(k) if send is not None else replace(drive(k), frame_id='map')
+                odometry.publish(odometry_from_pose(pose, 'base_link'))
                 if send:
                     poses.publish(initialpose_from_pose(in_map(origin, drive(k))))
                 return words in process.stderr if words else seen
 
             wait = {'node': ros_node, 'processes': [process]}
             ros_helpers.wait_until(
-                lambda: tick('nothing is published: no pose has arrived on amcl_pose', send=False),
-                **wait)
+                lambda: 'nothing is published: no odometry has arrived' in process.stderr, **wait)
+            ros_helpers.wait_until(
+                lambda: tick('refused: odom: frame is', send=None), **wait)
+            ros_helpers.wait_until(lambda: tick('', send=False) or k > 20, **wait)
             assert not seen
             ros_helpers.wait_until(tick, what='localised odometry', **wait)
             ros_helpers.wait_until(lambda: tick('the robot is localised'), **wait)
@@ -163,6 +196,7 @@ class TestProcess:
             ros_helpers.wait_until(
                 lambda: "amcl_pose: frame is 'world', must be 'map'" in process.stderr, **wait)
         assert 'Traceback' not in process.stderr
+        assert 'incompatible QoS' not in process.stderr
         placed = pose_from_odometry(seen[-1])
         j = round((placed.stamp - 100.0) / DT)
         assert max(apart(placed, in_map(origin, drive(j)))) < 0.05

@@ -142,6 +142,15 @@ class TestMapServer:
         path = write_map(tmp_path, negate=None, occupied_thresh=None, free_thresh=None)
         assert not load_world(path).occupancy.any()
 
+    @pytest.mark.parametrize(('name', 'value'), [('mode', 'Trinary'), ('negate', 'false')])
+    def test_what_map_server_takes_as_well(self, tmp_path, name, value):
+        assert not load_world(write_map(tmp_path, **{name: value})).occupancy.any()
+
+    def test_more_cells_than_a_grid_has(self, tmp_path):
+        path = write_map(tmp_path)
+        (tmp_path / 'map.pgm').write_bytes(b'P5\n4500 4500\n255\n' + bytes(4500 * 4500))
+        assert '4500 x 4500 cells' in refused(path, 'map.pgm')
+
     def test_numbers_as_yaml_1_1_does_not_read_them(self, tmp_path):
         assert load_world(write_map(tmp_path, resolution='5e-2')).grid.resolution == 0.05
 
@@ -151,6 +160,7 @@ class TestMapServer:
         ('resolution', '1' + '0' * 400), ('resolution', '1' + '0' * 6000),
         ('origin', None), ('origin', '3'), ('origin', '[1]'), ('origin', '[1, 2, 3, 4]'),
         ('origin', '[1, .nan, 0]'), ('origin', '[0, 0, 0.5]'), ('origin', '{x: 1, y: 2}'),
+        ('origin', '[0, 0]'), ('resolution', 'true'), ('negate', '0.5'),
         ('negate', '2'), ('negate', 'perhaps'), ('occupied_thresh', '1.5'),
         ('free_thresh', '0.9'), ('free_thresh', '-1'), ('mode', 'cubic'), ('mode', '[trinary]'),
         ('image', '3'), ('image', "''"), ('image', '"a\\0b"'), ('image', None)])
@@ -183,7 +193,8 @@ class TestMapServer:
         b'P5\n3 2\n0\n123456', b'P5\n3 2\n99999\n123456', b'P5\na b\n255\n123456',
         b'P5\n100000 100000\n255\n123456', b'P5\n999999999 999999999\n255\n123456',
         b'P5\n1 900000\n255\n' + b'1' * 900_000, b'P2\n3 2\n255\n1 2 3', b'P2\n3 2\n255\n1 2 x 4',
-        b'P2\n3 2\n255\n1 2 3 4 5 999', b'P9\n3 2\n255\n123456', b'GIF89a', b'\x89PNG\r\n\x1a\n',
+        b'P2\n3 2\n255\n1 2 3 4 5 999', b'P2\n3 2\n255\n1 2 3 4 5 6 # 7\n7',
+        b'P9\n3 2\n255\n123456', b'GIF89a', b'\x89PNG\r\n\x1a\n',
         b'P5\n3 2\n65535\n123456789'])
     def test_images_that_are_none(self, tmp_path, pixels):
         path = write_map(tmp_path)
