@@ -166,10 +166,11 @@ def _open_file(path: Path) -> Bag:
         try:
             return BagReader(path)
         except CompressedError:
-            if _is_cut(path):
-                # Slow to import, and most bags are whole.
-                from msgs_bridge.foreign_bag import CutBag
+            # Slow to import, and most bags are ours.
+            from msgs_bridge.foreign_bag import check_sizes, CutBag
 
+            check_sizes(path)
+            if _is_cut(path):
                 return CutBag(path)
     return _open_foreign(path)
 

@@ -19,6 +19,8 @@ from msgs_bridge.mcap_scan import (
     CHANNEL_OP, CHUNK_OP, Cursor, cut_chunk, MAGIC, McapIndex, MESSAGE_OP, RECORD, Scan, scan,
     SCHEMA_OP, START, U4, U8)
 
+#: Largest chunk that is unpacked, [bytes]; recorders write them of 1 to 16 MiB.
+_MOST_UNPACKED: Final = 2**28
 #: What of a file is copied; all else says where things lie in it, or is none of the bag's.
 _COPIED: Final = (SCHEMA_OP, CHANNEL_OP, MESSAGE_OP)
 
@@ -117,6 +119,38 @@ class CutBag(BagReader):
         there = walk.index()
         return unpacked, replace(
             scan(unpacked), damage=there.damage, n_lost=there.n_lost, complete=there.complete)
+
+
+def check_sizes(path: Path) -> None:
+    """
+    Refuse an MCAP file with a chunk that becomes too large when it is unpacked.
+
+    Raises
+    ------
+    BagError
+        If there is one: a few bytes may claim to be, and become, all that memory holds.
+
+    """
+    with path.open('rb') as file, mmap.mmap(
+            file.fileno(), 0, access=mmap.ACCESS_READ) as mapped, memoryview(mapped) as data:
+        try:
+            _Sizes(data).run()
+        except BagError as error:
+            raise BagError(f'cannot read {path}: {error}') from None
+
+
+class _Sizes(Scan):
+    """Walks over the chunks of a file without looking into them."""
+
+    def _record(self, opcode: int, start: int, length: int) -> None:
+        pass
+
+    def _chunk(self, start: int, chunk_end: int, end: int) -> None:
+        size = Cursor(self.data, start + RECORD + 16, min(chunk_end, end)).number(U8)
+        if size > _MOST_UNPACKED:
+            raise BagError(f'the chunk at byte {start} has {size} bytes unpacked, must be at most '
+                           f'{_MOST_UNPACKED}')
+        self.at = chunk_end
 
 
 class _Unpacking(Scan):

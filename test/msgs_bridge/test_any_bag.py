@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import struct
 
 from mcap.writer import CompressionType, Writer
 import numpy as np
@@ -127,6 +128,18 @@ def test_of_a_compressed_file_that_is_cut_its_whole_chunks_are_read(tmp_path, co
         assert note.startswith('what is not readable of bag.mcap is missing: ')
         there = f'the chunk at byte {start} is cut, {n_bytes - start} of {end - start} bytes'
         assert n_bytes == start or there in note
+
+
+@PACKINGS
+@pytest.mark.parametrize('n_missing', [0, 30])
+def test_a_chunk_that_would_fill_the_memory_is_not_unpacked(tmp_path, compression, n_missing):
+    path = packed_file(tmp_path / 'bag.mcap', compression)
+    data = bytearray(path.read_bytes())
+    start, _ = chunks(data)[2]
+    struct.pack_into('<Q', data, start + RECORD + 16, 2**28 + 1)
+    path.write_bytes(data[:len(data) - n_missing])
+    with pytest.raises(BagError, match=f'chunk at byte {start} has 268435457 bytes unpacked'):
+        open_bag(path)
 
 
 @PACKINGS
