@@ -54,7 +54,7 @@ class Robot:
         self.stamp = 0.0
 
     def drive(self, x):
-        self.stamp += 0.05
+        self.stamp += 0.1
         self.publisher.publish(odometry_from_pose(Pose(self.stamp, x, 0.875, 0.0)))
         return True
 
