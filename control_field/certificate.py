@@ -49,13 +49,26 @@ class Certificate:
     n_reachable: int
     coherence_min: float
 
+    @property
+    def n_reached(self) -> int:
+        """Return how many of the reachable cells have a flow to the goal."""
+        return round(self.basin * self.n_reachable)
+
     def sentence(self) -> str:
-        """Return the certificate in one sentence."""
-        cut_off = self.n_free - self.n_reachable
-        rest = f' with a way to it ({cut_off} more have none)' if cut_off else ''
-        return (f'the goal is reached from {self.basin:.1%} of {self.n_reachable} known free '
-                f'cells{rest} ({self.proven:.1%} over seen ground only), '
-                f'{counted(len(self.sinks), "sink")}, '
+        """Say from where the robot gets to the goal, in plain words; `numbers` has the rest."""
+        n, cut_off = self.n_reachable, self.n_free - self.n_reachable
+        if n == 0:
+            return 'From none of the places seen so far there is a way to the goal.'
+        which = f'{self.n_reached} of {counted(n, "place")}'
+        if self.n_reached == n:
+            which = 'the only place' if n == 1 else f'all {n} places'
+        rest = f' There is no way to it from {cut_off} more.' if cut_off else ''
+        return f'From {which} seen so far the robot gets to the goal.{rest}'
+
+    def numbers(self) -> str:
+        """Return the certificate in numbers, for who wants to know more than `sentence` says."""
+        return (f'basin {self.basin:.1%} of {counted(self.n_reachable, "known free cell")} '
+                f'({self.proven:.1%} over seen ground only), {counted(len(self.sinks), "sink")}, '
                 f'fidelity {self.fidelity:.1%}, {counted(self.n_prototypes, "prototype")}, '
                 f'coherence at least {self.coherence_min:.2f}')
 

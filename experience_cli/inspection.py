@@ -35,7 +35,9 @@ def run(arguments: argparse.Namespace) -> int:
     lesson = [lesson for lesson in each if lesson.read is not None][-1]
     out = arguments.out or last.path.parent / f'{last.path.name}.png'
     write_output(out, partial(inspection_figure(lesson, lessons).savefig, format='png'))
-    print(f'{last.name}: {lessons.refresh.certificate.sentence()}')
+    certificate = lessons.refresh.certificate
+    print(f'{last.name}: {certificate.sentence()}')
+    print(f'in numbers: {certificate.numbers()}')
     places = ', '.join(f'({x:g}, {y:g})' for x, y in lessons.teach_here(3))
     if places:
         print(f'one more demonstration would help most from {places} m')
@@ -75,6 +77,6 @@ def inspection_figure(lesson: Any, lessons: Any) -> Any:
         drawing.draw_path(axes, path, f'driven in {lesson.episode.name}')
         drawing.draw_goal(axes, refresh.field)
     drawing.draw_legend(figure)
-    sentence = refresh.certificate.sentence()
-    figure.suptitle(sentence[0].upper() + sentence[1:], fontsize=10.5)
+    certificate = refresh.certificate
+    figure.suptitle(f'{certificate.sentence()}\n{certificate.numbers()}', fontsize=10.5)
     return figure

@@ -61,7 +61,7 @@ def relearnt_sentence(task: TaskFolder) -> str:
     try:
         refresh = relearnt(task)
     except BagError as error:
-        return f'{task.path}: not relearnt, {error}'
+        return f'{task.path}: not learnt anew, {error}'
     if refresh is None:
         return f'{task.path}: no demonstration is left, there is no field now'
-    return f'{task.path}: relearnt, {refresh.certificate.sentence()}'
+    return f'{task.path}: learnt anew. {refresh.certificate.sentence()}'

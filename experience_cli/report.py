@@ -222,6 +222,8 @@ def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
     for report in reports:
         other = report.other_starts
         collisions = counted(other['collisions'], 'collision')
-        yield (f'{report.name}: from {counted(other["starts"], "other start")} the goal is '
-               f'reached {counted(other["reached"], "time")}, {collisions}; '
-               f'{report.final.certificate.sentence()}')
+        certificate = report.final.certificate
+        yield (f'{report.name}: {certificate.sentence()} Set down at {other["starts"]} other '
+               f'starts it reached the goal {counted(other["reached"], "time")}, with '
+               f'{collisions}.')
+        yield f'       in numbers: {certificate.numbers()}'

@@ -28,8 +28,8 @@ def sentence_at_start(settings: Settings, task: TaskFolder, refresh: Refresh | N
         return (begins + 'nothing was learnt yet; show the way: s in teleop_node, or the service '
                 '~/record_demonstration')
     service = '~/run_trials' if settings.simulation else f'{settings.controller}/start_trial'
-    return begins + (f'{refresh.certificate.sentence()}; let the robot try: t in teleop_node, or '
-                     f'the service {service}')
+    return begins + (f'{refresh.certificate.sentence()} Let it try: t in teleop_node, or the '
+                     f'service {service}')
 
 
 def diagnostic_from_session(

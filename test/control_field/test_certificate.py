@@ -122,13 +122,22 @@ def test_unseen_ground_counts_for_the_basin_but_not_as_proven():
     assert not is_barred(known, 0, 1, False)
 
 
-def test_the_sentence_holds_the_numbers():
+def test_the_sentence_is_plain_and_the_numbers_hold_the_rest():
     known = np.zeros((1, 4), np.int8)
-    sentence = certify(field_of(known, 0 * known, (0, 3)), 0 * known, 3,
-                       (False, False, 8)).sentence()
-    assert 'more have none' not in sentence
-    for part in ('100.0% of 4 known free cells', '0 sinks', 'fidelity 100.0%', '3 prototypes'):
-        assert part in sentence
+    certificate = certify(field_of(known, 0 * known, (0, 3)), 0 * known, 3, (False, False, 8))
+    assert certificate.sentence() == (
+        'From all 4 places seen so far the robot gets to the goal.')
+    for part in ('basin 100.0% of 4 known free cells', '0 sinks', 'fidelity 100.0%',
+                 '3 prototypes'):
+        assert part in certificate.numbers()
+
+
+def test_the_sentence_does_not_round_up_to_all():
+    known = np.zeros((1, 4), np.int8)
+    certificate = certify(field_of(known, np.array([[4, 0, 0, 0]], np.int8), (0, 3)), 0 * known, 3,
+                          (False, False, 8))
+    assert certificate.sentence() == (
+        'From 3 of 4 places seen so far the robot gets to the goal.')
 
 
 def test_the_sentence_says_how_many_known_cells_are_cut_off():
@@ -136,4 +145,13 @@ def test_the_sentence_says_how_many_known_cells_are_cut_off():
     certificate = certify(field_of(known, 0 * known, (0, 5)), -1 - 0 * known, 1,
                           (False, False, 8))
     assert (certificate.n_free, certificate.n_reachable) == (5, 3)
-    assert '3 known free cells with a way to it (2 more have none)' in certificate.sentence()
+    assert certificate.sentence().endswith('There is no way to it from 2 more.')
+
+
+def test_no_place_with_a_way_to_the_goal_is_said_so():
+    known = np.array([[0, 0, 100, 100, 0, -1]], np.int8)
+    certificate = certify(field_of(known, 0 * known, (0, 2)), -1 - 0 * known, 1,
+                          (False, False, 8))
+    assert certificate.n_reachable == 0
+    assert certificate.sentence() == (
+        'From none of the places seen so far there is a way to the goal.')

@@ -123,7 +123,7 @@ def test_a_trial_labelled_a_failure_is_learnt_from_as_one(task, experience):
     before, files = field_of(task), files_of(task.root)
     text = experience('label', FIRST, 'failure')
     assert f'{FIRST}: labelled failure' in text
-    assert 'relearnt' in text
+    assert 'learnt anew' in text
     assert field_of(task) != before
     shown = json.loads(experience('show', FIRST, '--json'))
     assert (shown['label'], shown['outcome'], shown['state']) == ('failure', 'goal', 'kept')
@@ -149,7 +149,7 @@ def test_a_forgotten_bag_is_as_if_it_never_was(task, experience, tmp_path, numbe
     shutil.rmtree(never.find(number).path)
     text = experience('forget', f'sample/{number:04d}')
     assert 'is forgotten' in text
-    assert 'relearnt' in text
+    assert 'learnt anew' in text
     assert field_of(task) == field_of(never)
     assert [episode.number for episode in task.episodes()] == sorted({1, 2, 3} - {number})
     experience('forget', '--undo', f'sample/{number:04d}')
@@ -178,7 +178,7 @@ def test_the_number_of_a_forgotten_bag_stays_its_own(task, experience):
 
 def test_forgetting_all_that_was_shown_leaves_no_field(task, experience):
     assert 'no demonstration is left' in experience('forget', DEMO)
-    assert 'relearnt' in experience('forget', '--undo', DEMO)
+    assert 'learnt anew' in experience('forget', '--undo', DEMO)
 
 
 # trim
@@ -309,7 +309,7 @@ def test_what_is_no_bag_is_said_to_be_none(task, experience, mistake):
     assert 'is no bag' in mistake('show', 'sample/0004')
     (path / '0004_trial_0.mcap').write_bytes(b'something else, and long enough to look at')
     assert 'cannot read' in mistake('show', 'sample/0004')
-    assert 'not relearnt, ' in experience('forget', FIRST)
+    assert 'not learnt anew, ' in experience('forget', FIRST)
 
 
 def test_a_recorder_that_was_killed_before_it_made_its_file_spoils_nothing(task, experience):
@@ -380,5 +380,5 @@ def test_a_drive_that_ends_where_it_began_keeps_no_command_from_its_work(
         assert 'nothing was learnt' in mistake(command, 'bags/task1')
     demonstration_bag(tmp_path / 'bags')
     assert 'ends in the cell where it began' in experience('learn', 'bags/task1')
-    assert 'relearnt' in experience('label', 'task1/0001', 'success')
+    assert 'learnt anew' in experience('label', 'task1/0001', 'success')
     assert 'to (4, 3)' in experience('trim', 'task1/0001', '--to', '5.5')  # as it is advised
