@@ -66,6 +66,11 @@ class CommandWriter:
         self._own.sent(*_stamp_of(self._msg), *velocity)
         self.publish(self._msg)
 
+    @property
+    def odometry(self) -> Any:
+        """Return the newest odometry; None before the first."""
+        return self._book.odometry
+
     def is_own(self, msg: Any, velocity: Velocity) -> bool:
         """Tell whether a message that arrived was sent here."""
         return self._own.is_own(*_stamp_of(msg), *velocity)

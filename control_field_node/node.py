@@ -4,14 +4,13 @@ import time
 from typing import Any, Final
 
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Bool, Header
+from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from control_field.limits import STANDSTILL, Velocity
@@ -20,7 +19,8 @@ from control_field.watch import StopReason
 from control_field_node.answer import Answer
 from control_field_node.commands import CommandWriter
 from control_field_node.lockstep import TickBook
-from control_field_node.reports import diagnostic_from_supervisor, Peers
+from control_field_node.outbox import Outbox
+from control_field_node.reports import Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.supervisor import Supervisor
 from msgs_bridge import qos
@@ -37,9 +37,8 @@ from msgs_bridge.poses import (
     pose_from_pose_stamped,
     variances_from_covariance,
 )
-from msgs_bridge.tables import cloud_from_decisions, field_from_cloud, OtherVersionError
-from msgs_bridge.trial_status import status_from_trial
-from msgs_bridge.velocities import twist_stamped_from_velocity, velocity_from_twist
+from msgs_bridge.tables import field_from_cloud, OtherVersionError
+from msgs_bridge.velocities import velocity_from_twist
 
 #: How often the node looks for what has not come, and tells how it stands, [s] of the wall clock.
 _WATCH_PERIOD: Final = 0.1
@@ -74,10 +73,9 @@ class ControlFieldNode(Node):
         self._book = TickBook()
         self._writer = CommandWriter(self._settings, self._book, self._time)
         self._peers = Peers()
-        self._told: tuple[object, ...] = ()
         self._told_held = ''
         self._teleop_at: float | None = None
-        self._make_publishers()
+        self._out = Outbox(self, self._settings, self.supervisor, self._writer)
         self._make_subscriptions()
         self.create_service(Trigger, '~/start_trial', self._on_start)
         self.create_service(Trigger, '~/stop_trial', self._on_stop)
@@ -85,15 +83,7 @@ class ControlFieldNode(Node):
         self.create_timer(_WATCH_PERIOD, self._watch, clock=steady)
         self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
         self._log('info', f'waits for a control field; it drives by {self._writer.kind.__name__} '
-                  f'on {self._commands.topic_name}')
-
-    def _make_publishers(self) -> None:
-        self._commands = self.create_publisher(self._writer.kind, 'cmd_vel', qos.COMMAND)
-        self._writer.publish = self._commands.publish
-        self._requests = self.create_publisher(TwistStamped, 'cmd_vel_requested', qos.COMMAND)
-        self._experience = self.create_publisher(PointCloud2, 'experience', qos.EXPERIENCE)
-        self._trials = self.create_publisher(DiagnosticStatus, 'trial', qos.LATCHED)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+                  f'on {self._out.commands.topic_name}')
 
     def _make_subscriptions(self) -> None:
         lockstep = self._settings.lockstep
@@ -145,7 +135,7 @@ class ControlFieldNode(Node):
         else:
             if self.supervisor.accept_field(field):
                 self._read_sight(self._book.sight)
-                self._tell_trial()
+                self._out.tell_trial()
             else:
                 self._leave_field()
 
@@ -242,8 +232,7 @@ class ControlFieldNode(Node):
         # Whoever has stood for long begins gently.
         dt = min(now - self._writer.sent_at, 0.1 if self._teleop_at is None else 0.5)
         self._teleop_at = now
-        self._requests.publish(twist_stamped_from_velocity(
-            *velocity, self._time(), self._settings.base_frame_id))
+        self._out.request(velocity, self._time())
         if not self._settings.lockstep or self._book.is_open():
             self._publish(self.supervisor.teleop(velocity, now, dt))
 
@@ -279,7 +268,7 @@ class ControlFieldNode(Node):
         if response.success:
             response.message = self.supervisor.status.sentence
             self._book.owes_stop = False
-            self._tell_trial()
+            self._out.tell_trial()
             self._answer_tick()
         return response
 
@@ -295,30 +284,8 @@ class ControlFieldNode(Node):
             response.message = 'the robot stands until the keys are let go'
         return response
 
-    # What goes out
-
     def _publish(self, answer: Answer, odometry: Odometry | None = None) -> None:
-        """Publish decisions first, then how the trial stands, the command last."""
-        grid = self.supervisor.grid
-        if grid is not None:
-            for rows in answer.rows:
-                self._experience.publish(cloud_from_decisions(rows, grid))
-        self._tell_trial()
-        if answer.requested is not None:
-            stamp = self._time() if odometry is None else odometry.header.stamp
-            self._requests.publish(twist_stamped_from_velocity(
-                *answer.requested, stamp, self._settings.base_frame_id))
-        if answer.velocity is not None:
-            self._writer.send(answer.velocity, odometry or self._book.odometry)
-
-    def _tell_trial(self) -> None:
-        """Publish how the trial stands when that has changed."""
-        status = self.supervisor.status
-        now = (status.state, status.trial, status.outcome, status.reason, status.decisions,
-               status.revision)
-        if now != self._told:
-            self._told = now
-            self._trials.publish(status_from_trial(status, self._settings.robot_id))
+        self._out.publish(answer, odometry)
 
     # Time alone
 
@@ -358,19 +325,16 @@ class ControlFieldNode(Node):
     def _tell(self) -> None:
         self._look_at_peers()
         self._told_held = self.supervisor.held
-        status = diagnostic_from_supervisor(
-            self.supervisor, self.get_fully_qualified_name(), self._peers)
-        self._diagnostics.publish(
-            DiagnosticArray(header=Header(stamp=self._time()), status=[status]))
+        self._out.tell(self._peers)
 
     def close(self) -> None:
         """Leave the robot standing, whatever has happened; then say how the trial ended."""
         self._writer.send_now(STANDSTILL, self._book.odometry)
         patience = Duration(nanoseconds=200_000_000)
-        self._commands.wait_for_all_acked(patience)
+        self._out.commands.wait_for_all_acked(patience)
         self.supervisor.stop(StopReason.SHUTDOWN)
-        self._tell_trial()
-        self._trials.wait_for_all_acked(patience)
+        self._out.tell_trial()
+        self._out.trials.wait_for_all_acked(patience)
 
 
 def main(args: list[str] | None = None) -> None:

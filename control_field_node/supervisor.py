@@ -19,8 +19,10 @@ from control_field_node import words
 from control_field_node.answer import Answer, NOTHING, STOP
 from control_field_node.intake import Intake
 from control_field_node.localisation import Localisation
-from control_field_node.seen import cached_seen, Seen
+from control_field_node.refusals import why_no_start
+from control_field_node.seen import Seen
 from control_field_node.settings import Settings
+from control_field_node.sights import Sights
 from control_field_node.trial_run import ended_by, Move, TrialRun
 from msgs_bridge.neighbourhoods import Neighbourhood
 from msgs_bridge.poses import FRAME_OWNERS, Pose, problem_with_frame
@@ -59,15 +61,13 @@ class Supervisor:
         self.is_ungated = False
         self.velocity: Velocity = STANDSTILL
         self.pose: Pose | None = None
-        self.neighbourhood: Neighbourhood | None = None
-        self._cells: Grid | None = None
         self._trial = 0
         self._ended: TrialStatus | None = None
         self._log = log
-        self._seen = cached_seen()
         self.localisation = Localisation(settings, parameters.seed)
         self._takeover = TakeoverWatch(settings.takeover_timeout)
         self.intake = Intake(settings, log)
+        self.sights = Sights(self.intake, self.localisation)
         self._dt = _USUAL_STEP
         self._driven: float | None = None
         self._detail = ''
@@ -86,6 +86,11 @@ class Supervisor:
     def grid(self) -> Grid | None:
         """Return the workspace; None before the first field."""
         return None if self.field is None else self.field.grid
+
+    @property
+    def neighbourhood(self) -> Neighbourhood | None:
+        """Return the newest neighbourhood that can be placed on the workspace."""
+        return self.sights.newest
 
     @property
     def status(self) -> TrialStatus:
@@ -119,8 +124,7 @@ class Supervisor:
             return False
         self.refusal = ''
         self.field = field
-        if self._cells != field.grid:
-            self.neighbourhood = self._cells = None  # it is to be read anew, on the field's cells
+        self.sights.take_workspace(field.grid)
         self.localisation.take_field(field)
         if self.run is not None:
             self.run.refresh(field)
@@ -142,7 +146,7 @@ class Supervisor:
 
     def start(self, now: float) -> str:
         """Start a trial; return why not, or an empty string."""
-        refusal = self._why_not(now)
+        refusal = why_no_start(self, now)
         if refusal or self.field is None:
             return refusal
         self._trial += 1
@@ -151,21 +155,6 @@ class Supervisor:
         self._takeover.let_go()
         self._log('info', f'trial {self._trial} starts on field revision {self.field.revision}')
         return ''
-
-    def _why_not(self, now: float) -> str:
-        if self.run is not None:
-            return f'trial {self.run.trial} is already running'
-        if self.field is None or self.field.is_void:
-            return f'there is no control field: {self.refusal or "show the way first"}'
-        if self.odometry_refusal:
-            return f'odometry is refused: {self.odometry_refusal}'
-        if self.pose is None or self.intake.odometry.is_stale(now):
-            return f'no odometry has arrived for {self.intake.odometry.timeout:g} s'
-        if self.neighbourhood is None or self.intake.sight.is_stale(now):
-            return f'no neighbourhood has arrived for {self.intake.sight.timeout:g} s'
-        if self.localisation.is_lost:
-            return f'no pose has arrived on {self.settings.pose_topic}'
-        return words.problem_with_place(self.field.grid, self.pose.x, self.pose.y)
 
     def stop(self, reason: StopReason = StopReason.ASKED, detail: str = '') -> Answer:
         """End the trial with one standstill; who drives by hand has to let go first."""
@@ -218,9 +207,7 @@ class Supervisor:
         self, neighbourhood: Neighbourhood, now: float, cells: Grid | None = None,
     ) -> None:
         """Take in a neighbourhood, on the field's cells or others; a late one is passed over."""
-        if not self.intake.is_late_sight(neighbourhood, self.neighbourhood):
-            self.neighbourhood, self._cells = neighbourhood, cells or self.grid
-            self.intake.came(self.intake.sight, now, self.problem is not None)
+        self.sights.saw(neighbourhood, cells or self.grid, now, self.problem is not None)
 
     def saw_bad_input(self, what: str, now: float) -> Answer:
         """Take in odometry that is not to be trusted: stand still until it has been good again."""
@@ -305,13 +292,8 @@ class Supervisor:
         return Answer(None, move.rows)
 
     def _seen_now(self, now: float) -> Seen | None:
-        sight, cells, pose = self.neighbourhood, self._cells, self.pose
-        if sight is None or cells is None or pose is None or self.intake.sight.is_stale(now) or (
-                abs(pose.stamp - sight.stamp) > self.intake.sight.timeout) or problem_with_frame(
-                pose.frame_id, cells.frame_id, 'odom'):
-            return None
         parameters = self.parameters if self.run is None else self.run.parameters
-        return self._seen(self.localisation.see(sight), cells, parameters.unknown_is_blocked)
+        return self.sights.seen_from(self.pose, now, parameters.unknown_is_blocked)
 
     def _gated(
         self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float,
