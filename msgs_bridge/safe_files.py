@@ -1,0 +1,314 @@
+"""
+The one door to files that are not ours: opened with care, written beside and renamed.
+
+Whoever gives a folder can put anything into it: pipes and devices that never end, links that lead
+elsewhere, a gigabyte of YAML, ten lines of YAML that stand for more than memory holds. What is odd
+is an `OddFileError`, which is an OSError: whoever says in a line why a file cannot be read says
+this, too.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+import errno
+import os
+from pathlib import Path
+import stat
+import tempfile
+from typing import Any, BinaryIO, Final
+
+#: A file's size unless something else is said, [bytes]: ``metadata.yaml`` of 5000 files has 2 MB.
+MOST_BYTES: Final = 4 * 2**20
+#: Of a text in YAML: how deep lists may be nested, how many things may be in it, and how long a
+#: word may be that is not quoted (numbers are made of those).
+_MOST_DEPTH, _MOST_EVENTS, _MOST_WORD = 50, 500_000, 4096
+_KINDS: Final = (
+    (stat.S_ISDIR, 'a folder'), (stat.S_ISFIFO, 'a named pipe'), (stat.S_ISSOCK, 'a socket'),
+    (stat.S_ISCHR, 'a device'), (stat.S_ISBLK, 'a device'))
+#: Who may use a new file; asked for here, as the mask can only be read by setting it.
+_USUAL_MODE: Final = 0o666 & ~(_mask := os.umask(0o077))
+os.umask(_mask)
+#: What the name of a file that is being written ends in, behind some letters nobody knows before.
+DRAFT: Final = '.tmp'
+
+
+class OddFileError(OSError):
+    """
+    A file that is not used, whatever stands in it.
+
+    Parameters
+    ----------
+    path : Path
+        Which one.
+    problem : str
+        What is odd about it, and what to do; stands behind the file's name.
+
+    """
+
+    def __init__(self, path: Path | str, problem: str) -> None:
+        super().__init__(errno.EINVAL, problem, str(path))
+
+
+def open_regular(path: Path | str, within: Path | str | None = None) -> BinaryIO:
+    """
+    Open a regular file for reading; nothing else, and without ever waiting for it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    within : Path, optional
+        A folder that a link must not lead out of. Without one it may lead anywhere, which is for
+        paths that a person typed.
+
+    Raises
+    ------
+    OddFileError
+        If it is a folder, pipe, socket or device, or leads out of the folder.
+    OSError
+        If it is missing or cannot be read.
+
+    """
+    real = path if within is None else _held_in(Path(path), Path(within))
+    flags = os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY
+    try:
+        file = os.open(real, flags | (0 if within is None else os.O_NOFOLLOW))
+    except OSError as error:
+        if error.errno in (errno.ENXIO, errno.ENODEV):  # what Linux says of a socket
+            raise OddFileError(path, 'it is a socket, it must be a regular file') from None
+        raise
+    try:
+        _check_regular(path, os.fstat(file))
+        return os.fdopen(file, 'rb')
+    except BaseException:
+        os.close(file)
+        raise
+
+
+def read_bytes(
+    path: Path | str, limit: int = MOST_BYTES, within: Path | str | None = None,
+) -> bytes:
+    """
+    Read a regular file of bounded size.
+
+    Parameters
+    ----------
+    path, within
+        See `open_regular`.
+    limit : int, [bytes]
+        The most it may hold.
+
+    Raises
+    ------
+    OddFileError
+        If it is larger, or see `open_regular`.
+    OSError
+        If it is missing or cannot be read.
+
+    """
+    with open_regular(path, within) as file:
+        size = os.fstat(file.fileno()).st_size
+        # Files of /proc tell no size, and a file may grow meanwhile.
+        data = file.read(limit + 1) if size <= limit else b''
+    if size > limit or len(data) > limit:
+        raise OddFileError(path, f'it has {max(size, len(data))} bytes, a file of this kind has '
+                                 f'at most {limit}')
+    return data
+
+
+def read_text(
+    path: Path | str, limit: int = MOST_BYTES, within: Path | str | None = None,
+    errors: str = 'strict',
+) -> str:
+    """Read a regular text file in UTF-8, see `read_bytes`; UnicodeDecodeError if it is none."""
+    return read_bytes(path, limit, within).decode(errors=errors)
+
+
+def yaml_from_text(text: str | bytes) -> Any:
+    """
+    Return what a text in YAML says, in plain types.
+
+    Parameters
+    ----------
+    text : str or bytes
+        Of a size that was bounded before.
+
+    Raises
+    ------
+    ValueError
+        If it is no YAML, is nested too deeply, or has aliases (``*name``) or merge keys (``<<``):
+        a few lines of those can stand for more than memory holds. One line, without the file.
+
+    """
+    import yaml  # type: ignore[import-untyped, unused-ignore]
+
+    # In C 20 times as fast; without a bound of the depth it would crash.
+    loader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+    try:
+        _check_events(yaml, yaml.parse(text, loader))
+        reader = loader(text)
+        try:
+            return reader.get_single_data()
+        finally:
+            reader.dispose()
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        raise ValueError(f'it is no YAML{_line(mark)}') from None
+    except (RecursionError, OverflowError):
+        raise ValueError('it is no YAML') from None
+
+
+def replace_file(path: Path | str, content: bytes) -> None:
+    """
+    Replace a file, whole or not at all, also when the power goes; raises OSError.
+
+    A link is replaced, not followed, and so is whatever else has the name of the file.
+    """
+    path = Path(path)
+    with draft_beside(path) as draft:
+        with draft.open('wb') as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        with suppress(FileNotFoundError):
+            before = path.lstat()
+            if stat.S_ISREG(before.st_mode):
+                draft.chmod(stat.S_IMODE(before.st_mode))
+        draft.replace(path)
+    sync_folder(path.parent)
+
+
+@contextmanager
+def draft_beside(path: Path) -> Iterator[Path]:
+    """
+    Make an empty file beside another, with a name that nobody can know before; raises OSError.
+
+    What is still there at the end goes again. `is_draft` tells what a kill has left.
+    """
+    handle, name = tempfile.mkstemp(DRAFT, f'.{path.name}.', path.parent)
+    os.fchmod(handle, _USUAL_MODE)
+    os.close(handle)
+    draft = Path(name)
+    try:
+        yield draft
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+
+
+def is_draft(name: str) -> bool:
+    """Tell whether a file is what a kill has left of `replace_file`, by its name."""
+    return name.startswith('.') and name.endswith(DRAFT)
+
+
+def open_lock(path: Path | str, create: bool = True) -> int:
+    """
+    Open a file to be locked, never through a link.
+
+    Raises
+    ------
+    OddFileError
+        If it is a link, or no regular file.
+    OSError
+        If it cannot be opened.
+
+    """
+    flags = os.O_RDWR | os.O_CREAT if create else os.O_RDONLY
+    try:
+        file = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o644)
+    except OSError as error:
+        if error.errno == errno.ELOOP:
+            raise OddFileError(path, 'it is a link, remove it') from None
+        if error.errno in (errno.EISDIR, errno.ENXIO, errno.ENODEV):
+            raise OddFileError(path, 'it must be a regular file, remove it') from None
+        raise
+    try:
+        _check_regular(path, os.fstat(file))
+    except OSError:
+        os.close(file)
+        raise
+    return file
+
+
+def check_folder(path: Path | str) -> None:
+    """
+    Refuse a folder of ours that is a link, or something else; there may be none.
+
+    Raises
+    ------
+    OddFileError
+        If it is.
+
+    """
+    with suppress(FileNotFoundError):
+        mode = os.lstat(path).st_mode
+        if stat.S_ISLNK(mode):
+            raise OddFileError(path, 'it is a link, which is not followed: remove it')
+        if not stat.S_ISDIR(mode):
+            raise OddFileError(path, 'it must be a folder')
+
+
+def check_held(path: Path | str, within: Path | str) -> None:
+    """
+    Refuse a file that is none, or that leads out of a folder, without opening it.
+
+    Raises
+    ------
+    OddFileError
+        See `open_regular`.
+    OSError
+        If it is missing or cannot be looked at.
+
+    """
+    _check_regular(path, os.lstat(_held_in(Path(path), Path(within))))
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a rename in a folder survive a power cut; raises OSError."""
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _held_in(path: Path, folder: Path) -> str:
+    """Return where a file really is, if that is within a folder."""
+    real, root = os.path.realpath(path), os.path.realpath(folder)
+    if os.path.commonpath((real, root)) != root:
+        raise OddFileError(path, f'it leads out of {folder}: copy the file into the folder')
+    return real
+
+
+def _check_regular(path: Path | str, about: os.stat_result) -> None:
+    if stat.S_ISREG(about.st_mode):
+        return
+    kind = next((words for test, words in _KINDS if test(about.st_mode)), 'something else')
+    raise OddFileError(path, f'it is {kind}, it must be a regular file')
+
+
+def _check_events(yaml: Any, events: Any) -> None:
+    """Refuse what a loader could not bear, before there is one thing in memory."""
+    depth = 0
+    for number, event in enumerate(events):
+        if isinstance(event, yaml.AliasEvent):
+            raise ValueError(f'it has an alias (*{event.anchor}){_line(event.start_mark)}, which '
+                             f'is not followed: write out what it stands for')
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > _MOST_DEPTH or number > _MOST_EVENTS:
+            raise ValueError(f'it has more than {_MOST_DEPTH} levels or {_MOST_EVENTS} entries')
+        if isinstance(event, yaml.ScalarEvent):
+            _check_word(event)
+
+
+def _check_word(event: Any) -> None:
+    is_plain = event.implicit[0] or event.tag
+    if is_plain and event.value == '<<':
+        raise ValueError(f'it has a merge key (<<){_line(event.start_mark)}, which is not '
+                         f'followed: write out what it stands for')
+    if is_plain and len(event.value) > _MOST_WORD:
+        raise ValueError(f'it has a word of {len(event.value)} letters{_line(event.start_mark)}')
+
+
+def _line(mark: Any) -> str:
+    return f' in line {mark.line + 1}' if mark is not None else ''
