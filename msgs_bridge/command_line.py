@@ -1,7 +1,6 @@
 """A node's command line: its page of help, and what nobody would ever have looked at."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from pathlib import Path
@@ -9,7 +8,7 @@ import sys
 import textwrap
 from typing import Any, Final
 
-import yaml  # type: ignore[import-untyped, unused-ignore]
+from msgs_bridge.parameter_files import names_for_all, problem_with_file
 
 #: How alike a name has to be to one of this node to be taken for a slip of the pen: where it was
 #: given to this node alone, and where it was given to any node. Names of different nodes are up to
@@ -82,6 +81,7 @@ class Given:
 
     def __init__(self) -> None:
         self.plain: list[str] = []
+        self.program = ''
         self._ros: list[str] = []
 
     def take(self, args: Sequence[str] | None) -> None:
@@ -113,31 +113,31 @@ class Given:
         mistaken = [name for name in names if name in singly or name not in for_all]
         return mistaken, [name for name in names if name not in mistaken]
 
+    def problems(self, full_name: str) -> list[str]:
+        """
+        Say what was given to no node of this process: a file, a section, a parameter.
+
+        Parameters
+        ----------
+        full_name : str
+            Of the node, with its namespace.
+
+        """
+        names = list(filter(None, (full_name.rpartition('/')[2], self.program)))
+        files = dict.fromkeys(self._values_of('--params-file'))
+        problems = [problem_with_file(Path(path), full_name, names) for path in files]
+        for rule in self._values_of('-p', '--param'):
+            given = rule.partition(':=')[0]
+            node, _, name = given.rpartition(':')
+            if node and f'/{node}' != full_name:
+                problems.append(f'-p {given} is for /{node}, this node is {full_name}: leave '
+                                f'{node}: out, -p {name}:=... is for this node')
+        return list(filter(None, problems))
+
     def _values_of(self, *options: str) -> Iterator[str]:
         for option, value in zip(self._ros, self._ros[1:], strict=False):
             if option in options:
                 yield value
-
-
-def names_for_all(path: Path) -> set[str]:
-    """Return the names in a parameter file's sections whose last part is a wildcard."""
-    names: set[str] = set()
-    # ROS itself says what is wrong with a file.
-    with suppress(OSError, ValueError, RecursionError, yaml.YAMLError):
-        sections = yaml.safe_load(path.read_text())
-        for section, content in sections.items() if isinstance(sections, Mapping) else ():
-            if '*' in str(section).rpartition('/')[2] and isinstance(content, Mapping):
-                names.update(_flat(content.get('ros__parameters')))
-    return names
-
-
-def _flat(values: Any, before: str = '') -> Iterator[str]:
-    """Yield the full names in a tree of parameters."""
-    for name, value in values.items() if isinstance(values, Mapping) else ():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f'{before}{name}.')
-        else:
-            yield f'{before}{name}'
 
 
 #: The command line of this process, once it has begun as a node.
@@ -157,6 +157,7 @@ def begin(program: Program, args: list[str] | None) -> None:
 
     """
     _given.take(args)
+    _given.program = program.name
     if _given.wants_help:
         print(program.page)
         raise SystemExit(0)
@@ -175,10 +176,12 @@ def check_names(node: Any) -> None:
     Raises
     ------
     ValueError
-        If one that was given to this node is all but one of its own: a limit that is misspelt
-        would be none.
+        If one that was given to this node is all but one of its own, or a whole file or section
+        is for another node: a limit that is misspelt would be none.
 
     """
+    if problems := _given.problems(node.get_fully_qualified_name()):
+        raise ValueError('; '.join(problems))
     names = [name for name in node._parameter_overrides if not node.has_parameter(name)]
     given, shared = _given.unknown(names)
     known = sorted(node.get_parameters_by_prefix(''))

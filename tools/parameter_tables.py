@@ -41,6 +41,12 @@ have been meant, where it was given to this node: by `-p`, or in a section of th
 it. A misspelt limit would be none. A name that is like none of its own changes nothing, and a
 warning says so. A section for any node (`/**`) may hold names of others; one that is all but the
 same as one of this node's is a warning.
+
+ROS drops a section for another node, or a whole file, without a word: `control_field_node:` is for
+no node in a namespace. So a file of which no section is for the node that it is given to is
+refused, with the names of its sections and what to call them; a section that was meant for the
+node, too. `/**/control_field_node` is for that node in every namespace. A file that several nodes
+share has a section for each of them, or one for all (`/**`).
 """
 
 

@@ -8,8 +8,9 @@ from rclpy.parameter import Parameter
 from control_field.parameters import Parameters
 from control_field_node import settings as controller
 from learner_node import settings as learner
-from msgs_bridge.command_line import check_names, Given, names_for_all, split_arguments
+from msgs_bridge.command_line import check_names, Given, split_arguments
 from msgs_bridge.localised_odometry import LocalisedSettings
+from msgs_bridge.parameter_files import names_for_all
 from msgs_bridge.sight_settings import SightSettings
 import ros_helpers
 from sim_node.parameters import SimParameters
@@ -62,6 +63,8 @@ def test_help_is_given_whatever_else_is_said(ros_domain, tmp_path):
     (['--ros-args', '-p', 'world:=task1', '--', 'more'], ["'more'"]),
     (['--ros-args', '-p', 'cmd_vel_timeot:=0.1'], ["'cmd_vel_timeot'", 'cmd_vel_timeout']),
     (['--ros-args', '-p', 'sim_node:rat:=5.0', '-p', 'qqq:=1'], ["'rat' (is rate meant?)"]),
+    (['--ros-args', '-p', 'robot:rate:=5.0'], ['-p robot:rate is for /robot', '/sim_node']),
+    (['--ros-args', '-p', 'sim_node:rate:=5.0', '-r', '__ns:=/a'], ['-p rate:=', '/a/sim_node']),
     (['--ros-args', '-p', 'rate:=0.5'], ['rate is 0.5', 'between 1.0 and 1000.0 [1/s]']),
     (['--ros-args', '-p', 'seed:=-1'], ['seed is -1', 'between 0 and']),
     (['--ros-args', '-p', 'rate'], ["'-p rate'"]),
