@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.sight import BLOCKED, FREE, UNKNOWN
+from msgs_bridge.laser_mount import Mount
 from msgs_bridge.poses import seconds_from_stamp
 
 #: Longest scan, and how many more or fewer ranges than its angles say a scan may have: drivers
@@ -154,7 +155,7 @@ def _check_angles(name: str, msg: Any, n_ranges: int) -> None:
 
 
 def neighbourhood_from_scan(
-    scan: Scan, robot: Placement, laser: Placement, cell: tuple[int, int], grid: Grid, body: Body,
+    scan: Scan, robot: Placement, laser: Mount, cell: tuple[int, int], grid: Grid, body: Body,
 ) -> npt.NDArray[np.int8]:
     """
     Return what a scan shows of a cell and the eight around it.
@@ -165,8 +166,8 @@ def neighbourhood_from_scan(
         What the laser measured.
     robot : Placement
         Where the robot was then, in the frame of ``grid``.
-    laser : Placement
-        Where the laser sits on the robot.
+    laser : Mount
+        Where the laser sits on the robot, and how it is turned: upside down, left is right.
     cell : tuple of int
         ``(row, col)`` in the middle; it may lie outside the workspace.
     grid : Grid
@@ -179,11 +180,46 @@ def neighbourhood_from_scan(
     ndarray of int8, shape (3, 3)
         0 free, 100 blocked, -1 unknown; row 0 at the lowest y.
 
+    Raises
+    ------
+    ValueError
+        If the laser is tilted by more than `laser_mount.MAX_TILT`.
+
     """
-    eye = robot.compose(laser)
+    if laser.problem:
+        raise ValueError(laser.problem)
+    eye = _Eye.of(scan, robot, laser)
     cells = np.where(_seen(scan, robot, eye, cell, grid, body), FREE, UNKNOWN).astype(np.int8)
     cells[_hit(scan, robot, eye, cell, grid, body)] = BLOCKED
     return bounded(cells, cell, grid)
+
+
+class _Eye(NamedTuple):
+    """
+    Where the laser is in the world, and how its own plane lies on that of the cells.
+
+    Parameters
+    ----------
+    x, y : float, [m]
+    plane : ndarray, shape (2, 2)
+        Takes ``x, y`` of the laser's own plane to those of the cells.
+    is_return : ndarray of bool, shape (n,)
+        Which rays met something other than the floor.
+
+    """
+
+    x: float
+    y: float
+    plane: Floats
+    is_return: npt.NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, scan: Scan, robot: Placement, laser: Mount) -> '_Eye':
+        """Place a laser in the world."""
+        x, y, yaw = robot.compose(Placement(laser.x, laser.y, laser.yaw))
+        angles: Floats = scan.angle_min + np.arange(len(scan.reach)) * scan.angle_increment
+        return cls(x, y, laser._replace(yaw=yaw).rotation[:2, :2],
+                   scan.is_return & ~laser.is_floor(angles, scan.reach))
 
 
 def bounded(
@@ -206,14 +242,15 @@ def corner_of(cell: tuple[int, int], grid: Grid) -> tuple[float, float]:
 
 
 def _seen(
-    scan: Scan, robot: Placement, eye: Placement, cell: tuple[int, int], grid: Grid, body: Body,
+    scan: Scan, robot: Placement, eye: _Eye, cell: tuple[int, int], grid: Grid, body: Body,
 ) -> npt.NDArray[np.bool_]:
     """Tell of which of the nine cells enough is seen: its points lie along a ray, in front."""
     along = (np.arange(3 * _N_POINTS) + 0.5) / _N_POINTS * grid.resolution
     low_x, low_y = corner_of(cell, grid)
     x, y = np.meshgrid(low_x + along, low_y + along)
-    distance = np.hypot(x - eye.x, y - eye.y)
-    ray, off = _ray_of(scan, np.arctan2(y - eye.y, x - eye.x) - eye.yaw)
+    across, along = np.einsum('ij,jkl->ikl', np.linalg.inv(eye.plane), [x - eye.x, y - eye.y])
+    distance = np.hypot(across, along)
+    ray, off = _ray_of(scan, np.arctan2(along, across))
     is_seen = (ray >= 0) & (distance <= scan.reach[ray])
     is_seen &= distance * off <= grid.resolution / _N_POINTS
     is_seen |= np.hypot(x - robot.x, y - robot.y) <= body.radius
@@ -237,7 +274,7 @@ def _ray_of(scan: Scan, bearing: Floats) -> tuple[npt.NDArray[np.int64], Floats]
 
 
 def _hit(
-    scan: Scan, robot: Placement, eye: Placement, cell: tuple[int, int], grid: Grid, body: Body,
+    scan: Scan, robot: Placement, eye: _Eye, cell: tuple[int, int], grid: Grid, body: Body,
 ) -> npt.NDArray[np.bool_]:
     """Tell in which of the nine cells something is, or so near that the disc would touch it."""
     side = grid.resolution
@@ -253,12 +290,13 @@ def _hit(
     return blocked | _holds((points - low) / side, rays, min(body.accuracy / side, 0.25))
 
 
-def _returns(scan: Scan, eye: Placement) -> tuple[Floats, Floats]:
+def _returns(scan: Scan, eye: _Eye) -> tuple[Floats, Floats]:
     """Return where the rays ended that met something, and their directions, shape (n, 2) each."""
-    index = np.flatnonzero(scan.is_return)
-    angle = eye.yaw + scan.angle_min + index * scan.angle_increment
-    rays = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return np.array([eye.x, eye.y]) + scan.reach[index, np.newaxis] * rays, rays
+    index = np.flatnonzero(eye.is_return)
+    angle = scan.angle_min + index * scan.angle_increment
+    rays = np.stack([np.cos(angle), np.sin(angle)], axis=1) @ eye.plane.T
+    places = np.array([eye.x, eye.y]) + scan.reach[index, np.newaxis] * rays
+    return places, rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
 def _holds(places: Floats, rays: Floats, slack: float) -> npt.NDArray[np.bool_]:

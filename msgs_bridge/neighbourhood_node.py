@@ -1,9 +1,11 @@
 """The node `neighbourhood_node`: the 3x3 sight of a robot that has a laser or a costmap."""
 
+from collections import deque
 from typing import Any, Final
 
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import LaserScan
 
 from msgs_bridge import qos
@@ -18,6 +20,9 @@ from msgs_bridge.sight_settings import FIXED, SightSettings
 PROGRAM: Final = Program(
     'neighbourhood_node', 'makes the 3x3 sight of a robot from its laser scan or a costmap.',
     '-p source:=costmap -r costmap:=local_costmap/costmap', names_of(SightSettings))
+
+#: Costmaps that are known again when they come through another subscription.
+_N_HEARD: Final = 8
 
 
 class NeighbourhoodNode(Node):
@@ -42,10 +47,13 @@ class NeighbourhoodNode(Node):
         check_names(self)
         self._complaints = Complaints(self)
         self._neighbourhoods = self.create_publisher(OccupancyGrid, 'neighbourhood', qos.SENSOR)
-        scans = self._maker.settings.source == 'scan'
-        self.create_subscription(
-            LaserScan if scans else OccupancyGrid, 'scan' if scans else 'costmap', self._on_sight,
-            qos.SENSOR)
+        #: What came last, as it was sent: a costmap is heard through several subscriptions.
+        self._heard: deque[int] = deque(maxlen=_N_HEARD)
+        if self._maker.settings.source == 'scan':
+            self.create_subscription(LaserScan, 'scan', self._on_sight, qos.SENSOR)
+        else:
+            qos.hear_all(
+                self, OccupancyGrid, 'costmap', self._on_costmap, qos.COSTMAPS, raw=True)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
         self._say_what_is_here()
 
@@ -59,6 +67,13 @@ class NeighbourhoodNode(Node):
 
     def _on_settings(self, settings: SightSettings) -> None:
         self._maker.settings = settings
+
+    def _on_costmap(self, raw: bytes) -> None:
+        """Take in a costmap that was not heard yet; only then is it worth to be decoded."""
+        mark = hash(raw)
+        if mark not in self._heard:
+            self._heard.append(mark)
+            self._on_sight(deserialize_message(raw, OccupancyGrid))
 
     def _on_sight(self, msg: Any) -> None:
         try:

@@ -35,6 +35,9 @@ POSE: Final = _reliable(1)
 #: How `contact` is read: one subscription each, so that every bumper is heard, however it
 #: publishes, and not through a lossy one alone. What then comes up to three times says the same.
 CONTACTS: Final = (LATCHED, _reliable(10), SENSOR)
+#: How a costmap is read: Nav2's is latched and reliable, and a large one rarely survives the way
+#: between processes otherwise; others are best effort. What comes twice is taken once.
+COSTMAPS: Final = CONTACTS
 #: How a localisation is read: AMCL's pose is latched, others are not.
 LOCALISATIONS: Final = (LATCHED, SENSOR)
 #: How a recorder reads what others publish: whatever waits while it is busy is kept.

@@ -6,7 +6,8 @@ from typing import Final
 
 from control_field.grid import Grid
 from control_field.parameters import check_fields, parameter
-from msgs_bridge.laser_sight import Body, Placement
+from msgs_bridge.laser_mount import Mount
+from msgs_bridge.laser_sight import Body
 
 #: Settings that topics and cells are made from: they hold from start to end.
 FIXED: Final = ('source', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y')
@@ -49,8 +50,19 @@ class SightSettings:
     laser_y: float = parameter(
         0.0, 'where the laser sits, left of the middle of the robot', unit='m', low=-10.0,
         high=10.0)
+    laser_z: float = parameter(
+        0.0, 'where the laser sits, above the floor; 0 where that is not known (only a tilted one '
+        'needs it, to tell the floor from what stands on it)', unit='m', low=0.0, high=10.0)
+    laser_roll: float = parameter(
+        0.0, 'how the laser is turned about the x axis of the robot; pi is upside down, left and '
+        'right are swapped then. Tilted by more than 10 degrees it is refused', unit='rad',
+        low=-math.tau, high=math.tau)
+    laser_pitch: float = parameter(
+        0.0, 'how the laser is turned about the y axis of the robot, after its roll', unit='rad',
+        low=-math.tau, high=math.tau)
     laser_yaw: float = parameter(
-        0.0, 'which way the laser looks', unit='rad', low=-math.tau, high=math.tau)
+        0.0, 'which way the laser looks: how it is turned about the z axis, after roll and pitch',
+        unit='rad', low=-math.tau, high=math.tau)
     accuracy: float = parameter(
         0.02, 'how far a range may be off; what is so near before the edge of a cell is taken to '
         'lie beyond it', unit='m', low=0.0, high=1.0)
@@ -64,6 +76,8 @@ class SightSettings:
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
         check_fields(self)
+        if self.laser.problem:
+            raise ValueError(f'laser_roll and laser_pitch: {self.laser.problem}')
 
     @property
     def grid(self) -> Grid:
@@ -72,9 +86,10 @@ class SightSettings:
                     self.frame_id)
 
     @property
-    def laser(self) -> Placement:
+    def laser(self) -> Mount:
         """Return where the laser sits on the robot."""
-        return Placement(self.laser_x, self.laser_y, self.laser_yaw)
+        return Mount(self.laser_x, self.laser_y, self.laser_yaw, self.laser_z, self.laser_roll,
+                     self.laser_pitch)
 
     @property
     def body(self) -> Body:

@@ -9,6 +9,7 @@ from sensor_msgs.msg import LaserScan
 
 from control_field.grid import Grid
 from control_field.sight import BLOCKED, FREE, UNKNOWN
+from msgs_bridge.laser_mount import MAX_TILT, Mount, mount_from_transform
 from msgs_bridge.laser_sight import (
     Body,
     neighbourhood_from_scan,
@@ -22,7 +23,7 @@ GRID = Grid(20, 20, 0.25)
 CELL = (10, 10)
 CENTRE = GRID.world_from_cell(*CELL)
 BURGER = Body(0.105)
-ON_CENTRE = Placement(0.0, 0.0, 0.0)
+ON_CENTRE = Mount()
 N_RAYS = 720
 
 
@@ -169,7 +170,7 @@ class TestGridWorlds:
         c, s = math.cos(eye_yaw - yaw), math.sin(eye_yaw - yaw)
         robot = Placement(eye.x - c * x + s * y, eye.y - s * x - c * y, eye_yaw - yaw)
         np.testing.assert_array_equal(
-            seen(scan, robot, Placement(x, y, yaw), body=body), seen(scan, eye, body=body))
+            seen(scan, robot, Mount(x, y, yaw), body=body), seen(scan, eye, body=body))
 
     @given(worlds())
     def test_a_laser_that_turns_clockwise_sees_the_same(self, world):
@@ -315,3 +316,71 @@ def test_rays_that_all_point_one_way(step):
     cells = neighbourhood_from_scan(
         scan_from_message(msg), placed(), ON_CENTRE, CELL, GRID, BURGER)
     assert cells[1, 1] == FREE
+
+
+def turned(roll=0.0, pitch=0.0, yaw=0.0, z=0.0):
+    return Mount(0.0, 0.0, yaw, z, roll, pitch)
+
+
+def scan_of_mounted(mount, boxes, n=N_RAYS, high=3.5):
+    """Cast the rays of a laser in the robot's middle, in its own plane, at walls without end."""
+    angles = -math.pi + 2.0 * math.pi / n * np.arange(n)
+    rays = np.stack([np.cos(angles), np.sin(angles)], axis=1) @ mount.rotation[:2, :2].T
+    best = np.full(n, math.inf)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        for box in boxes:
+            ends = [(np.array(end) - CENTRE) / rays for end in (box[:2], box[2:])]
+            enter, leave = np.minimum(*ends).max(axis=1), np.maximum(*ends).min(axis=1)
+            best = np.where((enter <= leave) & (enter > 0.0), np.minimum(best, enter), best)
+    return scan_from_message(message(np.where(best > high, math.inf, best), high=high))
+
+
+class TestMount:
+    @pytest.mark.parametrize('mount', [
+        turned(math.pi), turned(-math.pi), turned(0.0, math.pi), turned(math.pi, 0.0, 2.0),
+        turned(math.pi + 0.1, 0.1, -1.0), turned(0.12, -0.1, 0.5), turned(0.0, 0.17),
+        turned(math.pi, math.pi, 1.0)], ids=str)
+    @pytest.mark.parametrize('side', [(11, 10), (9, 10), (10, 11), (11, 9)])
+    def test_however_it_is_turned_it_sees_what_is_there(self, mount, side):
+        x, y = GRID.world_from_cell(*side)
+        box = x - 0.08, y - 0.08, x + 0.08, y + 0.08
+        scan = scan_of_mounted(mount, [box])
+        expected = seen(boxes_scan(placed(), [box]), placed())
+        assert np.argwhere(expected == BLOCKED).tolist() == [[side[0] - 9, side[1] - 9]]
+        np.testing.assert_array_equal(seen(scan, placed(), mount), expected)
+
+    def test_upside_down_left_is_right(self):
+        scan = boxes_scan(placed(), [box_of(11, 10)])
+        np.testing.assert_array_equal(
+            seen(scan, placed(), turned(math.pi)), seen(scan, placed())[::-1])
+
+    def test_the_range_in_the_plane_is_that_of_the_ray_projected(self):
+        # Of 0.147 m straight ahead and 10 degrees down 0.1448 m are left: the edge is at 0.145.
+        scan = scan_from_message(
+            message(np.where(np.arange(360) == 180, 0.147, math.inf)))
+        where, exact = placed(-0.27), Body(0.0, 0.0)
+        level = seen(scan, where, cell=(10, 9), body=exact)
+        tilted = seen(scan, where, turned(0.0, MAX_TILT), cell=(10, 9), body=exact)
+        assert np.argwhere(level == BLOCKED).tolist() == [[1, 2]]
+        assert np.argwhere(tilted == BLOCKED).tolist() == [[1, 1]]
+
+    @pytest.mark.parametrize('mount', [
+        turned(0.3), turned(0.0, -0.3), turned(math.pi / 2), turned(math.pi - 0.3), turned(2.0)])
+    def test_tilted_too_far_is_refused(self, mount):
+        with pytest.raises(ValueError, match=r'the laser is tilted by \d+ degrees .* at most 10'):
+            seen(boxes_scan(placed(), []), placed(), mount)
+
+    def test_the_floor_is_no_obstacle_where_the_height_is_known(self):
+        mount = turned(0.0, MAX_TILT, z=0.05)
+        # The floor is met 0.05 / sin(10 degrees) = 0.29 m ahead.
+        scan = scan_from_message(message(np.where(np.arange(360) == 180, 0.28, math.inf)))
+        assert (seen(scan, placed(), mount) == FREE).all()
+        assert (seen(scan, placed(), mount._replace(z=0.0)) == BLOCKED).sum() == 1
+
+    @given(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.0, 3.0))
+    def test_there_and_back(self, roll, pitch, yaw):
+        mount = Mount(0.1, -0.2, yaw, 0.3, roll, pitch)
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = mount.rotation, (0.1, -0.2, 0.3)
+        np.testing.assert_allclose(mount_from_transform(matrix), mount, atol=1e-9)
+        np.testing.assert_allclose(mount.rotation @ mount.rotation.T, np.eye(3), atol=1e-12)

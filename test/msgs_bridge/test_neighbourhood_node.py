@@ -218,9 +218,38 @@ class TestProcess:
             ros_helpers.wait_until(
                 is_seen, node=ros_node, processes=[process], what='the neighbourhood')
 
+    def test_every_large_costmap_arrives_and_small_ones_over_best_effort_too(
+            self, ros_node, tmp_path):
+        """Costmaps of 4 MB, each sent once: best effort loses nearly all of them."""
+        _, poses, seen = self.parts(ros_node, LaserScan, 'scan')
+        latched = ros_node.create_publisher(OccupancyGrid, 'costmap', qos.LATCHED)
+        lossy = ros_node.create_publisher(OccupancyGrid, 'costmap', qos.SENSOR)
+        states, n = np.zeros((2000, 2000), np.int8), 0
+        process = ros_helpers.start_node(
+            'msgs_bridge.neighbourhood_node', tmp_path, {'source': 'costmap'})
+
+        def is_seen(stamp, column):
+            poses.publish(odometry(stamp))
+            return seen and neighbourhood_from_grid(
+                seen[-1], GRID).cells[0].tolist() == [BLOCKED * (column == k) for k in range(3)]
+        with process:
+            ros_helpers.wait_until(
+                lambda: latched.get_subscription_count() == 3, node=ros_node, what='the node')
+            for publisher, size in (*[(latched, 2000)] * 6, (lossy, 60), (lossy, 60)):
+                stamp, column, states[:] = 10.0 + n, n % 3, 0
+                states[:, 48 + 5 * column] = 100
+                costmap = map_from_occupancy(
+                    states[:size, :size], Grid(size, size, 0.05, 0.0, 1.1), stamp)
+                publisher.publish(costmap)
+                ros_helpers.wait_until(
+                    lambda s=stamp, c=column: is_seen(s, c), node=ros_node, processes=[process],
+                    what=f'costmap {n}')
+                n += 1
+
     @pytest.mark.parametrize(('parameter', 'word'), [
         ('source:=sonar', 'scan, costmap'), ('timeout:=0.0', 'timeout'),
-        ('rows:=0', 'rows'), ('laser_yaw:=9.0', 'laser_yaw')])
+        ('rows:=0', 'rows'), ('laser_yaw:=9.0', 'laser_yaw'),
+        ('laser_roll:=1.0', 'tilted by 57 degrees')])
     def test_mistakes_are_one_line_and_exit_code_2(self, ros_domain, tmp_path, parameter, word):
         command = ros_helpers.node_command('msgs_bridge.neighbourhood_node', tmp_path)
         process = ros_helpers.run([*command, '--ros-args', '-p', parameter], tmp_path)
