@@ -217,7 +217,8 @@ class _Eye(NamedTuple):
     def of(cls, scan: Scan, robot: Placement, laser: Mount) -> '_Eye':
         """Place a laser in the world."""
         x, y, yaw = robot.compose(Placement(laser.x, laser.y, laser.yaw))
-        angles: Floats = scan.angle_min + np.arange(len(scan.reach)) * scan.angle_increment
+        steps = np.arange(len(scan.reach), dtype=np.float64)
+        angles: Floats = np.asarray(scan.angle_min + steps * scan.angle_increment)
         return cls(x, y, laser._replace(yaw=yaw).rotation[:2, :2],
                    scan.is_return & ~laser.is_floor(angles, scan.reach))
 
