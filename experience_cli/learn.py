@@ -10,6 +10,7 @@ from typing import Any
 from experience_cli import foreign
 from experience_cli.errors import UserError
 from msgs_bridge.bag_folder import BagError
+from msgs_bridge.foreign_text import own_stream
 
 
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
@@ -126,7 +127,8 @@ def _finish(arguments: argparse.Namespace, refresh: Any, field: Any) -> None:
 def _with_progress(episodes: list[Any]) -> Iterator[Any]:
     from tqdm import tqdm
 
-    yield from tqdm(episodes, unit='bag', leave=False, disable=not sys.stderr.isatty())
+    yield from tqdm(episodes, unit='bag', leave=False, file=own_stream(sys.stderr),
+                    disable=not sys.stderr.isatty())
 
 
 def _print(line: str) -> None:

@@ -16,6 +16,7 @@ from typing import Final, NoReturn
 
 from experience_cli.errors import UserError
 from msgs_bridge.bag_folder import BagError
+from msgs_bridge.foreign_text import safe_output
 from msgs_bridge.processes import prepare
 
 #: Modules of the subcommands, in the order of the help.
@@ -58,7 +59,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     prepare()
     _prepare_output()
     try:
-        return _run(parser().parse_args(arguments))
+        with safe_output():
+            return _run(parser().parse_args(arguments))
     finally:
         # What is still to be written and cannot be would be complained of at the exit.
         try:

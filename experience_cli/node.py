@@ -26,6 +26,7 @@ from experience_cli.peers import (
     absent_nodes, mistyped, start_hint, what_is_missing)
 from msgs_bridge import qos
 from msgs_bridge.poses import Pose, pose_from_odometry
+from msgs_bridge.safe_log import guard_logs
 from msgs_bridge.trial_status import trial_from_status, TrialStatus
 from msgs_bridge.velocities import fill_twist
 
@@ -66,6 +67,7 @@ class DemoNode:
         except InvalidNamespaceException:
             raise UserError(f'{namespace!r} is no namespace, must be like robot1') from None
         self._check = check
+        guard_logs()
         self._context = rclpy.Context()
         rclpy.init(args=[], context=self._context, domain_id=domain,
                    signal_handler_options=SignalHandlerOptions.NO)

@@ -5,6 +5,8 @@ import time
 from types import TracebackType
 from typing import Final, TextIO
 
+from msgs_bridge.foreign_text import own_stream
+
 #: The line is drawn at most so often, [s].
 _PERIOD: Final = 0.1
 
@@ -24,7 +26,7 @@ class Progress:
 
     def __init__(self, title: str, stream: TextIO) -> None:
         self._title = title
-        self._stream = stream
+        self._stream, self._terminal = stream, own_stream(stream)
         #: Whether a line can change.
         self.is_live = stream.isatty()
         self._shown = ''
@@ -58,5 +60,5 @@ class Progress:
 
     def _wipe(self) -> None:
         if self._shown:
-            self._stream.write('\r\x1b[K')
+            self._terminal.write('\r\x1b[K')
             self._shown = ''

@@ -12,6 +12,7 @@ from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_lock import is_in_use
 from msgs_bridge.bag_repair import needs_repair
+from msgs_bridge.foreign_text import printable
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
 
 
@@ -118,6 +119,7 @@ def _trial(episode: Episode, record: Trial) -> dict[str, Any]:
 
 def table_lines(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> list[str]:
     """Return rows of texts in columns; those in ``right`` stand flush right."""
+    rows = [[printable(cell) for cell in row] for row in rows]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     return ['  '.join(cell.rjust(width) if i in right else cell.ljust(width)
                       for i, (cell, width) in enumerate(zip(row, widths, strict=True))).rstrip()

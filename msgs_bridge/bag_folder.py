@@ -18,6 +18,7 @@ from typing import Final
 
 from msgs_bridge.bag_lock import (
     IN_USE, is_in_use, lock, open_lock, REMOVED, sweep, taken)
+from msgs_bridge.foreign_text import printable
 
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
 _EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
@@ -28,6 +29,10 @@ _FORGOTTEN: Final = '.forgotten'
 
 class BagError(ValueError):
     """A bag cannot be read or written; the message is one line that says what and why."""
+
+    def __init__(self, message: str) -> None:
+        """Keep it to one line without codes, whatever names from a bag or of files are in it."""
+        super().__init__(printable(message))
 
 
 class EpisodeKind(StrEnum):

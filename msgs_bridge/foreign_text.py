@@ -61,8 +61,6 @@ def printable_lines(text: str) -> str:
 def _shown(character: str) -> str:
     if unicodedata.category(character) not in _SHOWN:
         return character
-    if '\udc80' <= character <= '\udcff':  # a byte of a file's name that is no text
-        return f'\\x{ord(character) - 0xdc00:02x}'
     return character.encode('unicode_escape').decode()
 
 
@@ -89,6 +87,14 @@ class SafeStream:
         """Write texts."""
         for line in lines:
             self.write(line)
+
+    def __eq__(self, other: object) -> bool:
+        """Tell whether it writes to the same; tqdm asks that of its line and what it writes."""
+        return bool(self.stream == own_stream(other))
+
+    def __hash__(self) -> int:
+        """Return that of the file."""
+        return hash(self.stream)
 
     def __getattr__(self, name: str) -> Any:
         """Do all else as the file does."""

@@ -23,7 +23,9 @@ from rclpy.time_source import TimeSource
 from rclpy.utilities import ok, try_shutdown
 
 from msgs_bridge.command_line import begin, Program
+from msgs_bridge.foreign_text import printable
 from msgs_bridge.processes import prepare
+from msgs_bridge.safe_log import guard_logs
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
@@ -137,6 +139,7 @@ def start_node(
 
     """
     _signals.listen()
+    guard_logs()
     name = program.name
     try:
         begin(program, args)
@@ -189,7 +192,7 @@ def signal_came() -> bool:
 
 def exit_with(name: str, problem: str) -> NoReturn:
     """Say a user's mistake in one line on stderr, and exit with code 2."""
-    print(f'{name}:', ' '.join(problem.split()), file=sys.stderr)
+    print(f'{name}:', printable(' '.join(problem.split())), file=sys.stderr)
     raise SystemExit(2)
 
 

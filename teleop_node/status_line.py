@@ -7,6 +7,7 @@ from typing import Final
 
 from control_field.limits import Velocity
 from control_field.words import counted
+from msgs_bridge.foreign_text import printable
 
 _DOING: Final[Mapping[str, str]] = {
     '': 'no learner', 'idle': 'ready', 'demonstration': 'RECORDING', 'settling': 'keeping',
@@ -126,9 +127,9 @@ def share(value: float) -> str:
 
 def line_over(text: str) -> str:
     """Return what writes a line over the one under the cursor."""
-    return f'\r{text}\x1b[K'
+    return f'\r{printable(text)}\x1b[K'
 
 
 def message_over(text: str) -> str:
     """Return what writes a message that stays, over the line under the cursor."""
-    return f'\r{text}\x1b[K\n'
+    return f'\r{printable(text)}\x1b[K\n'

@@ -26,6 +26,7 @@ from experience_cli.evaluation.methods import Method, Task
 from experience_cli.evaluation.registry import make_method
 from experience_cli.evaluation.teachers import (
     demonstrate, demonstration_from_path, heading_table, longer_path, NoWayError)
+from msgs_bridge.foreign_text import own_stream
 
 #: How often a process looks whether its parent still lives, [s].
 _LOOK_EVERY = 0.5
@@ -262,7 +263,8 @@ def run_all(tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str) ->
     """Run tasks as `run` does, with a progress bar where somebody looks; in the tasks' order."""
     courses: dict[int, Course] = {}
     # disable=None: no bar where standard error is no terminal.
-    with tqdm(total=len(tasks), desc=title, unit='run', file=sys.stderr, disable=None) as bar:
+    with tqdm(total=len(tasks), desc=title, unit='run', file=own_stream(sys.stderr),
+              disable=None) as bar:
         for index, course in run(tasks, n_jobs):
             courses[index] = course
             bar.update()

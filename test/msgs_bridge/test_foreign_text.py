@@ -14,7 +14,7 @@ SENT = {
     '\x1b[2J': r'\x1b[2J', '\x1b]0;title\x07': r'\x1b]0;title\x07', '\x9b31m': r'\x9b31m',
     'a\nb': r'a\nb', 'a\rb': r'a\rb', 'a\x00': r'a\x00', '\x7f': r'\x7f', 'a\u202eb': r'a\u202eb',
     '\u2066': r'\u2066', 'a\u2028b': r'a\u2028b', '\u200b': r'\u200b', '\ufeff': r'\ufeff',
-    'odom\udcff': r'odom\xff', '\ud800': r'\ud800', '\U000e0041': r'\U000e0041'}
+    'odom\udcff': r'odom\udcff', '\ud800': r'\ud800', '\U000e0041': r'\U000e0041'}
 
 
 @pytest.mark.parametrize('text', SENT)
@@ -69,3 +69,7 @@ def test_a_safe_stream_does_all_else_as_the_stream():
     safe.flush()
     assert not safe.isatty()
     assert own_stream(stream) is own_stream(safe) is stream
+    assert safe == stream
+    assert stream == safe
+    assert safe != io.StringIO()
+    assert len({safe, stream}) == 1
