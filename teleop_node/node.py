@@ -1,16 +1,12 @@
 """The node `teleop_node`: a person drives and teaches by keys or services."""
 
 from contextlib import ExitStack
-import math
 import os
 import sys
 import time
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
-from nav_msgs.msg import Odometry
-from rcl_interfaces.srv import GetParameters
 import rclpy
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
@@ -19,21 +15,21 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import Trigger
 
-from control_field.limits import STANDSTILL, Velocity
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.node_main import start_node
 from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.poses import initialpose_from_pose, Pose, pose_from_odometry
 from msgs_bridge.processes import prepare
 from msgs_bridge.trial_status import trial_from_status
-from msgs_bridge.velocities import fill_twist
-from teleop_node.driving import changed_speeds, Driving, FACTORS, MOVES, Pace
+from teleop_node.asking import Asking
+from teleop_node.commands import Commands
+from teleop_node.driving import changed_speeds, FACTORS, MOVES
 from teleop_node.facts import Gathered, problem_with_readers
 from teleop_node.keys import Action, ACTIONS, HELP, KeyParser, Presses
 from teleop_node.lifecycle import Signals
+from teleop_node.placing import Placing
 from teleop_node.settings import FIXED, Settings
 from teleop_node.status_line import line_from_facts, line_over, message_over
 from teleop_node.teaching import Answer, Teaching
@@ -43,12 +39,8 @@ from teleop_node.terminal import descriptor, Terminal
 _KEY_PERIOD: Final = 0.02
 _LINE_PERIOD: Final = 0.25
 _PEERS_PERIOD: Final = 1.0
-#: Longest wait for an answer, [s]: learning takes a while; and for that to `quit` to arrive.
-_PATIENCE: Final = 60.0
+#: How long `quit` may take to arrive, [s].
 _FAREWELL: Final = 0.1
-#: How near its start a robot that was set back is, [m], and how long that may take, [s].
-_NEAR: Final = 0.05
-_SET_BACK_TIME: Final = 3.0
 
 PROGRAM: Final = Program(
     'teleop_node', 'keys, or services of the same names, to drive and to teach (doc/teaching.md).'
@@ -80,12 +72,6 @@ class TeleopNode(Node):
         self.terminal = terminal if self.settings.keyboard else None
         self.is_done = False
         self._parser, self._presses = KeyParser(), Presses()
-        self._driving = Driving(self.settings.speeds, self.settings.hold_time)
-        self._pace = Pace(1.0 / self.settings.rate)
-        self._pose: Pose | None = None
-        self._began: Pose | None = None
-        self._odometry: Odometry | None = None
-        self._arrivals: list[Future] = []
         self._problem = ''
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._gathered = Gathered(
@@ -101,15 +87,7 @@ class TeleopNode(Node):
         return node if node.startswith('/') else f'{self.get_namespace().rstrip("/")}/{node}'
 
     def _make_topics(self) -> None:
-        self._command_type = TwistStamped if self.settings.is_stamped else Twist
-        self._command = self._command_type()
-        if self.settings.is_stamped:
-            self._command.header.frame_id = self.settings.base_frame_id
-        self._commands = self.create_publisher(
-            self._command_type, self.settings.topic, qos.COMMAND)
-        self._places = self.create_publisher(PoseWithCovarianceStamped, 'initialpose', qos.POSE)
-        self.create_subscription(Odometry, 'odom', self._on_odometry, (
-            qos.ODOMETRY_PUB if self.settings.lockstep else qos.SENSOR))
+        self._commands = Commands(self, self.settings, self._stamp)
         # A trial's end is soon followed by the next beginning: neither may be missed.
         self.create_subscription(
             DiagnosticStatus, 'trial', self._on_trial, qos.RECORDING_LATCHED)
@@ -123,13 +101,10 @@ class TeleopNode(Node):
         for action in Action:
             self.create_service(
                 Trigger, f'~/{action}', self._service(action), callback_group=group)
-        learner, controller = self.settings.learner, self.settings.controller
-        self._record = self.create_client(SetBool, f'{learner}/record_demonstration')
-        self._learner_parameters = self.create_client(GetParameters, f'{learner}/get_parameters')
-        names = [f'{learner}/{name}' for name in (
-            'discard_demonstration', 'drop_last', 'label_success', 'label_failure', 'run_trials')]
-        names += [f'{controller}/start_trial', f'{controller}/stop_trial']
-        self._triggers = {name: self.create_client(Trigger, name) for name in names}
+        self._asking = Asking(
+            self, self.settings.learner, self.settings.controller,
+            lambda: Future(executor=self.executor), self._steady)
+        self._placing = Placing(self, self._asking, self.settings.lockstep)
 
     def _service(self, action: Action) -> Any:
         async def serve(_: Any, response: Any) -> Any:
@@ -140,7 +115,8 @@ class TeleopNode(Node):
 
     def _on_settings(self, settings: Settings) -> None:
         self.settings = settings
-        self._driving.speeds, self._driving.hold_time = settings.speeds, settings.hold_time
+        driving = self._commands.driving
+        driving.speeds, driving.hold_time = settings.speeds, settings.hold_time
 
     # Keys
 
@@ -151,12 +127,12 @@ class TeleopNode(Node):
             self.is_done = self.is_done or data is None
             for key in self._parser.feed(data or b'', now):
                 self._on_key(key, now)
-        self._drive(now)
+        self._commands.drive(now)
 
     def _on_key(self, key: str, now: float) -> None:
         new = self._presses.is_new(key, now)
         if key in MOVES:
-            self._driving.press(key, now)
+            self._commands.driving.press(key, now)
         elif key in FACTORS:
             self._change_speeds(key)
         else:
@@ -183,26 +159,14 @@ class TeleopNode(Node):
 
     # Commands
 
-    def _drive(self, now: float) -> None:
-        command = self._driving.command(now)
-        if self._pace.is_due(command, now) and command is not None:
-            self._send(command)
-
-    def _send(self, velocity: Velocity) -> None:
-        fill_twist(self._command, *velocity)
-        if self.settings.is_stamped:
-            odometry = self._odometry if self.settings.lockstep else None
-            self._command.header.stamp = (
-                self.get_clock().now().to_msg() if odometry is None else odometry.header.stamp)
-        self._commands.publish(self._command)
+    def _stamp(self) -> Any:
+        """Return the stamp of a command; in lock-step it answers the last odometry."""
+        odometry = self._placing.odometry if self.settings.lockstep else None
+        return self.get_clock().now().to_msg() if odometry is None else odometry.header.stamp
 
     def stand_still(self) -> None:
         """Stop the robot and see that it gets to know, before this process pauses or ends."""
-        speaks = self._driving.command(time.monotonic()) is not None
-        self._driving.stop(-math.inf)
-        if speaks:
-            self._send(STANDSTILL)
-            self._commands.wait_for_all_acked(Duration(nanoseconds=200_000_000))
+        self._commands.stand_still(lambda seconds: Duration(nanoseconds=round(seconds * 1e9)))
 
     def pause(self) -> None:
         """Stop the robot and give the terminal back."""
@@ -218,15 +182,6 @@ class TeleopNode(Node):
 
     # What comes in
 
-    def _on_odometry(self, msg: Odometry) -> None:
-        self._odometry = msg
-        try:
-            self._pose = pose_from_odometry(msg)
-        except ValueError:
-            return  # others say so
-        while self._arrivals:
-            self._arrivals.pop().set_result(True)
-
     def _on_trial(self, msg: DiagnosticStatus) -> None:
         try:
             self._gathered.saw_trial(trial_from_status(msg))
@@ -237,7 +192,7 @@ class TeleopNode(Node):
         """Notice when nobody hears the commands, or who wants the other type."""
         topic = self.resolve_topic_name(self.settings.topic)
         problem, sentence = problem_with_readers(
-            topic, f'geometry_msgs/msg/{self._command_type.__name__}',
+            topic, f'geometry_msgs/msg/{self._commands.kind.__name__}',
             self.get_subscriptions_info_by_topic(topic))
         if sentence and problem != self._problem:
             self._say(sentence)
@@ -262,54 +217,17 @@ class TeleopNode(Node):
 
     async def ask(self, service: str, on: bool | None = None) -> Answer:
         """Call a service of learner or controller."""
-        client = self._triggers[service] if on is None else self._record
-        request = Trigger.Request() if on is None else SetBool.Request(data=on)
-        answer = await self._answer(client, request)
-        if answer is None:
-            state = 'does not answer' if client.service_is_ready() else 'is not there'
-            return Answer(False, f'{service} {state}')
+        answer = await self._asking.ask(service, on)
         self._gathered.saw_answer(on, answer.success, time.monotonic())
-        return Answer(answer.success, answer.message)
-
-    async def _answer(self, client: Any, request: Any) -> Any:
-        """Return the answer of a service; None if there is none."""
-        if not client.service_is_ready():
-            return None
-        future = client.call_async(request)
-        answer = await self._within(future, _PATIENCE)
-        client.remove_pending_request(future)
         return answer
-
-    async def _within(self, future: Future, seconds: float) -> Any:
-        """Return the result of a future, None when that takes longer."""
-        timer = self.create_timer(
-            seconds, lambda: future.done() or future.set_result(None), clock=self._steady)
-        try:
-            return await future
-        finally:
-            self.destroy_timer(timer)
 
     async def is_simulated(self) -> bool:
         """Ask the learner whether it may set the robot back."""
-        request = GetParameters.Request(names=['simulation'])
-        answer = await self._answer(self._learner_parameters, request)
-        return bool(answer is not None and answer.values and answer.values[0].bool_value)
+        return await self._asking.is_simulated()
 
     async def set_back(self) -> Answer:
         """Set a simulated robot back to where the demonstration began."""
-        began = self._began
-        if began is None:
-            return Answer(True, '')
-        self._places.publish(initialpose_from_pose(began))
-        deadline = time.monotonic() + _SET_BACK_TIME
-        while time.monotonic() < deadline:
-            arrival = Future(executor=self.executor)
-            self._arrivals.append(arrival)
-            await self._within(arrival, _SET_BACK_TIME)
-            if self._pose is not None and math.hypot(
-                    self._pose.x - began.x, self._pose.y - began.y) < _NEAR:
-                return Answer(True, '')
-        return Answer(False, 'the robot was not set back')
+        return await self._placing.set_back()
 
     def is_trying(self) -> bool:
         """Tell whether a trial runs."""
@@ -321,16 +239,15 @@ class TeleopNode(Node):
 
     def demonstration_began(self) -> None:
         """Keep where it began."""
-        self._began = self._pose
+        self._placing.demonstration_began()
 
     def halt(self) -> None:
         """Stop the robot, whoever drives it."""
-        self._driving.stop(time.monotonic())
+        self._commands.halt()
 
     def let_go(self) -> None:
         """Stop driving; who does not drive stays silent, and takes no trial over."""
-        if self._driving.command(time.monotonic()) is not None:
-            self.halt()
+        self._commands.let_go()
 
     def quit(self) -> None:
         """End the program."""
