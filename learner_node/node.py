@@ -8,44 +8,38 @@ import os
 import time
 from typing import Any, Final
 
-from diagnostic_msgs.msg import DiagnosticStatus
-from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.task import Future
-from sensor_msgs.msg import PointCloud2
 
 from control_field.parameters import Parameters
-from control_field.records import Outcome
 from learner_node import effects as to
 from learner_node.desk import Desk
 from learner_node.frames import FrameCheck
+from learner_node.hearing import Hearing
 from learner_node.lessons import Lesson
 from learner_node.library import Library
+from learner_node.performer import Performer
 from learner_node.phases import IN_TRIAL, Phase
 from learner_node.publications import Publications
-from learner_node.recorder import BagGoneError, Raw, Recorder, stamp_of
+from learner_node.recorder import Raw, Recorder, stamp_of
 from learner_node.reports import (
     diagnostic_from_session, PROGRAM, sentence_at_start, sentence_from_lesson)
 from learner_node.requests import Requests
 from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
-from learner_node.topics import Recorded, recorded_topics, type_name
+from learner_node.topics import Recorded, recorded_topics
 from learner_node.warm_up import warm_up
 from learner_node.worker import result_of, Worker
 from msgs_bridge import qos
-from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder
 from msgs_bridge.command_line import check_names
 from msgs_bridge.complaints import Complaints
 from msgs_bridge.node_main import exit_with, run_node
 from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.poses import pose_from_odometry
-from msgs_bridge.tables import decisions_from_cloud
-from msgs_bridge.trial_status import State, status_from_trial, trial_from_status, TrialStatus
 
 #: How often the session looks at the clock and at who is there, [s] of the wall clock.
 _TICK_PERIOD: Final = 0.05
@@ -93,9 +87,6 @@ class LearnerNode(Node):
         self.fatal = ''
         self.has_ended = False  #: whether the worker is done, too; nothing is lost if it is not
         self._lesson: Lesson | None = None
-        self._heard: set[str] = set()
-        self._frame_check = FrameCheck(self._settings.frame_id, self._say)
-        self._complaints, self._odometry_time = Complaints(self), 0
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
         self._make_topics()
@@ -108,6 +99,12 @@ class LearnerNode(Node):
 
     def _make_topics(self) -> None:
         self._publications = Publications(self, self._settings.frame_id)
+        self._requests = Requests(self, self._settings.controller)
+        frame_check = FrameCheck(self._settings.frame_id, self.say)
+        self._performer = Performer(
+            self, self._recorder, self._publications, self._requests, frame_check)
+        self._hearing = Hearing(self._session, self._library.grid, self.carry_out, frame_check,
+                                Complaints(self))
         topics = recorded_topics(self._settings)
         self._library.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
         for topic in topics:
@@ -117,11 +114,11 @@ class LearnerNode(Node):
     def _make_services(self) -> None:
         self._desk = Desk(self, self._session, lambda: Future(executor=self.executor),
                           MutuallyExclusiveCallbackGroup())
-        self._requests = Requests(self, self._settings.controller)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
         self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=steady)
-        self.create_timer(_FLUSH_PERIOD, lambda: self._guard(self._recorder.flush), clock=steady)
+        self.create_timer(_FLUSH_PERIOD, partial(self._performer.guard, self._recorder.flush),
+                          clock=steady)
         self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
 
     def _on_settings(self, settings: Settings) -> None:
@@ -129,61 +126,28 @@ class LearnerNode(Node):
 
     # What comes in
 
-    def _reader(self, topic: Recorded) -> Any:
+    def _reader(self, topic: Recorded) -> Callable[[bytes], None]:
         """Return the callback of a topic: record what arrives, and look at it where it matters."""
         name, kind = self.resolve_topic_name(topic.name), topic.type_name
-        looks = {'odom': self._saw_odometry, 'experience': self._saw_experience,
-                 'trial': self._saw_trial,
-                 'neighbourhood': lambda cdr: self.carry_out(
-                     self._session.saw_sight(stamp_of(cdr) * 1e-9, time.monotonic())),
-                 'cmd_vel': lambda _: self._session.heard_command(time.monotonic())}
-        look = looks.get(topic.name, lambda _: None)
 
         def read(cdr: bytes) -> None:
-            message = Raw(name, kind, cdr, self._now(topic.name, cdr))
-            self._heard.add(topic.name)
-            self._guard(lambda: self._recorder.saw(topic.name, message))
-            look(cdr)
+            if topic.name == 'odom':
+                self._hearing.odometry_time = stamp_of(cdr)
+            message = Raw(name, kind, cdr, self.now())
+            self._performer.guard(lambda: self._recorder.saw(topic.name, message))
+            self._hearing.saw(topic.name, cdr)
 
         return read
 
-    def _now(self, topic: str, cdr: bytes) -> int:
-        """Return the time of arrival, [ns]; in lock-step the simulator's."""
-        if topic == 'odom':
-            self._odometry_time = stamp_of(cdr)
-        return self._odometry_time if self._settings.lockstep else int(
+    @property
+    def odometry_time(self) -> int:
+        """Return the stamp of the newest odometry, [ns]."""
+        return self._hearing.odometry_time
+
+    def now(self) -> int:
+        """Return the time, [ns]; in lock-step the simulator's."""
+        return self.odometry_time if self._settings.lockstep else int(
             self.get_clock().now().nanoseconds)
-
-    def _saw_odometry(self, cdr: bytes) -> None:
-        self.carry_out(self._session.heard_odometry(
-            self._odometry_time * 1e-9, time.monotonic()))
-        if self._frame_check.is_due:
-            self._read(self._frame_check.saw, Odometry, cdr)
-        if self._session.phase is Phase.PLACING:
-            pose = self._read(pose_from_odometry, Odometry, cdr)
-            if pose is not None:
-                self.carry_out(self._session.saw_pose(
-                    pose.x, pose.y, pose.yaw, time.monotonic()))
-
-    def _saw_experience(self, cdr: bytes) -> None:
-        rows = self._read(
-            partial(decisions_from_cloud, grid=self._library.grid), PointCloud2, cdr)
-        if rows is not None and len(rows):
-            self.carry_out(self._session.saw_decisions(
-                int(rows['trial'][0]), len(rows), time.monotonic()))
-
-    def _saw_trial(self, cdr: bytes) -> None:
-        status = self._read(trial_from_status, DiagnosticStatus, cdr)
-        if status is not None:
-            self.carry_out(self._session.saw_status(status, time.monotonic()))
-
-    def _read(self, reader: Callable[[Any], Any], kind: Any, cdr: bytes) -> Any:
-        """Return what a message says; None, and a warning, if it is not to be trusted."""
-        try:
-            return reader(deserialize_message(cdr, kind))
-        except (ValueError, RuntimeError) as error:
-            self._complaints.refused(error, kind)
-            return None
 
     # Time alone
 
@@ -191,7 +155,7 @@ class LearnerNode(Node):
         self._requests.send()
         self.carry_out(self._session.tick(time.monotonic()))
         told = (self._session.phase, self._session.n_left, self._session.revision,
-                len(self._heard))
+                len(self._hearing.heard))
         if told != self._told:
             self._told = told
             self._tell()
@@ -202,92 +166,36 @@ class LearnerNode(Node):
     def _tell(self) -> None:
         self._publications.tell(diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh,
-            self._heard), self.get_clock().now().to_msg())
+            self._hearing.heard), self.get_clock().now().to_msg())
 
-    # What the session wants done
+    # What others ask of the node
 
     def carry_out(self, effects: to.Effects) -> None:
         """Do what the session wants done, in order."""
-        for effect in effects:
-            if not self._guard(partial(self._do, effect)):
-                return
+        self._performer.carry_out(effects)
 
-    def _guard(self, work: Callable[[], Any]) -> bool:
-        """Do what fails when nothing can be recorded any more; tell whether it succeeded."""
-        try:
-            work()
-        except BagError as error:
-            self._lose(error)
-            return False
-        return True
-
-    def _do(self, effect: to.Effect) -> None:
-        match effect:
-            case to.Record(kind):
-                self._record(kind)
-            case to.Close():
-                self._close_and_learn()
-            case to.Abandon(reason, trial):
-                self._abandon(reason, trial)
-            case to.Discard():
-                self._recorder.discard()
-            case to.Place(pose):
-                self._publications.place(pose, self._odometry_time * 1e-9)
-            case to.StartTrial():
-                self._requests.start(self._on_answer)
-            case to.StopTrial():
-                self._requests.stop()
-            case to.Say(text, warns):
-                self._say(text, warns)
-
-    def _record(self, kind: EpisodeKind) -> None:
-        episode = self._recorder.start(kind, self._now(topic='', cdr=b''))
-        if kind is EpisodeKind.DEMO:
-            self._frame_check.is_due = True
-            self._write_status(State.RUNNING, 0)
-        self._say(f'recording {episode.name}')
-
-    def _close_and_learn(self) -> None:
-        if self._recorder.kind is EpisodeKind.DEMO:
-            self._write_status(State.ENDED, 0, Outcome.GOAL, 'the demonstration was kept')
-        episode = self._recorder.close()
-        if episode is not None:
-            self._worker.do(lambda: self._library.learn(episode), self._on_lesson)
-
-    def _abandon(self, reason: str, trial: int) -> None:
-        if reason and self._recorder.kind is not None:
-            self._write_status(State.ENDED, trial, Outcome.ABORTED, reason)
-        self._recorder.close()
-
-    def _on_answer(self, accepted: bool, message: str) -> None:
-        self.carry_out(self._session.start_answered(accepted, message, time.monotonic()))
-
-    def _say(self, text: str, warns: bool = False) -> None:
+    def say(self, text: str, warns: bool = False) -> None:
+        """Tell people."""
         self.said = text
         if warns:
             self.get_logger().warning(text)
         else:
             self.get_logger().info(text)
 
-    def _lose(self, error: BagError) -> None:
-        """Nothing can be recorded any more: say so once, stop the robot, keep what there is."""
-        kept = '' if isinstance(error, BagGoneError) else ', what was recorded is kept'
-        self.get_logger().error(f'{error}; the robot is stopped{kept}')
-        self.said = str(error)
-        self._desk.answer(False, str(error))
-        self.carry_out(self._session.failed(str(error), time.monotonic()))
+    def failed(self, why: str, text: str) -> None:
+        """Tell people, and whoever waits, that nothing can be recorded any more."""
+        self.get_logger().error(text)
+        self.said = why
+        self._desk.answer(False, why)
+        self.carry_out(self._session.failed(why, time.monotonic()))
 
-    def _write_status(
-        self, state: State, trial: int, outcome: Outcome | None = None, reason: str = '',
-    ) -> None:
-        """Write into the bag how the episode stands, as the learner sees it."""
-        status = TrialStatus(state, trial, outcome, reason, stamp=self._odometry_time * 1e-9)
-        self._recorder.write(self._raw('trial', status_from_trial(status, self._settings.task)))
+    def on_answer(self, accepted: bool, message: str) -> None:
+        """Take in the controller's answer to a request to start."""
+        self.carry_out(self._session.start_answered(accepted, message, time.monotonic()))
 
-    def _raw(self, topic: str, message: Any) -> Raw:
-        """Return a message of our own as a recorder would have got it."""
-        return Raw(self.resolve_topic_name(topic), type_name(type(message)),
-                   bytes(serialize_message(message)), self._now(topic='', cdr=b''))
+    def learn(self, episode: EpisodeFolder) -> None:
+        """Learn from a bag that was recorded."""
+        self._worker.do(lambda: self._library.learn(episode), self._on_lesson)
 
     def change_trials(self, change: Callable[[float], to.Effects], now: float) -> to.Effects:
         """Begin or stop trials; those from chosen starts drive on a field of their own."""
@@ -310,37 +218,37 @@ class LearnerNode(Node):
             self._desk.answer(False, str(error))
             return
         self._learnt()
-        self._say(text)
+        self.say(text)
         self._desk.answer(True, text)
 
     def _on_relearnt(self, future: 'JobFuture[list[str]]') -> None:
         try:
             for line in self._result(future):
-                self._say(line)
+                self.say(line)
             for line in self._library.doubts:
-                self._say(line, warns=True)
+                self.say(line, warns=True)
         except BagError as error:
             self.fatal = str(error)
             return
-        self._say(sentence_at_start(self._settings, self._library.task, self._library.refresh))
+        self.say(sentence_at_start(self._settings, self._library.task, self._library.refresh))
         self._learnt()
 
     def _on_lesson(self, future: 'JobFuture[Lesson]') -> None:
         try:
             self._lesson = self._result(future)
         except BagError as error:
-            self._lose(error)
+            self._performer.lose(error)
             return
         self._learnt()
         sentence = sentence_from_lesson(self._lesson)
-        self._say(sentence)
+        self.say(sentence)
         self._desk.answer(self._lesson.refresh is not None, sentence)
 
     def _on_warm(self, future: 'JobFuture[None]') -> None:
         try:
             self._result(future)
         except BagError as error:
-            self._say(str(error), warns=True)
+            self.say(str(error), warns=True)
 
     def _result(self, future: 'JobFuture[Any]') -> Any:
         return result_of(future, self.get_logger().error)
@@ -369,7 +277,7 @@ class LearnerNode(Node):
             return
         field = self._library.field(more_trials and self._settings.starts == 'spread')
         messages = self._publications.publish_field(field, refresh)
-        self._recorder.in_force = [self._raw(*message) for message in messages.items()]
+        self._recorder.in_force = [self._performer.raw(*message) for message in messages.items()]
 
     def close(self) -> None:
         """End what is under way: the trial is stopped, the bag closed and marked as aborted."""

@@ -5,23 +5,18 @@ It knows no ROS and no files: whoever owns a `Session` tells it what happens, wi
 steady clock, and carries out the effects it returns, in order.
 """
 
-from collections.abc import Callable
-import math
-
 from control_field.records import Outcome
 from control_field.watch import StopReason
-from learner_node.effects import (
-    Abandon, Close, Discard, Effect, Effects, Place, Record, Say, StartTrial, StopTrial)
+from learner_node.effects import Abandon, Effects, Place, Record, Say, StartTrial, StopTrial
 from learner_node.phases import (
-    Arrival, IN_TRIAL, LOST, MAX_ASKING, MAX_REQUESTS, obstacle, patience, Peers, Phase,
-    PLACE_REQUESTS, QUIET, RECORDING, RETRY, SessionError, silence, WORDS)
-from learner_node.settings import Settings, StartPose
-from learner_node.tally import INTRUDED, Intruder, is_running, Tally
+    IN_TRIAL, LOST, MAX_ASKING, MAX_REQUESTS, patience, Peers, Phase, PLACE_REQUESTS, RECORDING,
+    RETRY, SessionError, silence)
+from learner_node.teaching import Teaching
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.trial_status import State, TrialStatus
 
 
-class Session:
+class Session(Teaching):
     """
     A session of teaching and trying.
 
@@ -32,28 +27,6 @@ class Session:
         Returns where the next trial starts.
 
     """
-
-    def __init__(self, settings: Settings, next_start: Callable[[], StartPose]) -> None:
-        """Start idle, without a field."""
-        self.settings = settings
-        self.phase = Phase.IDLE
-        self.n_left = 0
-        self.revision = -1
-        self.trial = 0
-        self._next_start = next_start
-        self._start = StartPose(0.0, 0.0)
-        self._peers = Peers()
-        self._status: TrialStatus | None = None
-        self._tally, self._intruder, self._arrival = Tally(), Intruder(), Arrival()
-        self._began = self._heard = self._moved = self._asked = -math.inf
-        self._n_asked = self._n_silent = 0
-        self._stamp = 0.0
-        self._told = self._lost = ''
-
-    @property
-    def is_recording(self) -> bool:
-        """Tell whether what arrives belongs into the open bag."""
-        return self.phase in RECORDING
 
     def begin(self, now: float) -> None:
         """Take in that the bags that were found are being learnt from."""
@@ -76,28 +49,6 @@ class Session:
 
     # What people ask for
 
-    def record(self, now: float) -> Effects:
-        """Begin a demonstration; SessionError if something else is under way, or no odometry."""
-        self._check_idle('record a demonstration')
-        if not math.isfinite(self._heard):
-            raise SessionError('cannot record a demonstration: no odometry has arrived yet')
-        self._intruder.begin(self._status, self._stamp, self.settings.controller)
-        self._lost = ''
-        self._go(Phase.DEMONSTRATION, now)
-        return [Record(EpisodeKind.DEMO)]
-
-    def keep(self, now: float) -> Effects:
-        """End the demonstration and learn from it; SessionError if none is recorded."""
-        self._check_recording()
-        self._go(Phase.SETTLING, now)
-        return []
-
-    def discard(self, now: float) -> Effects:
-        """Throw the demonstration that is being recorded away; like `keep` otherwise."""
-        self._check_recording()
-        self._go(Phase.IDLE, now)
-        return [Discard()]
-
     def run_trials(self, n_trials: int, now: float) -> Effects:
         """Run trials one after the other; SessionError if that cannot be done now, or at all."""
         if not self.settings.simulation:
@@ -118,12 +69,6 @@ class Session:
         if self.phase in (Phase.WAITING, Phase.PLACING):
             self._go(Phase.IDLE, now)
         return [StopTrial()] if self.phase in IN_TRIAL else []
-
-    def describe(self) -> str:
-        """Say in a few words what is under way."""
-        if self.phase is Phase.WAITING:
-            return f'waiting: {self._obstacle() or "all is there"}'
-        return WORDS.get(self.phase, f'trial {self.trial} is under way')
 
     # What arrives
 
@@ -289,30 +234,6 @@ class Session:
         waits = self.phase is Phase.STARTING and self._n_silent < LOST
         return self._ask_again(now) if now - self._asked > RETRY and not waits else []
 
-    def _settle(self, now: float) -> Effects:
-        waited = now - self._began
-        if min(now - self._heard, waited) < QUIET and waited < patience(self.settings.lockstep):
-            return []
-        return self._learn(now)
-
-    def _cut_off(self, now: float) -> Effects:
-        """Close the demonstration that is being kept before the drive of a trial that begins."""
-        begins = is_running(self._status) and self._status.stamp <= self._stamp
-        return self._learn(now) if begins and self.phase is Phase.SETTLING else []
-
-    def _learn(self, now: float) -> Effects:
-        self._go(Phase.LEARNING, now)
-        return [Close()]
-
-    def _intruded(self, now: float) -> Effects:
-        """Break the demonstration off: what a trial drives is not what a person shows."""
-        assert self._status is not None
-        self._lost = INTRUDED.format(self._status.trial)
-        self._tally.pass_over(self._status.trial)
-        self._go(Phase.IDLE, now)
-        return [*([StopTrial()] if is_running(self._status) else []), Abandon(self._lost),
-                Say(f'the demonstration is broken off and not kept: {self._lost}', warns=True)]
-
     def _watch_trial(self, now: float) -> Effects:
         if self._status is None or self._status.state is not State.RUNNING:
             return []
@@ -332,66 +253,3 @@ class Session:
         if placing and self._n_asked % PLACE_REQUESTS == 0:
             self._start = self._next_start()
         return self._ask(Place(self._start) if placing else StartTrial(), now)
-
-    # From one phase to the next
-
-    def _check_recording(self) -> None:
-        if self.phase is not Phase.DEMONSTRATION:
-            lost = f': {self._lost}' if self._lost else ''
-            raise SessionError(f'no demonstration is being recorded{lost}')
-
-    def _check_idle(self, what: str) -> None:
-        if self.phase is not Phase.IDLE:
-            raise SessionError(f'cannot {what} now: {self.describe()}')
-
-    def _go(self, phase: Phase, now: float) -> None:
-        self.phase, self._began = phase, now
-
-    def _ask(self, request: Effect, now: float) -> Effects:
-        self._asked, self._n_silent = now, 0
-        self._n_asked += 1
-        return [request]
-
-    def _proceed(self, now: float) -> Effects:
-        """Set the robot back for the next trial when everything is there for it."""
-        if self.phase is not Phase.WAITING:
-            return []
-        missing = self._obstacle()
-        if missing:
-            return self._wait(missing, now)
-        self._start = self._next_start()
-        self._n_asked, self._told = 0, ''
-        self._arrival.leave()
-        self._go(Phase.PLACING, now)
-        return self._ask(Place(self._start), now)
-
-    def _wait(self, missing: str, now: float) -> Effects:
-        effects: Effects = []
-        if is_running(self._status) and now - self._asked > RETRY:
-            effects += self._ask(StopTrial(), now)
-        if missing != self._told and now - self._began > self.settings.peer_timeout:
-            self._told = missing
-            effects.append(Say(f'the next trial waits: {missing}', warns=True))
-        return effects
-
-    def _obstacle(self) -> str:
-        return obstacle(self._peers, self._status, self.revision, self.settings.controller)
-
-    def _break_off(self, reason: str, now: float, told: bool = False) -> Effects:
-        """End the trial as aborted; nothing is learnt from it, and it is tried again."""
-        trial = f'trial {self.trial}' if self.trial else 'the trial to come'
-        effects: Effects = [Say(f'{trial} is broken off: {reason}', warns=True)]
-        if self.phase is Phase.STARTING:
-            effects.append(Discard())
-        elif self.phase in IN_TRIAL:
-            effects.append(Abandon('' if told else reason, self.trial))
-        # A request to a controller that runs nothing could come late and stop the trial after it.
-        if self.phase in IN_TRIAL and self._peers.controller and is_running(self._status):
-            effects.append(StopTrial())
-        # A controller that is gone may use the number again.
-        self._tally.clear()
-        self._tally.pass_over(self.trial if is_running(self._status) else 0)
-        self.trial = 0
-        self._asked = now
-        self._go(Phase.WAITING if self.n_left else Phase.IDLE, now)
-        return effects

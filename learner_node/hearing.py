@@ -1,0 +1,97 @@
+"""What the topics tell the session."""
+
+from collections.abc import Callable
+from functools import partial
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import PointCloud2
+
+from control_field.grid import Grid
+from learner_node.effects import Effects
+from learner_node.frames import FrameCheck
+from learner_node.phases import Phase
+from learner_node.recorder import stamp_of
+from learner_node.session import Session
+from msgs_bridge.complaints import Complaints
+from msgs_bridge.poses import pose_from_odometry
+from msgs_bridge.serialized import message_from_cdr
+from msgs_bridge.tables import decisions_from_cloud
+from msgs_bridge.trial_status import trial_from_status
+
+
+class Hearing:
+    """
+    Tells the session what arrives.
+
+    Parameters
+    ----------
+    session : Session
+    grid : Grid
+    carry_out : callable
+        Does what the session wants done.
+    frame_check : FrameCheck
+        Is shown the first odometry of a demonstration.
+    complaints : Complaints
+        Are told what is not to be trusted.
+
+    """
+
+    def __init__(
+        self, session: Session, grid: Grid, carry_out: Callable[[Effects], None],
+        frame_check: FrameCheck, complaints: Complaints,
+    ) -> None:
+        self._session, self._grid = session, grid
+        self._carry_out = carry_out
+        self._frame_check = frame_check
+        self._complaints = complaints
+        #: Topics that something has arrived on.
+        self.heard: set[str] = set()
+        #: Stamp of the newest odometry, [ns].
+        self.odometry_time = 0
+        self._looks: dict[str, Callable[[bytes], None]] = {
+            'odom': self._saw_odometry, 'experience': self._saw_experience,
+            'trial': self._saw_trial, 'neighbourhood': self._saw_sight,
+            'cmd_vel': lambda _: self._session.heard_command(time.monotonic())}
+
+    def saw(self, name: str, cdr: bytes) -> None:
+        """Take in a message of a topic, such as ``odom``."""
+        self.heard.add(name)
+        look = self._looks.get(name)
+        if look is not None:
+            look(cdr)
+
+    def _saw_odometry(self, cdr: bytes) -> None:
+        self.odometry_time = stamp_of(cdr)
+        self._carry_out(self._session.heard_odometry(self.odometry_time * 1e-9, time.monotonic()))
+        if self._frame_check.is_due:
+            self._read(self._frame_check.saw, Odometry, cdr)
+        if self._session.phase is Phase.PLACING:
+            pose = self._read(pose_from_odometry, Odometry, cdr)
+            if pose is not None:
+                self._carry_out(self._session.saw_pose(
+                    pose.x, pose.y, pose.yaw, time.monotonic()))
+
+    def _saw_sight(self, cdr: bytes) -> None:
+        self._carry_out(self._session.saw_sight(stamp_of(cdr) * 1e-9, time.monotonic()))
+
+    def _saw_experience(self, cdr: bytes) -> None:
+        rows = self._read(partial(decisions_from_cloud, grid=self._grid), PointCloud2, cdr)
+        if rows is not None and len(rows):
+            self._carry_out(self._session.saw_decisions(
+                int(rows['trial'][0]), len(rows), time.monotonic()))
+
+    def _saw_trial(self, cdr: bytes) -> None:
+        status = self._read(trial_from_status, DiagnosticStatus, cdr)
+        if status is not None:
+            self._carry_out(self._session.saw_status(status, time.monotonic()))
+
+    def _read(self, reader: Callable[[Any], Any], kind: Any, cdr: bytes) -> Any:
+        """Return what a message says; None, and a warning, if it is not to be trusted."""
+        try:
+            return reader(message_from_cdr(cdr, kind))
+        except (ValueError, RuntimeError) as error:
+            self._complaints.refused(error, kind)
+            return None

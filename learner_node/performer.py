@@ -1,0 +1,113 @@
+"""Doing what the session wants done."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from control_field.records import Outcome
+from learner_node import effects as to
+from learner_node.frames import FrameCheck
+from learner_node.publications import Publications
+from learner_node.recorder import BagGoneError, Raw, Recorder
+from learner_node.requests import Requests
+from learner_node.topics import type_name
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind
+from msgs_bridge.serialized import cdr_from_message
+from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
+
+
+class Performer:
+    """
+    Does what the session wants done.
+
+    Parameters
+    ----------
+    node : LearnerNode
+        Tells people, learns from what was recorded, and is told when nothing can be recorded.
+    recorder : Recorder
+    publications : Publications
+    requests : Requests
+    frame_check : FrameCheck
+        Is to look at the first odometry of a demonstration.
+
+    """
+
+    def __init__(
+        self, node: Any, recorder: Recorder, publications: Publications, requests: Requests,
+        frame_check: FrameCheck,
+    ) -> None:
+        self._node = node
+        self._recorder = recorder
+        self._publications, self._requests = publications, requests
+        self._frame_check = frame_check
+
+    def carry_out(self, effects: to.Effects) -> None:
+        """Do what the session wants done, in order."""
+        for effect in effects:
+            if not self.guard(partial(self._do, effect)):
+                return
+
+    def guard(self, work: Callable[[], Any]) -> bool:
+        """Do what fails when nothing can be recorded any more; tell whether it succeeded."""
+        try:
+            work()
+        except BagError as error:
+            self.lose(error)
+            return False
+        return True
+
+    def _do(self, effect: to.Effect) -> None:
+        match effect:
+            case to.Record(kind):
+                self._record(kind)
+            case to.Close():
+                self._close_and_learn()
+            case to.Abandon(reason, trial):
+                self._abandon(reason, trial)
+            case to.Discard():
+                self._recorder.discard()
+            case to.Place(pose):
+                self._publications.place(pose, self._node.odometry_time * 1e-9)
+            case to.StartTrial():
+                self._requests.start(self._node.on_answer)
+            case to.StopTrial():
+                self._requests.stop()
+            case to.Say(text, warns):
+                self._node.say(text, warns)
+
+    def _record(self, kind: EpisodeKind) -> None:
+        episode = self._recorder.start(kind, self._node.now())
+        if kind is EpisodeKind.DEMO:
+            self._frame_check.is_due = True
+            self._write_status(State.RUNNING, 0)
+        self._node.say(f'recording {episode.name}')
+
+    def _close_and_learn(self) -> None:
+        if self._recorder.kind is EpisodeKind.DEMO:
+            self._write_status(State.ENDED, 0, Outcome.GOAL, 'the demonstration was kept')
+        episode: EpisodeFolder | None = self._recorder.close()
+        if episode is not None:
+            self._node.learn(episode)
+
+    def _abandon(self, reason: str, trial: int) -> None:
+        if reason and self._recorder.kind is not None:
+            self._write_status(State.ENDED, trial, Outcome.ABORTED, reason)
+        self._recorder.close()
+
+    def lose(self, error: BagError) -> None:
+        """Nothing can be recorded any more: say so once, stop the robot, keep what there is."""
+        kept = '' if isinstance(error, BagGoneError) else ', what was recorded is kept'
+        self._node.failed(str(error), f'{error}; the robot is stopped{kept}')
+
+    def _write_status(
+        self, state: State, trial: int, outcome: Outcome | None = None, reason: str = '',
+    ) -> None:
+        """Write into the bag how the episode stands, as the learner sees it."""
+        status = TrialStatus(state, trial, outcome, reason, stamp=self._node.odometry_time * 1e-9)
+        task = self._recorder.task.task
+        self._recorder.write(self.raw('trial', status_from_trial(status, task)))
+
+    def raw(self, topic: str, message: Any) -> Raw:
+        """Return a message of our own as a recorder would have got it."""
+        return Raw(self._node.resolve_topic_name(topic), type_name(type(message)),
+                   cdr_from_message(message), self._node.now())

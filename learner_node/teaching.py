@@ -1,0 +1,60 @@
+"""The part of a session in which a person shows the way: a demonstration from start to end."""
+
+import math
+
+from learner_node.effects import Abandon, Discard, Effects, Record, Say, StopTrial
+from learner_node.phases import patience, Phase, QUIET, SessionError
+from learner_node.tally import INTRUDED, is_running
+from learner_node.transitions import Transitions
+from msgs_bridge.bag_folder import EpisodeKind
+
+
+class Teaching(Transitions):
+    """Demonstrations: begun, kept, thrown away, broken off by a trial that somebody starts."""
+
+    def record(self, now: float) -> Effects:
+        """Begin a demonstration; SessionError if something else is under way, or no odometry."""
+        self._check_idle('record a demonstration')
+        if not math.isfinite(self._heard):
+            raise SessionError('cannot record a demonstration: no odometry has arrived yet')
+        self._intruder.begin(self._status, self._stamp, self.settings.controller)
+        self._lost = ''
+        self._go(Phase.DEMONSTRATION, now)
+        return [Record(EpisodeKind.DEMO)]
+
+    def keep(self, now: float) -> Effects:
+        """End the demonstration and learn from it; SessionError if none is recorded."""
+        self._check_recording()
+        self._go(Phase.SETTLING, now)
+        return []
+
+    def discard(self, now: float) -> Effects:
+        """Throw the demonstration that is being recorded away; like `keep` otherwise."""
+        self._check_recording()
+        self._go(Phase.IDLE, now)
+        return [Discard()]
+
+    def _check_recording(self) -> None:
+        if self.phase is not Phase.DEMONSTRATION:
+            lost = f': {self._lost}' if self._lost else ''
+            raise SessionError(f'no demonstration is being recorded{lost}')
+
+    def _settle(self, now: float) -> Effects:
+        waited = now - self._began
+        if min(now - self._heard, waited) < QUIET and waited < patience(self.settings.lockstep):
+            return []
+        return self._learn(now)
+
+    def _cut_off(self, now: float) -> Effects:
+        """Close the demonstration that is being kept before the drive of a trial that begins."""
+        begins = is_running(self._status) and self._status.stamp <= self._stamp
+        return self._learn(now) if begins and self.phase is Phase.SETTLING else []
+
+    def _intruded(self, now: float) -> Effects:
+        """Break the demonstration off: what a trial drives is not what a person shows."""
+        assert self._status is not None
+        self._lost = INTRUDED.format(self._status.trial)
+        self._tally.pass_over(self._status.trial)
+        self._go(Phase.IDLE, now)
+        return [*([StopTrial()] if is_running(self._status) else []), Abandon(self._lost),
+                Say(f'the demonstration is broken off and not kept: {self._lost}', warns=True)]

@@ -1,0 +1,112 @@
+"""How a session gets from one phase to the next, and what it remembers on the way."""
+
+from collections.abc import Callable
+import math
+
+from learner_node.effects import Abandon, Close, Discard, Effect, Effects, Place, Say, StopTrial
+from learner_node.phases import (
+    Arrival, IN_TRIAL, obstacle, Peers, Phase, RECORDING, RETRY, SessionError, WORDS)
+from learner_node.settings import Settings, StartPose
+from learner_node.tally import Intruder, is_running, Tally
+from msgs_bridge.trial_status import TrialStatus
+
+
+class Transitions:
+    """
+    The state of a session, and the steps that more than one thing that happens leads to.
+
+    Parameters
+    ----------
+    settings : Settings
+    next_start : callable
+        Returns where the next trial starts.
+
+    """
+
+    def __init__(self, settings: Settings, next_start: Callable[[], StartPose]) -> None:
+        """Start idle, without a field."""
+        self.settings = settings
+        self.phase = Phase.IDLE
+        self.n_left = 0
+        self.revision = -1
+        self.trial = 0
+        self._next_start = next_start
+        self._start = StartPose(0.0, 0.0)
+        self._peers = Peers()
+        self._status: TrialStatus | None = None
+        self._tally, self._intruder, self._arrival = Tally(), Intruder(), Arrival()
+        self._began = self._heard = self._moved = self._asked = -math.inf
+        self._n_asked = self._n_silent = 0
+        self._stamp = 0.0
+        self._told = self._lost = ''
+
+    @property
+    def is_recording(self) -> bool:
+        """Tell whether what arrives belongs into the open bag."""
+        return self.phase in RECORDING
+
+    def describe(self) -> str:
+        """Say in a few words what is under way."""
+        if self.phase is Phase.WAITING:
+            return f'waiting: {self._obstacle() or "all is there"}'
+        return WORDS.get(self.phase, f'trial {self.trial} is under way')
+
+    def _check_idle(self, what: str) -> None:
+        if self.phase is not Phase.IDLE:
+            raise SessionError(f'cannot {what} now: {self.describe()}')
+
+    def _go(self, phase: Phase, now: float) -> None:
+        self.phase, self._began = phase, now
+
+    def _ask(self, request: Effect, now: float) -> Effects:
+        self._asked, self._n_silent = now, 0
+        self._n_asked += 1
+        return [request]
+
+    def _proceed(self, now: float) -> Effects:
+        """Set the robot back for the next trial when everything is there for it."""
+        if self.phase is not Phase.WAITING:
+            return []
+        missing = self._obstacle()
+        if missing:
+            return self._wait(missing, now)
+        self._start = self._next_start()
+        self._n_asked, self._told = 0, ''
+        self._arrival.leave()
+        self._go(Phase.PLACING, now)
+        return self._ask(Place(self._start), now)
+
+    def _wait(self, missing: str, now: float) -> Effects:
+        effects: Effects = []
+        if is_running(self._status) and now - self._asked > RETRY:
+            effects += self._ask(StopTrial(), now)
+        if missing != self._told and now - self._began > self.settings.peer_timeout:
+            self._told = missing
+            effects.append(Say(f'the next trial waits: {missing}', warns=True))
+        return effects
+
+    def _obstacle(self) -> str:
+        return obstacle(self._peers, self._status, self.revision, self.settings.controller)
+
+    def _learn(self, now: float) -> Effects:
+        self._go(Phase.LEARNING, now)
+        return [Close()]
+
+    def _break_off(self, reason: str, now: float, told: bool = False) -> Effects:
+        """End the trial as aborted; nothing is learnt from it, and it is tried again."""
+        trial = f'trial {self.trial}' if self.trial else 'the trial to come'
+        effects: Effects = [Say(f'{trial} is broken off: {reason}', warns=True)]
+        if self.phase is Phase.STARTING:
+            effects.append(Discard())
+        elif self.phase in IN_TRIAL:
+            effects.append(Abandon('' if told else reason, self.trial))
+        # A request to a controller that runs nothing could come late and stop the trial after it.
+        if self.phase in IN_TRIAL and self._peers.controller and is_running(self._status):
+            effects.append(StopTrial())
+        # A controller that is gone may use the number again.
+        self._tally.clear()
+        self._tally.pass_over(self.trial if is_running(self._status) else 0)
+        self.trial = 0
+        self._asked = now
+        self._go(Phase.WAITING if self.n_left else Phase.IDLE, now)
+        return effects
