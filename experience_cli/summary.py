@@ -12,8 +12,8 @@ from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_lock import is_in_use
 from msgs_bridge.bag_repair import needs_repair
-from msgs_bridge.foreign_text import printable
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
+from msgs_bridge.foreign_text import printable
 
 
 @dataclass(frozen=True)
