@@ -257,6 +257,8 @@ def _experiment(arguments: argparse.Namespace) -> 'Experiment':
         world = load_world(find_world(arguments.world))
     except WorldError as error:
         raise UserError(f'--world {error}') from error
+    for note in world.notes:
+        print(f'--world {note}', file=sys.stderr)
     demonstrations: tuple[Demonstration, ...] = ()
     starts = [_cell(world.grid, point, '--demo-start') for point in arguments.demo_start]
     if arguments.demo_bag:

@@ -1,9 +1,13 @@
 """The one error that every map reader raises, and the careful opening of files."""
 
+import math
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Final
 
 from control_field.grid import MOST_CELLS
+
+#: The most cells along one side.
+_LONGEST: Final = 100_000
 
 
 class WorldError(ValueError):
@@ -63,8 +67,12 @@ def read_bytes(path: Path, limit: int) -> bytes:
 
 def check_size(path: Path, n_rows: int, n_cols: int) -> None:
     """Raise `WorldError` for a map of no size or of too many cells."""
-    if not (n_rows >= 1 and n_cols >= 1 and n_rows * n_cols <= MOST_CELLS
-            and max(n_rows, n_cols) <= 100_000):
-        raise WorldError(path, f'{n_cols} x {n_rows} cells, must be 1 to {MOST_CELLS} in all and '
-                               'at most 100000 a side')
-
+    if n_rows < 1 or n_cols < 1:
+        raise WorldError(path, f'has {n_cols} x {n_rows} cells, must have at least 1 a side')
+    shrink = max(math.ceil(math.sqrt(n_rows * n_cols / MOST_CELLS)),
+                 math.ceil(max(n_rows, n_cols) / _LONGEST))
+    if shrink > 1:
+        raise WorldError(
+            path, f'{n_cols} x {n_rows} cells are too many (at most {MOST_CELLS}, {_LONGEST} a '
+                  f'side): make the image {shrink} times smaller each way and the resolution '
+                  f'{shrink} times larger')

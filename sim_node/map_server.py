@@ -2,32 +2,28 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-import os
-from pathlib import Path
-import re
-from typing import Any, BinaryIO, Final, TypeAlias
-import warnings
+import math
+from pathlib import Path, PureWindowsPath
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image
-import yaml  # type: ignore[import-untyped, unused-ignore]
 
 from control_field.sight import BLOCKED, FREE
-from sim_node.map_error import check_size, open_map, read_bytes, WorldError
+from msgs_bridge.safe_files import yaml_from_text
+from sim_node.map_cells import (
+    cells_from_pixels, MODES, n_saved_unknown_free, SAVED_UNKNOWN, turned, turned_corner, UNKNOWN)
+from sim_node.map_error import read_bytes, WorldError
+from sim_node.map_image import Pixels, read_pixels
 
 _YAML_LIMIT: Final = 64 * 1024
-_FORMATS: Final = ('PPM', 'PNG', 'BMP')  # Pillow calls PGM 'PPM'
-#: How far behind the pixels is looked for something other than blanks.
-_MAX_TAIL: Final = 1024
-_BLANKS: Final = np.frombuffer(b' \t\n\r\v\f', np.uint8)
-_MODES: Final = ('trinary', 'scale', 'raw')
-#: What Pillow raises for broken files, beside its own errors (which are OSErrors).
-_BROKEN: Final = (OSError, ValueError, SyntaxError, EOFError, OverflowError, TypeError,
-                  MemoryError, Image.DecompressionBombError, Warning)
-
-
-Shades: TypeAlias = npt.NDArray[np.float32]
+#: What map_server's own saver writes; map_server itself refuses a file without them.
+_OCCUPIED_THRESH: Final = 0.65
+_FREE_THRESH: Final = 0.196
+#: Cells of less than half occupied are free to drive on (modes scale and raw).
+_HALF: Final = 50
+#: 3.14 and 1.57 mean half and quarter turns [rad].
+_ANGLE_TOLERANCE: Final = 0.005
 
 
 @dataclass(frozen=True)
@@ -38,23 +34,44 @@ class MapHeader:
     resolution: float
     origin_x: float
     origin_y: float
+    #: Quarter turns counter-clockwise about the origin, 0 to 3.
+    quarters: int
     negate: bool
     occupied_thresh: float
     free_thresh: float
     mode: str
+    #: What was guessed or made do with, for the user.
+    notes: tuple[str, ...] = ()
 
 
-def read_map_server(path: Path) -> tuple[MapHeader, npt.NDArray[np.int8]]:
+@dataclass(frozen=True, eq=False)
+class MapServerMap:
     """
-    Read a map_server YAML file and its image.
+    A map that was read.
 
-    Returns
-    -------
+    Parameters
+    ----------
     header : MapHeader
         What the YAML file says.
     occupancy : ndarray of int8, shape (n_rows, n_cols)
         0 free, 100 blocked; row 0 at the lowest y. Cells whose state is unknown are blocked: in
         a true world there is no third kind.
+    corner : tuple of float
+        (x, y) of the lower left corner of cell (0, 0) [m].
+    notes : tuple of str
+        What a user should know: each one sentence that names the file.
+
+    """
+
+    header: MapHeader
+    occupancy: npt.NDArray[np.int8]
+    corner: tuple[float, float]
+    notes: tuple[str, ...]
+
+
+def read_map_server(path: Path) -> MapServerMap:
+    """
+    Read a map_server YAML file and its image.
 
     Raises
     ------
@@ -63,8 +80,32 @@ def read_map_server(path: Path) -> tuple[MapHeader, npt.NDArray[np.int8]]:
 
     """
     header = read_header(path)
-    shade, opaque = read_shades(header.image)
-    return header, _occupancy(header, shade, opaque)
+    pixels = read_pixels(header.image)
+    cells = cells_from_pixels(pixels, header.mode, header.negate, header.occupied_thresh,
+                              header.free_thresh)
+    corner = turned_corner((header.origin_x, header.origin_y), (cells.shape[0], cells.shape[1]),
+                           header.resolution, header.quarters)
+    free = (cells > UNKNOWN) & (cells < _HALF)
+    occupancy = turned(np.where(free, FREE, BLOCKED).astype(np.int8), header.quarters)
+    return MapServerMap(header, occupancy, corner, (*header.notes, *_notes(header, pixels, cells)))
+
+
+def _notes(header: MapHeader, pixels: Pixels, cells: npt.NDArray[np.int8]) -> list[str]:
+    """Return what a user should know of the image and of its cells."""
+    notes, image = [], header.image
+    if pixels.kind == 'JPEG':
+        notes.append(f'{image}: is a JPEG, which blurs edges: walls may be a cell thicker or '
+                     f'thinner than drawn, better save maps as PNG')
+    n_free = n_saved_unknown_free(pixels, cells) if header.mode == 'trinary' else 0
+    if n_free:
+        notes.append(f'{image}: {n_free} cells that may be unknown count as free: Nav2 saves '
+                     f'unknown as grey {SAVED_UNKNOWN}, and free_thresh is {header.free_thresh:g};'
+                     f' with "free_thresh: {_FREE_THRESH:g}" they are unknown')
+    n_unknown = int((cells == UNKNOWN).sum())
+    if n_unknown:
+        notes.append(f'{image}: {n_unknown} of {cells.size} cells are unknown, they count as '
+                     f'blocked')
+    return notes
 
 
 def read_header(path: Path) -> MapHeader:
@@ -78,132 +119,94 @@ def read_header(path: Path) -> MapHeader:
 
     """
     fields = _fields(path)
-    image = fields.get('image')
-    if not isinstance(image, str) or not image or '\0' in image:
-        raise WorldError(path, 'image must be the name of a PGM or PNG file')
-    mode = str(fields.get('mode', 'trinary')).lower()
-    if mode not in _MODES:
-        raise WorldError(path, f'mode must be one of {", ".join(_MODES)}')
-    origin_x, origin_y = _origin(path, fields)
+    image, notes = _image(path, fields)
+    mode = fields.get('mode', 'trinary')
+    if not isinstance(mode, str) or mode.lower() not in MODES:
+        raise WorldError(path, f'mode must be one of {", ".join(MODES)}')
+    x, y, yaw = _origin(path, fields)
     header = MapHeader(
-        path.parent / image, _number(path, fields, 'resolution', None, 1e-6, 1e6),
-        origin_x, origin_y, _negate(path, fields),
-        _number(path, fields, 'occupied_thresh', 0.65, 0, 1),
-        _number(path, fields, 'free_thresh', 0.25, 0, 1), mode)
+        image, _number(path, fields, 'resolution', None, 1e-6, 1e6), x, y,
+        _quarters(path, yaw), _negate(path, fields),
+        _number(path, fields, 'occupied_thresh', _OCCUPIED_THRESH, 0, 1),
+        _number(path, fields, 'free_thresh', _FREE_THRESH, 0, 1), mode.lower(),
+        (*notes, *_guesses(path, fields, yaw)))
     if header.free_thresh > header.occupied_thresh:
         raise WorldError(path, f'free_thresh {header.free_thresh} is above occupied_thresh '
                                f'{header.occupied_thresh}')
     return header
 
 
-def read_shades(path: Path) -> tuple[Shades, Shades]:
-    """
-    Read how bright and how opaque each pixel of an image is.
-
-    Returns
-    -------
-    shade, opaque : ndarray, shape (n_rows, n_cols)
-        0 to 1; first row at the top of the image.
-
-    Raises
-    ------
-    WorldError
-        If the file is no image, is cut off or longer than its header says.
-
-    """
-    with open_map(path) as file:
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter('error')
-                with Image.open(file, formats=_FORMATS) as image:
-                    check_size(path, image.height, image.width)
-                    _check_length(path, file, image)
-                    return _shades_from_image(path, image)
-        except WorldError:
-            raise
-        except _BROKEN as error:
-            raise WorldError(path, 'is no complete PGM or PNG image, write it anew') from error
+def _guesses(path: Path, fields: Mapping[str, Any], yaw: float) -> list[str]:
+    """Return what the file leaves open or says only nearly."""
+    defaults = {'occupied_thresh': _OCCUPIED_THRESH, 'free_thresh': _FREE_THRESH, 'negate': 0}
+    absent = [f'{name}: {value:g}' for name, value in defaults.items() if name not in fields]
+    notes = []
+    if absent:
+        notes.append(f'{path}: says nothing of {", ".join(absent)}, which is taken so (map_server '
+                     f'would refuse the file)')
+    degrees = 90 * _quarters(path, yaw)
+    if degrees:
+        notes.append(f'{path}: its origin is turned by {yaw:g} rad: the map is read turned by '
+                     f'{degrees} degrees')
+    return notes
 
 
-def _check_length(path: Path, file: BinaryIO, image: Image.Image) -> None:
-    """Refuse a PGM with more or fewer pixels than its header says."""
-    file.seek(0)
-    kind = file.read(2)
-    if kind == b'P2':
-        _check_numbers(path, file.read(), image.width * image.height)
-    if kind != b'P5':
-        return
-    first = getattr(image, 'tile')[0][2]  # noqa: B009 - Pillow's types do not know it
-    n_bytes = image.width * image.height * (1 if image.mode == 'L' else 2)
-    n_there = file.seek(0, os.SEEK_END) - first
-    file.seek(first + n_bytes)
-    if n_there < n_bytes or file.read(_MAX_TAIL).strip():
-        raise WorldError(path, f'holds {n_there} bytes of pixels, its header says '
-                               f'{image.width} x {image.height}: {n_bytes}')
+def _image(path: Path, fields: Mapping[str, Any]) -> tuple[Path, list[str]]:
+    """Return where the image is: where the YAML file says, else of that name beside the file."""
+    image = fields.get('image')
+    if not isinstance(image, str) or not image or '\0' in image:
+        raise WorldError(path, 'image must be the name of a PGM or PNG file')
+    named = path.parent / image
+    beside = path.parent / PureWindowsPath(image).name  # takes both kinds of slashes
+    if _is_there(named):
+        return named, []
+    if beside != named and _is_there(beside):
+        note = (f'{path}: its image {image} is not there, {beside.name} beside the YAML file is '
+                f'read instead')
+        return beside, [note]
+    where = 'nor is there one of that name' if beside != named else 'looked for it'
+    raise WorldError(path, f'says image: {image}, but there is no such file, {where} beside the '
+                           f'YAML file: put the image there or mend that line')
 
 
-def _check_numbers(path: Path, text: bytes, n_pixels: int) -> None:
-    """Refuse a PGM in plain text with more or fewer numbers than pixels."""
-    is_blank = np.isin(np.frombuffer(re.sub(rb'#[^\r\n]*', b'', text), np.uint8), _BLANKS)
-    # Width, height and the value of white stand before the pixels.
-    n_there = int((is_blank[:-1] & ~is_blank[1:]).sum()) - 3
-    if n_there != n_pixels:
-        raise WorldError(path, f'holds {n_there} pixels, its header says {n_pixels}')
-
-
-def _shades_from_image(path: Path, image: Image.Image) -> tuple[Shades, Shades]:
-    if image.mode == 'F':
-        raise WorldError(path, 'has pixels of floating point, save it as 8-bit grey')
-    if image.mode in ('L', 'I', 'I;16', 'I;16B'):
-        white = 255.0 if image.mode == 'L' else 65535.0
-        shade = np.asarray(image).astype(np.float32) / np.float32(white)
-        return shade, np.ones_like(shade)
-    pixels = np.asarray(image.convert('RGBA'))
-    shade = pixels[:, :, :3].mean(axis=2, dtype=np.float32) / np.float32(255.0)
-    return shade, pixels[:, :, 3].astype(np.float32) / np.float32(255.0)
-
-
-def _occupancy(header: MapHeader, shade: Shades, opaque: Shades) -> npt.NDArray[np.int8]:
-    """Tell free from blocked as map_server does; only what is surely free is free."""
-    if header.mode == 'raw':
-        # Pixels are the values of an OccupancyGrid themselves: 0 to 100, unknown above that.
-        free = np.rint(shade * 255.0) < 50.0
-    else:
-        if header.mode == 'trinary':
-            # map_server averages opacity in with the colours, but only where there is one.
-            shade = (3.0 * shade + opaque) / 4.0 if (opaque < 1.0).any() else shade
-        occupied = shade if header.negate else 1.0 - shade
-        free = occupied < header.free_thresh
-        if header.mode == 'scale':
-            middle = (header.free_thresh + header.occupied_thresh) / 2.0
-            free = ((occupied < middle) | free) & (opaque >= 1.0)
-    return np.ascontiguousarray(np.where(free, FREE, BLOCKED).astype(np.int8)[::-1])
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a name that is too long, a folder that is closed
+        return False
 
 
 def _fields(path: Path) -> Mapping[str, Any]:
-    text = read_bytes(path, _YAML_LIMIT)
     try:
-        fields = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        where = f' in line {mark.line + 1}' if mark else ''
-        raise WorldError(path, f'is no YAML{where}, see the maps in config/worlds') from error
-    except (ValueError, RecursionError, OverflowError) as error:
-        raise WorldError(path, 'is no YAML, see the maps in config/worlds') from error
+        fields = yaml_from_text(read_bytes(path, _YAML_LIMIT))
+    except ValueError as error:
+        if isinstance(error, WorldError):
+            raise
+        raise WorldError(path, f'{error}, see the maps in config/worlds') from error
     if not isinstance(fields, dict) or 'image' not in fields:
         raise WorldError(path, 'is no map_server file: it must have image, resolution and origin')
     return fields
 
 
-def _origin(path: Path, fields: Mapping[str, Any]) -> tuple[float, float]:
+def _origin(path: Path, fields: Mapping[str, Any]) -> tuple[float, float, float]:
     origin = fields.get('origin')
     if not isinstance(origin, list) or len(origin) != 3:
         raise WorldError(path, 'origin must be [x, y, yaw]')
-    places = dict(zip(('x', 'y', 'yaw'), origin, strict=False))
-    x, y = (_number(path, places, name, None, -1e7, 1e7) for name in ('x', 'y'))
-    if _number(path, places, 'yaw', 0.0, -1e7, 1e7) != 0.0:
-        raise WorldError(path, 'the yaw of origin must be 0: cells are parallel to the axes')
-    return x, y
+    places = dict(zip(('x', 'y', 'yaw'), origin, strict=True))
+    x, y, yaw = (_number(path, places, name, None, -1e7, 1e7) for name in places)
+    return x, y, yaw
+
+
+def _quarters(path: Path, yaw: float) -> int:
+    """Return the quarter turns of an angle, 0 to 3."""
+    quarters = round(yaw / (math.pi / 2))
+    if abs(yaw - quarters * math.pi / 2) > _ANGLE_TOLERANCE:
+        degrees = ' (is it meant in degrees?)' if abs(yaw) > 2 * math.pi else ''
+        raise WorldError(
+            path, f'the yaw of its origin is {yaw:g} rad, {math.degrees(yaw):.6g} degrees'
+                  f'{degrees}: only maps turned by 0, 90, 180 or 270 degrees can be read, save '
+                  f'the map straight')
+    return quarters % 4
 
 
 def _negate(path: Path, fields: Mapping[str, Any]) -> bool:

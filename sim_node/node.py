@@ -105,7 +105,10 @@ class SimNode(Node):
             f'which control_field_node passes on from teleop_node')
 
     def _load(self, name: str) -> World:
-        return load_world(find_world(name), self._settings.frame_id)
+        world = load_world(find_world(name), self._settings.frame_id)
+        for note in world.notes:
+            self.get_logger().warning(note)
+        return world
 
     def _make_topics(self) -> None:
         self._odometry = self.create_publisher(Odometry, 'odom', qos.ODOMETRY_PUB)

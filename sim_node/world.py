@@ -41,6 +41,8 @@ class World:
         0 free, 100 blocked; row 0 at the lowest y. Made read-only.
     name : str
         For messages and tables.
+    notes : tuple of str
+        What a user should know of the file it was read from, a sentence each.
 
     Raises
     ------
@@ -52,6 +54,7 @@ class World:
     grid: Grid
     occupancy: npt.NDArray[np.int8]
     name: str = 'world'
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the cells and lock them."""
@@ -93,10 +96,11 @@ def load_world(path: str | Path, frame_id: str = 'odom') -> World:
     try:
         if path.suffix == '.map':
             occupancy = read_moving_ai(path)
-            resolution, x, y = 1.0, 0.0, 0.0
+            resolution, x, y, notes = 1.0, 0.0, 0.0, ()
         elif path.suffix in ('.yaml', '.yml'):
-            header, occupancy = read_map_server(path)
-            resolution, x, y = header.resolution, header.origin_x, header.origin_y
+            found = read_map_server(path)
+            resolution, occupancy, notes = found.header.resolution, found.occupancy, found.notes
+            x, y = found.corner
         else:
             raise WorldError(
                 path, 'a world is a .yaml file of map_server or a .map file of MovingAI')
@@ -104,7 +108,8 @@ def load_world(path: str | Path, frame_id: str = 'odom') -> World:
         raise WorldError(path, 'is too large for the memory of this machine') from error
     n_rows, n_cols = occupancy.shape
     try:
-        return World(Grid(n_rows, n_cols, resolution, x, y, frame_id), occupancy, path.stem)
+        grid = Grid(n_rows, n_cols, resolution, x, y, frame_id)
+        return World(grid, occupancy, path.stem, notes)
     except ValueError as error:
         raise WorldError(path, str(error)) from error
 

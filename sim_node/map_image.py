@@ -1,0 +1,164 @@
+"""The image of a map: which format it is, how large, and how bright and opaque each pixel is."""
+
+from dataclasses import dataclass
+import os
+from pathlib import Path
+import re
+from typing import Any, BinaryIO, Final, TypeAlias
+import warnings
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+from PIL.BmpImagePlugin import BmpImageFile
+from PIL.JpegImagePlugin import JpegImageFile
+from PIL.PngImagePlugin import PngImageFile
+from PIL.PpmImagePlugin import PpmImageFile
+
+from sim_node.map_error import check_size, open_map, WorldError
+
+Bytes: TypeAlias = npt.NDArray[np.uint8]
+
+#: The content tells the format, whatever the name says. Pillow's own look-up is not used: it
+#: refuses what is large before it can be said how large that is.
+_FORMATS: Final[tuple[tuple[bytes, str, Any], ...]] = (
+    (b'\x89PNG\r\n\x1a\n', 'PNG', PngImageFile),
+    (b'\xff\xd8\xff', 'JPEG', JpegImageFile),
+    (b'BM', 'BMP', BmpImageFile),
+    *((b'P%d' % kind, 'PNM', PpmImageFile) for kind in range(1, 7)),
+)
+_OTHERS: Final = (
+    (b'GIF8', 'GIF'), (b'II*\0', 'TIFF'), (b'MM\0*', 'TIFF'), (b'RIFF', 'WebP'), (b'%PDF', 'PDF'),
+    (b'<svg', 'SVG'), (b'<?xml', 'SVG'), (b'version https://git-lfs', 'Git LFS'),
+)
+#: How far behind the pixels is looked for something other than blanks.
+_MAX_TAIL: Final = 1024
+_BLANKS: Final = np.frombuffer(b' \t\n\r\v\f', np.uint8)
+#: What Pillow raises for broken files, beside its own errors (which are OSErrors).
+_BROKEN: Final = (OSError, ValueError, SyntaxError, EOFError, OverflowError, TypeError, IndexError,
+                  MemoryError, Image.DecompressionBombError, Warning)
+#: Rec. 601 luma in thousandths, as GraphicsMagick turns colours to grey.
+_LUMA: Final = (299, 587, 114)
+#: 16-bit pixels are 257 times as large as 8-bit ones.
+_WIDE: Final = 257
+
+
+@dataclass(frozen=True, eq=False)
+class Pixels:
+    """
+    An image as map_server sees it; first row at the top of the image.
+
+    Parameters
+    ----------
+    grey, alpha : ndarray of uint8, shape (n_rows, n_cols)
+        Brightness, and 255 where nothing shines through.
+    kind : str
+        Format of the content: PNG, JPEG, BMP or PNM.
+
+    """
+
+    grey: Bytes
+    alpha: Bytes
+    kind: str
+
+
+def read_pixels(path: Path) -> Pixels:
+    """
+    Read an image of any name; its content says which format it is.
+
+    Raises
+    ------
+    WorldError
+        If the file is no image, is too large (its header says so, nothing is unpacked), is cut
+        off or longer than its header says.
+
+    """
+    with open_map(path) as file:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter('error')
+                kind, image_class = _format_of(path, file)
+                with image_class(file) as image:
+                    check_size(path, image.height, image.width)
+                    _check_length(path, file, image)
+                    return Pixels(*_grey_and_alpha(path, image), kind)
+        except WorldError:
+            raise
+        except _BROKEN as error:
+            raise WorldError(path, 'is no complete image (PGM, PNG, BMP or JPEG), write it '
+                                   'anew') from error
+
+
+def _format_of(path: Path, file: BinaryIO) -> tuple[str, Any]:
+    start = file.read(32)
+    file.seek(0)
+    for signature, kind, image_class in _FORMATS:
+        if start.startswith(signature):
+            return kind, image_class
+    for signature, kind in _OTHERS:
+        if start.lower().startswith(signature.lower()):
+            raise WorldError(path, f'is a {kind} file by its content, save it as PNG')
+    raise WorldError(path, 'is no image (PGM, PNG, BMP or JPEG) by its content, check the name')
+
+
+def _check_length(path: Path, file: BinaryIO, image: Image.Image) -> None:
+    """Refuse a PGM with more or fewer pixels than its header says."""
+    file.seek(0)
+    kind = file.read(2)
+    if kind == b'P2':
+        _check_numbers(path, file.read(), image.width * image.height)
+    if kind != b'P5':
+        return
+    first = getattr(image, 'tile')[0][2]  # noqa: B009 - Pillow's types do not know it
+    n_bytes = image.width * image.height * (1 if image.mode == 'L' else 2)
+    n_there = file.seek(0, os.SEEK_END) - first
+    file.seek(first + n_bytes)
+    if n_there < n_bytes or file.read(_MAX_TAIL).strip():
+        raise WorldError(path, f'holds {n_there} bytes of pixels, its header says '
+                               f'{image.width} x {image.height}: {n_bytes}')
+
+
+def _check_numbers(path: Path, text: bytes, n_pixels: int) -> None:
+    """Refuse a PGM in plain text with more or fewer numbers than pixels."""
+    is_blank = np.isin(np.frombuffer(re.sub(rb'#[^\r\n]*', b'', text), np.uint8), _BLANKS)
+    # Width, height and the value of white stand before the pixels.
+    n_there = int((is_blank[:-1] & ~is_blank[1:]).sum()) - 3
+    if n_there != n_pixels:
+        raise WorldError(path, f'holds {n_there} pixels, its header says {n_pixels}')
+
+
+def _grey_and_alpha(path: Path, image: Image.Image) -> tuple[Bytes, Bytes]:
+    if image.mode in ('F', 'CMYK'):
+        raise WorldError(path, f'has pixels of the kind {image.mode}, save it as 8-bit grey')
+    white = _white(image)
+    if image.mode in ('I', 'I;16', 'I;16B'):
+        values = np.asarray(image).astype(np.int64)
+        seen_through = image.info.get('transparency', -1)
+        return _as_bytes(values // _WIDE), _as_bytes(np.where(values == seen_through, 0, 255))
+    if image.mode == 'RGB':
+        image.info.pop('transparency', None)  # one colour that is see-through: not for map_server
+    pixels = np.asarray(image.convert('RGBA'))
+    wide = [_wide(pixels[:, :, channel], white) for channel in range(3)]
+    luma = sum(weight * values for weight, values in zip(_LUMA, wide, strict=True))
+    return _as_bytes((luma + 500) // 1000 // _WIDE), _as_bytes(pixels[:, :, 3])
+
+
+def _white(image: Image.Image) -> int:
+    """Return the value that a PNM file gives to white, 255 for every other image."""
+    arguments = getattr(image, 'tile')[0][3]  # noqa: B009 - Pillow's types do not know it
+    if isinstance(image, PpmImageFile) and isinstance(arguments, tuple):
+        return int(arguments[-1])
+    return 255
+
+
+def _wide(values: Bytes, white: int) -> npt.NDArray[np.int64]:
+    """Return pixels as 16 bits; Pillow has rounded those of another white to 8."""
+    wide = values.astype(np.int64)
+    if white >= 255:
+        return wide * _WIDE
+    steps = (wide * white * 2 + 255) // 510
+    return (steps * 65535 * 2 + white) // (2 * white)
+
+
+def _as_bytes(values: npt.NDArray[Any]) -> Bytes:
+    return values.astype(np.uint8)
