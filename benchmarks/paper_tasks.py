@@ -10,9 +10,10 @@ from control_field.parameters import Parameters
 from control_field.simulation import GridWorld
 from experience_cli.demo import WAY
 from experience_cli.driver import cells_along
-from experience_cli.evaluation.experiment import Course, Experiment, run_all
+from experience_cli.evaluation.experiment import Course, Experiment
 from experience_cli.evaluation.generators import DYNA_GOAL, dyna_maze, DYNA_START
 from experience_cli.evaluation.teachers import demonstration_from_path
+from experience_cli.evaluation.workers import run_all
 from sim_node.world import load_world
 
 WORLDS = Path(__file__).resolve().parent.parent / 'config' / 'worlds'

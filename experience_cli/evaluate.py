@@ -151,25 +151,34 @@ def run(arguments: argparse.Namespace) -> int:
     experiment = _experiment(arguments)
     _check_not_the_world(arguments.world, json_path, field_path)
     seeds = range(arguments.seed0, arguments.seed0 + arguments.seeds)
-    courses = _courses(experiment, seeds, arguments.jobs)
+    courses, lost = _courses(experiment, seeds, arguments.jobs)
     # It takes a second to load what the evaluation needs: not before the arguments are right.
     from experience_cli.evaluation.fields import npz_bytes
     from experience_cli.evaluation.summary import report, table
-    result = report(experiment, courses, arguments.world, arguments.demo_bag)
+    result = report(experiment, courses, arguments.world, arguments.demo_bag, lost)
     text = json.dumps(result, indent=1, allow_nan=False)
     if json_path is not None:
         _write(json_path, (text + '\n').encode())
     if field_path is not None:
         _write(field_path, npz_bytes(courses[0].field))
     print(text if arguments.json == '-' else table(result, _COLUMNS))
-    return 0
+    return 1 if lost else 0
 
 
-def _courses(experiment: 'Experiment', seeds: Sequence[int], n_jobs: int) -> 'list[Course]':
-    from experience_cli.evaluation.experiment import run_all
+def _courses(experiment: 'Experiment', seeds: Sequence[int], n_jobs: int,
+             ) -> 'tuple[list[Course], list[int]]':
+    """Return what the seeds came to, and those that were killed whatever was done."""
     from experience_cli.evaluation.teachers import NoWayError
+    from experience_cli.evaluation.workers import LostError, run_all
     try:
-        return run_all([(experiment, seed) for seed in seeds], n_jobs, 'evaluate')
+        return run_all([(experiment, seed) for seed in seeds], n_jobs, 'evaluate'), []
+    except LostError as error:
+        lost = [seeds[index] for index in error.lost]
+        if not error.courses:
+            raise UserError(f'{error}: not one seed is finished, try --jobs 1') from error
+        print(f'experience evaluate: {error}: the report is without the seeds '
+              f'{", ".join(map(str, lost))}, try --jobs 1', file=sys.stderr)
+        return error.courses, lost
     except NoWayError as error:
         how = (f'--teacher {experiment.teacher}' if experiment.demo_steps is None
                else f'--demo-steps {experiment.demo_steps}')

@@ -1,20 +1,12 @@
 """One experiment: a world, a teacher, a method, and what it comes to after every trial."""
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-import multiprocessing
-import os
-import signal
-import sys
-import threading
 import time
 
 import numpy as np
 import numpy.typing as npt
-from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
@@ -26,10 +18,7 @@ from experience_cli.evaluation.methods import Method, Task
 from experience_cli.evaluation.registry import make_method
 from experience_cli.evaluation.teachers import (
     demonstrate, demonstration_from_path, heading_table, longer_path, NoWayError)
-from msgs_bridge.foreign_text import own_stream
 
-#: How often a process looks whether its parent still lives, [s].
-_LOOK_EVERY = 0.5
 Cell = tuple[int, int]
 Row = dict[str, float]
 
@@ -213,87 +202,3 @@ def _row(method: Method, task: Task, judged: npt.NDArray[np.bool_],
     row['reinforcements'] = float(spent.reinforcements)
     row['seconds_learning'] = spent.seconds
     return row
-
-
-def run(tasks: Sequence[tuple[Experiment, int]], n_jobs: int) -> Iterator[tuple[int, Course]]:
-    """
-    Run experiments with their seeds, in processes of their own if there are several jobs.
-
-    Parameters
-    ----------
-    tasks : sequence of (Experiment, int)
-        Experiments, each with a seed.
-    n_jobs : int
-        Processes at once.
-
-    Yields
-    ------
-    index : int
-        Of the task.
-    course : Course
-        In whatever order they end; what they hold does not depend on ``n_jobs``.
-
-    Raises
-    ------
-    NoWayError
-        If a teacher finds no way.
-
-    """
-    if n_jobs <= 1 or len(tasks) <= 1:
-        for index, (experiment, seed) in enumerate(tasks):
-            yield index, run_seed(experiment, seed)
-        return
-    # Fresh processes: a fork would take over whatever threads and locks this one has.
-    pool = ProcessPoolExecutor(min(n_jobs, len(tasks)), multiprocessing.get_context('spawn'),
-                               initializer=_die_with, initargs=(os.getpid(),))
-    try:
-        with _interrupted_later():
-            waiting = {pool.submit(run_seed, *task): index for index, task in enumerate(tasks)}
-        for future in as_completed(waiting):
-            yield waiting[future], future.result()
-    except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for child in multiprocessing.active_children():
-            child.terminate()
-        raise
-    pool.shutdown()
-
-
-def run_all(tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str) -> list[Course]:
-    """Run tasks as `run` does, with a progress bar where somebody looks; in the tasks' order."""
-    courses: dict[int, Course] = {}
-    # disable=None: no bar where standard error is no terminal.
-    with tqdm(total=len(tasks), desc=title, unit='run', file=own_stream(sys.stderr),
-              disable=None) as bar:
-        for index, course in run(tasks, n_jobs):
-            courses[index] = course
-            bar.update()
-    return [courses[index] for index in range(len(tasks))]
-
-
-@contextmanager
-def _interrupted_later() -> Iterator[None]:
-    """
-    Keep Ctrl-C waiting while processes are started.
-
-    One that is half started has not been told everything, or does not listen yet: it would die of
-    it with a traceback. What is started meanwhile keeps it waiting until it is in `_die_with`.
-    """
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-
-
-def _die_with(parent: int) -> None:
-    """End at Ctrl-C without a word, for the parent says what is to be said; and end with it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
-
-
-def _watch(parent: int) -> None:
-    while os.getppid() == parent:
-        time.sleep(_LOOK_EVERY)
-    os._exit(1)

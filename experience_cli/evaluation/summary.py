@@ -44,7 +44,7 @@ def summarise(values: Sequence[float]) -> dict[str, Any]:
 
 
 def report(experiment: Experiment, courses: Sequence[Course], world: str,
-           demo_bag: str | None = None) -> dict[str, Any]:
+           demo_bag: str | None = None, lost: Sequence[int] = ()) -> dict[str, Any]:
     """
     Return the report as JSON takes it: ``config`` and ``after``.
 
@@ -57,14 +57,16 @@ def report(experiment: Experiment, courses: Sequence[Course], world: str,
         The file, as the user named it.
     demo_bag : str, optional
         The bag the demonstration came from.
+    lost : sequence of int
+        Seeds that came to nothing, because their process was killed again and again.
 
     """
     courses = sorted(courses, key=lambda course: course.seed)
     after = [{'trials': int(rows[0]['trials']),
               **{name: summarise([row[name] for row in rows]) for name in METRICS}}
              for rows in zip(*(course.after for course in courses), strict=True)]
-    return {'config': _config(experiment, [course.seed for course in courses], world, demo_bag),
-            'after': after}
+    config = _config(experiment, [course.seed for course in courses], world, demo_bag)
+    return {'config': {**config, 'lost_seeds': list(lost)}, 'after': after}
 
 
 def _config(experiment: Experiment, seeds: list[int], world: str, demo_bag: str | None,

@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from experience_cli.evaluation.experiment import run_seed
 from experience_cli.evaluation.generators import generate
+from experience_cli.evaluation.workers import LostError
 from experience_cli.main import main
 from ros_helpers import ROOT
 
@@ -167,6 +169,18 @@ def test_results_do_not_depend_on_the_number_of_jobs(world, tmp_path):
         del entry['seconds_learning']
     assert one == two
     assert (tmp_path / '1.npz').read_bytes() == (tmp_path / '2.npz').read_bytes()
+
+
+def test_what_is_finished_is_reported_and_lost_seeds_are_named(world, monkeypatch, capsys):
+    def lose_the_second(tasks, n_jobs, title):
+        raise LostError([1], [run_seed(*tasks[0])])
+
+    monkeypatch.setattr('experience_cli.evaluation.workers.run_all', lose_the_second)
+    assert run(world, '--seed0', '7', '--json', '-') == 1
+    output, error = capsys.readouterr()
+    config = json.loads(output)['config']
+    assert (config['seeds'], config['lost_seeds']) == ([7], [8])
+    assert 'without the seeds 8' in error
 
 
 def test_field_file_holds_prototypes_as_they_act(world, tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.simulation import GridWorld
-from experience_cli.evaluation.experiment import Experiment, has_demonstration, run, run_seed
+from experience_cli.evaluation.experiment import Experiment, has_demonstration, run_seed
 from experience_cli.evaluation.generators import generate
 from experience_cli.evaluation.judging import METRICS, spl
 from experience_cli.evaluation.methods import Task
@@ -14,6 +14,7 @@ from experience_cli.evaluation.places import choose_places
 from experience_cli.evaluation.registry import make_method, METHODS
 from experience_cli.evaluation.summary import interval_of_median, summarise
 from experience_cli.evaluation.teachers import demonstrate
+from experience_cli.evaluation.workers import run_all
 
 
 def experiment(family='rooms', n_trials=4, size=12, **options):
@@ -117,10 +118,10 @@ def test_four_moves_hold_for_tabular_methods():
 
 def test_jobs_give_the_same_in_any_order():
     tasks = [(experiment(n_trials=1), seed) for seed in range(3)]
-    alone, together = (dict(run(tasks, n_jobs)) for n_jobs in (1, 2))
-    assert set(alone) == set(together) == {0, 1, 2}
-    for index, course in alone.items():
-        assert course.after[-1]['success_spl'] == together[index].after[-1]['success_spl']
+    alone, together = (run_all(tasks, n_jobs, 'test') for n_jobs in (1, 2))
+    assert [course.seed for course in alone] == [course.seed for course in together] == [0, 1, 2]
+    for one, other in zip(alone, together, strict=True):
+        assert one.after[-1]['success_spl'] == other.after[-1]['success_spl']
 
 
 def test_whether_a_teacher_finds_a_way_is_known_beforehand():

@@ -1,5 +1,6 @@
 """The processes of an evaluation end with it, however it ends."""
 
+import json
 import os
 from pathlib import Path
 import signal
@@ -9,7 +10,12 @@ import time
 
 import pytest
 
+from experience_cli.evaluation.workers import LostError, run, run_all
+
 ROOT = Path(__file__).resolve().parents[2]
+
+
+needs_proc = pytest.mark.skipif(not Path('/proc').is_dir(), reason='looks for processes in /proc')
 
 
 def children_of(pid):
@@ -40,19 +46,24 @@ def is_gone(pid):
         return True
 
 
-@pytest.mark.skipif(not Path('/proc').is_dir(), reason='looks for processes in /proc')
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_no_process_is_left_behind(number, tmp_path):
-    path = tmp_path / 'open.map'
-    path.write_text('type octile\nheight 40\nwidth 40\nmap\n' + ('.' * 40 + '\n') * 40)
-    process = subprocess.Popen(
+def started(folder, size, *options):
+    """Start an evaluation of an open world."""
+    path = folder / 'open.map'
+    row = '.' * size + '\n'
+    path.write_text(f'type octile\nheight {size}\nwidth {size}\nmap\n' + row * size)
+    return subprocess.Popen(
         [sys.executable, '-m', 'experience_cli.main', 'evaluate', '--world', str(path), '--goal',
-         '30.5,30.5', '--demo-start', '1.5,1.5', '--trials', '200', '--seeds', '50', '--jobs',
-         '2', '--profile', 'paper'],
+         '8.5,8.5', '--demo-start', '1.5,1.5', '--profile', 'paper', *options],
         cwd=ROOT, env={**os.environ, 'PYTHONPATH': str(ROOT)}, stdout=subprocess.PIPE,
         stderr=subprocess.PIPE, text=True,
         # A shell's background jobs ignore SIGINT, and so would what they start.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # noqa: PLW1509
+
+
+@needs_proc
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_no_process_is_left_behind(number, tmp_path):
+    process = started(tmp_path, 40, '--trials', '200', '--seeds', '50', '--jobs', '2')
     # Two that work and multiprocessing's own tracker of resources.
     wait_for(lambda: len(children_of(process.pid)) >= 3, 60.0)
     children = children_of(process.pid)
@@ -61,3 +72,51 @@ def test_no_process_is_left_behind(number, tmp_path):
     if number == signal.SIGINT:
         assert (process.returncode, error) == (130, 'experience evaluate: stopped\n')
     wait_for(lambda: all(is_gone(child) for child in children), 15.0)
+
+
+def workers_of(pid):
+    """Return the children that work: one more keeps count of resources."""
+    return [child for child in children_of(pid)
+            if b'spawn_main' in (Path('/proc') / str(child) / 'cmdline').read_bytes()]
+
+
+def without_seconds(text):
+    """Return a report without the one number that differs from run to run."""
+    report = json.loads(text)
+    for entry in report['after']:
+        entry.pop('seconds_learning')
+    return report
+
+
+@needs_proc
+def test_a_killed_process_changes_nothing_in_the_report(tmp_path):
+    options = ('--trials', '1', '--seeds', '3', '--json', '-')
+    process = started(tmp_path, 10, *options, '--jobs', '2')
+    wait_for(lambda: len(workers_of(process.pid)) == 2, 60.0)
+    os.kill(workers_of(process.pid)[0], signal.SIGKILL)
+    text, error = process.communicate(timeout=120.0)
+    assert process.returncode == 0, error
+    assert 'a working process was killed' in error
+    assert 'Traceback' not in error
+    whole, _ = started(tmp_path, 10, *options).communicate(timeout=120.0)
+    assert without_seconds(text) == without_seconds(whole)
+
+
+#: Work that does nothing, and work that is killed.
+HARMLESS, DEADLY = (int(signal.SIGWINCH),), (int(signal.SIGKILL),)
+
+
+def test_what_always_dies_takes_nothing_else_with_it():
+    said = []
+    done = dict(run(signal.raise_signal, [HARMLESS, DEADLY, HARMLESS], 2, said.append))
+    assert sorted(done) == [0, 2]
+    assert 1 <= len(said) <= 3
+    assert 'killed' in said[0]
+
+
+def test_what_is_lost_is_named(monkeypatch):
+    monkeypatch.setattr('experience_cli.evaluation.experiment.run_seed', signal.raise_signal)
+    with pytest.raises(LostError) as caught:
+        run_all([HARMLESS, DEADLY], 2, 'test')
+    assert caught.value.lost == (1,)
+    assert len(caught.value.courses) == 1
