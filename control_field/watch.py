@@ -311,69 +311,6 @@ class ProgressWatch:
         return stamp - still[0] > self.rules.stall_time
 
 
-class TakeoverWatch:
-    """
-    Whether somebody else commands the robot.
-
-    Parameters
-    ----------
-    timeout : float
-        How long after the last foreign command the person is taken to have let go, [s].
-
-    """
-
-    def __init__(self, timeout: float) -> None:
-        """Start with nobody."""
-        self.timeout = timeout
-        self._last = -math.inf
-
-    def saw_foreign(self, now: float) -> None:
-        """Note a command that is not the controller's own."""
-        self._last = now
-
-    def let_go(self) -> None:
-        """Forget who drove: the robot has been handed over."""
-        self._last = -math.inf
-
-    def is_taken_over(self, now: float) -> bool:
-        """Tell whether the person still drives."""
-        return now - self._last < self.timeout
-
-
-class OwnCommands:
-    """
-    Which commands that come back on `cmd_vel` are the controller's own.
-
-    A middleware hands a publisher's messages back in the order they were sent, so one that
-    comes back must be among those that are still out; what was sent before it was lost on the
-    way. Commands are compared by value, and by stamp where they have one.
-
-    Parameters
-    ----------
-    limit : int
-        How many may be out.
-
-    """
-
-    def __init__(self, limit: int = 64) -> None:
-        """Start with nothing sent."""
-        self.limit = limit
-        self._out: list[tuple[float, ...]] = []
-
-    def sent(self, *command: float) -> None:
-        """Note a command that is about to be published."""
-        self._out.append(command)
-        if len(self._out) > self.limit:
-            del self._out[0]
-
-    def is_own(self, *command: float) -> bool:
-        """Tell whether a command that arrived is an own one, and forget it and those before it."""
-        if command not in self._out:
-            return False
-        del self._out[:self._out.index(command) + 1]
-        return True
-
-
 def is_lost(coherence: float, is_supported: bool, q_greatest: float, least: float) -> bool:
     """
     Tell whether there is no point in following the field here.

@@ -8,7 +8,7 @@ from typing import Any
 from geometry_msgs.msg import Twist, TwistStamped
 
 from control_field.limits import STANDSTILL, Velocity
-from control_field.watch import OwnCommands
+from control_field.takeover import OwnCommands
 from control_field_node.lockstep import key_of, TickBook
 from control_field_node.settings import Settings
 from msgs_bridge.velocities import fill_twist

@@ -7,6 +7,7 @@ from typing import Final
 
 from control_field.watch import Freshness, PoseWatch
 from control_field_node.settings import Settings
+from msgs_bridge.kinds import SaidOnce
 from msgs_bridge.neighbourhoods import Neighbourhood
 from msgs_bridge.poses import Pose
 
@@ -41,7 +42,7 @@ class Intake:
         self.poses = PoseWatch(settings.rules)
         self._log = log
         self._bad_until = -math.inf
-        self._refused: set[str] = set()
+        self._refused = SaidOnce()
         self.change_settings(settings)
 
     def change_settings(self, settings: Settings) -> None:
@@ -60,10 +61,7 @@ class Intake:
 
     def is_new(self, what: str) -> bool:
         """Tell whether something of this kind was never said before, and note that it is now."""
-        kind = what.partition(' is ')[0]
-        is_new = kind not in self._refused
-        self._refused.add(kind)
-        return is_new
+        return self._refused.is_new(what)
 
     def distrust(self, now: float) -> None:
         """Take in that odometry was bad: it has to be good for its timeout."""

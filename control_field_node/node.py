@@ -1,5 +1,6 @@
 """The node `control_field_node`: turns the field into commands, trial by trial."""
 
+from functools import partial
 import time
 from typing import Any, Final
 
@@ -24,7 +25,9 @@ from control_field_node.reports import Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.supervisor import Supervisor
 from msgs_bridge import qos
+from msgs_bridge.command_age import problem_with_age
 from msgs_bridge.command_line import check_names, names_of, Program
+from msgs_bridge.graph import publishers_on
 from msgs_bridge.neighbourhoods import cells_of_sight, neighbourhood_from_grid
 from msgs_bridge.node_main import quickest_executor, run_node
 from msgs_bridge.parameters import declare_parameters_from
@@ -35,6 +38,7 @@ from msgs_bridge.poses import (
     pose_from_initialpose,
     pose_from_odometry,
     pose_from_pose_stamped,
+    seconds_from_stamp,
     variances_from_covariance,
 )
 from msgs_bridge.tables import field_from_cloud, OtherVersionError
@@ -70,6 +74,7 @@ class ControlFieldNode(Node):
             self, Settings, fixed=FIXED, on_change=self._on_settings)
         check_names(self)
         self.supervisor = Supervisor(self._settings, parameters, self._log)
+        self.supervisor.who = partial(publishers_on, self)
         self._book = TickBook()
         self._writer = CommandWriter(self._settings, self._book, self._time)
         self._peers = Peers()
@@ -219,22 +224,42 @@ class ControlFieldNode(Node):
         velocity = self._read_velocity(msg)
         if velocity is None or self._writer.is_own(msg, velocity):
             return
+        # An old one may move the robot all the same: whoever sent it takes over.
+        self._is_old(msg, 'cmd_vel')
         if self.supervisor.run is not None and self._has_rival():
             self._publish(self.supervisor.saw_rival('another controller'))
         else:
             self._publish(self.supervisor.saw_foreign(velocity, time.monotonic()))
 
+    def _is_old(self, msg: Any, topic: str) -> bool:
+        """Tell whether a command was sent too long ago, which is said once."""
+        settings, intake, odometry = self._settings, self.supervisor.intake, self._book.odometry
+        if settings.lockstep or not settings.is_stamped:
+            return False
+        clocks = [self.get_clock().now().nanoseconds * 1e-9]
+        if odometry is not None and not intake.odometry.is_stale(time.monotonic()):
+            clocks.append(seconds_from_stamp(odometry.header.stamp))
+        problem = problem_with_age(msg, clocks, settings.takeover_timeout, topic,
+                                   'takeover_timeout')
+        if problem:
+            intake.counts['old commands'] += 1
+            intake.refuse(problem)
+        return bool(problem)
+
     def _on_teleop(self, msg: Any) -> None:
         velocity = self._read_velocity(msg)
-        if velocity is None:
+        if velocity is None or self._is_old(msg, 'cmd_vel_teleop'):
             return
         now = time.monotonic()
         # Whoever has stood for long begins gently.
         dt = min(now - self._writer.sent_at, 0.1 if self._teleop_at is None else 0.5)
         self._teleop_at = now
-        self._out.request(velocity, self._time())
+        answer = Answer()
         if not self._settings.lockstep or self._book.is_open():
-            self._publish(self.supervisor.teleop(velocity, now, dt))
+            answer = self.supervisor.teleop(velocity, now, dt)
+        if answer.velocity is not None or self.supervisor.run is None:
+            self._out.request(velocity, self._time())
+        self._publish(answer)
 
     def _on_contact(self, msg: Bool) -> None:
         if msg.data:

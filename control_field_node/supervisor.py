@@ -5,7 +5,7 @@ Whoever owns a `Supervisor` tells it what arrives, with the time on a steady clo
 the `Answer` it gets.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from control_field.gate import gate, GateReason
@@ -14,7 +14,8 @@ from control_field.limits import (
     nearest_to_rest, STANDSTILL, Velocity, within_acceleration, within_speed)
 from control_field.parameters import Parameters
 from control_field.records import ControlField
-from control_field.watch import StopReason, TakeoverWatch
+from control_field.takeover import moves, TakeoverWatch
+from control_field.watch import StopReason
 from control_field_node import words
 from control_field_node.answer import Answer, NOTHING, STOP
 from control_field_node.intake import Intake
@@ -45,6 +46,11 @@ class Supervisor:
     log : callable
         Gets ``'info'``, ``'warning'`` or ``'error'`` and one line.
 
+    Attributes
+    ----------
+    who : callable
+        Returns the names of the other nodes that publish on a topic; set by whoever knows.
+
     """
 
     def __init__(
@@ -64,6 +70,7 @@ class Supervisor:
         self._trial = 0
         self._ended: TrialStatus | None = None
         self._log = log
+        self.who: Callable[[str], Sequence[str]] = lambda topic: ()
         self.localisation = Localisation(settings, parameters.seed)
         self._takeover = TakeoverWatch(settings.takeover_timeout)
         self.intake = Intake(settings, log)
@@ -187,9 +194,10 @@ class Supervisor:
             return self._end(ended_by(reason, detail))
         self.problem, self._detail = reason, detail
         run.interrupt()
-        self._log('warning', f'trial {run.trial} pauses: {detail or reason.sentence}')
         if reason is StopReason.TAKEN_OVER:
+            self._log('warning', f'trial {run.trial} pauses: {reason.told(detail)}')
             return NOTHING
+        self._log('warning', f'trial {run.trial} pauses: {detail or reason.sentence}')
         self.velocity = STANDSTILL
         return STOP
 
@@ -221,10 +229,21 @@ class Supervisor:
         return answer
 
     def saw_foreign(self, velocity: Velocity, now: float) -> Answer:
-        """Take in a command on `cmd_vel` that is not an own one: somebody else drives."""
-        self._takeover.saw_foreign(now)
-        self.velocity = velocity
-        return self._pause(StopReason.TAKEN_OVER)
+        """Take in a command on `cmd_vel` that is not an own one: somebody else may drive."""
+        topic = 'cmd_vel'
+        if self._takeover.saw_foreign(now, moves(velocity), topic):
+            self.velocity = velocity
+            return self._hand_over()
+        if self.run is not None and self.intake.is_new(words.idle_sender((), topic)):
+            self._log('warning', words.idle_sender(self.who(topic), topic))
+        return NOTHING
+
+    def _hand_over(self) -> Answer:
+        """Leave the robot to the person who drives it, and say who that is."""
+        if self.run is None or self.problem is StopReason.TAKEN_OVER:
+            return NOTHING
+        topic = self._takeover.topic
+        return self._pause(StopReason.TAKEN_OVER, words.person(self.who(topic), topic))
 
     def saw_rival(self, who: str) -> Answer:
         """Take in that another publisher is on `cmd_vel` which must not be there."""
@@ -285,7 +304,7 @@ class Supervisor:
             velocity, move.rows, None if reason is GateReason.NONE else move.velocity)
 
     def _follow(self, run: TrialRun, pose: Pose, seen: Seen | None) -> Answer:
-        self._pause(StopReason.TAKEN_OVER)
+        self._hand_over()
         move = Move(STANDSTILL) if seen is None else run.follow(pose, seen)
         if move.outcome is not None:
             return self._end(move)
@@ -342,17 +361,19 @@ class Supervisor:
         """
         Pass a person's command on, as far as the gate lets it.
 
-        Where no sight has ever come, the limits of speed and acceleration are all there is to
+        In a trial standstill takes nothing over from the field, unless it follows a drive. Where
+        no sight has ever come, the limits of speed and acceleration are all there is to
         hold to; where it has come and is stale, the robot only turns.
         """
+        holds = self._takeover.saw_foreign(now, moves(wanted), 'cmd_vel_teleop')
+        if self.run is not None and not holds:
+            return NOTHING  # standstill of a program that nobody has driven with
         self._by_hand = True
         if self._is_stopped:
             return STOP
         if self.run is None and not self.settings.teleop_outside_trials:
             return NOTHING
-        if self.run is not None:
-            self._takeover.saw_foreign(now)
-            self._pause(StopReason.TAKEN_OVER)
+        self._hand_over()
         wanted = within_acceleration(
             within_speed(wanted, self.limits), self.velocity, dt, self.limits)
         self.is_ungated = self.pose is None or not self.intake.sight.has_come

@@ -1,5 +1,6 @@
 """What the controller says of a goal, a place or a sight that does not fit."""
 
+from collections.abc import Sequence
 from typing import Final
 
 from control_field.grid import Grid
@@ -12,6 +13,20 @@ from msgs_bridge.poses import problem_with_frame
 UNGATED: Final = 'no odometry or no neighbourhood has ever come: only the limits of speed hold'
 #: Of a goal that was demonstrated.
 LEADS_THERE: Final = 'goal_pose: the control field leads there; ~/start_trial starts'
+
+
+def person(names: Sequence[str], topic: str) -> str:
+    """Say who may have sent what came on a topic; nothing where nobody is known."""
+    if not names:
+        return ''
+    return f'{"one of " if len(names) > 1 else ""}{", ".join(names)} on {topic}'
+
+
+def idle_sender(names: Sequence[str], topic: str) -> str:
+    """Say that somebody sends standstill to the robot all the time, and what to do."""
+    return (f'{person(names, topic) or topic}: standstill is sent without anybody driving. That '
+            f'takes no trial over, but the robot obeys it between our commands: end that '
+            f'program, or have it publish on cmd_vel_teleop')
 
 
 def why_idle(field: ControlField | None, refusal: str) -> tuple[str, StopReason | None]:

@@ -1,20 +1,17 @@
 """What a node says when it misses something: now and then, and once when it is back."""
 
 from collections.abc import Callable, Hashable
-import re
 import time
 from typing import Any, Final
 
 from rclpy.node import Node
 
+from msgs_bridge.kinds import kind_of
+
 #: Between two times of saying the same, [s].
 PERIOD: Final = 10.0
 #: Of one source so many kinds are told apart; what comes on top of them is of one more.
 KINDS: Final = 16
-_KIND_LENGTH: Final = 200
-#: What of a text is the message's own: what is quoted from it, and numbers.
-_VARYING: Final = re.compile(
-    r"""'[^']*'|"[^"]*"|[-+]?(?:\d[\d.]*(?:e[-+]?\d+)?|\b(?:nan|inf)\b)""")
 
 
 class Complaints:
@@ -52,7 +49,7 @@ class Complaints:
         """
         now = self._clock()
         self._refused_at = {key: at for key, at in self._refused_at.items() if now - at < PERIOD}
-        key = (source, _VARYING.sub('', str(error))[:_KIND_LENGTH])
+        key = (source, kind_of(str(error)))
         if key not in self._refused_at and sum(
                 known == source for known, _ in self._refused_at) >= KINDS:
             key = (source, '')

@@ -15,6 +15,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from msgs_bridge import qos
+from msgs_bridge.command_age import problem_with_age
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.command_types import mismatch
 from msgs_bridge.neighbourhoods import (
@@ -147,6 +148,9 @@ class SimNode(Node):
         lockstep = self._settings.lockstep
         if lockstep and msg.header.stamp != self._stamp:
             return  # it answers another tick
+        if not lockstep and (problem := self._problem_with_age(msg)):
+            self._refuse(problem)
+            return
         try:
             self._simulation.command(*velocity_from_twist(msg))
         except ValueError as error:
@@ -154,6 +158,14 @@ class SimNode(Node):
             return
         if lockstep:
             self._advance()
+
+    def _problem_with_age(self, msg: Any) -> str:
+        """Say that a command is too old; a fast simulation leaves it as long as a slow one."""
+        settings = self._settings
+        return problem_with_age(
+            msg, (self._seconds(), self._system_clock.now().nanoseconds * 1e-9),
+            settings.cmd_vel_timeout * max(settings.speed_factor, 1.0), 'cmd_vel',
+            'cmd_vel_timeout')
 
     def _on_initialpose(self, msg: PoseWithCovarianceStamped) -> None:
         try:

@@ -9,12 +9,10 @@ from control_field.records import Outcome
 from control_field.watch import (
     Freshness,
     is_lost,
-    OwnCommands,
     PoseWatch,
     ProgressWatch,
     StopReason,
     StopRules,
-    TakeoverWatch,
 )
 
 GRID = Grid(20, 20, 0.25)
@@ -183,53 +181,6 @@ def test_a_pause_starts_progress_anew_but_not_the_time_limit():
     watch.restart()
     assert told(watch, [19.0 + t for t in seconds(10)], lambda t: (1.0, 1.0, t)) == (
         20.5, StopReason.TIME_LIMIT)
-
-
-def test_a_person_is_gone_after_the_timeout():
-    watch = TakeoverWatch(0.5)
-    assert not watch.is_taken_over(0.0)
-    watch.saw_foreign(3.0)
-    assert watch.is_taken_over(3.4)
-    assert not watch.is_taken_over(3.5)
-
-
-def test_handing_over_forgets_the_person():
-    watch = TakeoverWatch(0.5)
-    watch.saw_foreign(3.0)
-    watch.let_go()
-    assert not watch.is_taken_over(3.0)
-
-
-@given(st.lists(commands, max_size=20), st.data())
-def test_own_commands_come_back_in_order_and_some_are_lost(sent, data):
-    own = OwnCommands()
-    for command in sent:
-        own.sent(*command)
-    kept = data.draw(st.lists(st.booleans(), min_size=len(sent), max_size=len(sent)))
-    assert all(own.is_own(*command) for command, k in zip(sent, kept, strict=True) if k)
-
-
-@given(st.lists(commands, max_size=20), commands)
-def test_a_command_that_was_not_sent_is_foreign(sent, other):
-    own = OwnCommands()
-    for command in sent:
-        own.sent(*command)
-    assert own.is_own(*other) == (other in sent)
-
-
-def test_a_command_is_own_only_once():
-    own = OwnCommands()
-    own.sent(0.1, 0.0)
-    assert own.is_own(0.1, 0.0)
-    assert not own.is_own(0.1, 0.0)
-
-
-def test_what_is_remembered_of_own_commands_is_limited():
-    own = OwnCommands(limit=3)
-    for k in range(10):
-        own.sent(float(k), 0.0)
-    assert not own.is_own(6.0, 0.0)
-    assert own.is_own(7.0, 0.0)
 
 
 @pytest.mark.parametrize(('coherence', 'supported', 'q', 'lost'), [

@@ -474,3 +474,57 @@ def test_the_newest_field_is_in_force_whatever_its_number(revision):
     assert bench.supervisor.accept_field(newer)
     assert bench.supervisor.field is newer
     assert bench.supervisor.status.revision == revision
+
+
+@pytest.mark.parametrize('topic', ['cmd_vel', 'cmd_vel_teleop'])
+def test_standstill_of_somebody_who_has_not_moved_the_robot_takes_nothing_over(topic):
+    bench = driving()
+    bench.supervisor.who = lambda name: ['/idle_teleop']
+    for _ in range(60):
+        if topic == 'cmd_vel':
+            answer = bench.supervisor.saw_foreign(STANDSTILL, bench.now)
+        else:
+            answer = bench.supervisor.teleop(STANDSTILL, bench.now, DT)
+        assert answer.velocity is None
+        bench.tick()
+        assert bench.supervisor.problem is None
+        if bench.supervisor.run is None:
+            break
+    assert bench.run().outcome is Outcome.GOAL
+    said = [text for _, text in bench.lines if '/idle_teleop on cmd_vel: standstill' in text]
+    assert len(said) == (topic == 'cmd_vel')
+
+
+@pytest.mark.parametrize('topic', ['cmd_vel', 'cmd_vel_teleop'])
+def test_who_has_moved_the_robot_holds_it_with_standstill_and_is_named(topic):
+    bench = driving()
+    bench.supervisor.who = lambda name: [f'/someone_on_{name}', '/b']
+
+    def command(velocity):
+        if topic == 'cmd_vel':
+            bench.supervisor.saw_foreign(velocity, bench.now)
+        else:
+            bench.supervisor.teleop(velocity, bench.now, DT)
+
+    command((0.1, 0.0))
+    for _ in range(40):
+        bench.tick(velocity=STANDSTILL)
+        command(STANDSTILL)
+    assert paused_by(bench, StopReason.TAKEN_OVER)
+    reason = f'a person is driving: one of /someone_on_{topic}, /b on {topic}'
+    assert bench.supervisor.status.reason == reason
+    assert ('warning', f'trial 1 pauses: {reason}') in bench.lines
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_standstill_that_went_on_while_the_trial_was_asked_for_does_not_stop_it():
+    bench = Bench()
+    bench.tick()
+    bench.supervisor.teleop((0.1, 0.0), bench.now, DT)
+    bench.supervisor.teleop(STANDSTILL, bench.now, DT)
+    bench.supervisor.stop()
+    bench.start()
+    for _ in range(20):
+        assert bench.supervisor.teleop(STANDSTILL, bench.now, DT).velocity is None
+        bench.tick()
+    assert bench.velocity[0] > 0.1

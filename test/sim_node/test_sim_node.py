@@ -4,6 +4,7 @@ from contextlib import contextmanager
 import math
 import signal
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
@@ -217,6 +218,17 @@ class TestRealTime:
             peer.command(0.0, 1.0)
             peer.wait(lambda: peer.of(Odometry) and peer.of(Odometry)[-1].twist.twist.angular.z,
                       'a turn')
+
+    def test_a_command_that_is_too_old_does_not_move_the_robot(self, ros_node, tmp_path):
+        with simulator(ros_node, tmp_path, enable_stamped_cmd_vel=True) as peer:
+            now = ros_node.get_clock().now().to_msg()
+            old = Time(sec=now.sec - 3600)
+            for _ in range(5):
+                peer.command(0.0, 1.0, old)
+                assert peer.odometry().twist.twist.angular.z == 0.0
+            peer.wait(lambda: 'must be at most cmd_vel_timeout' in peer.process.stderr, 'the age')
+            peer.command(0.0, 1.0, ros_node.get_clock().now().to_msg())
+            peer.wait(lambda: peer.of(Odometry)[-1].twist.twist.angular.z, 'a turn')
 
     def test_a_peer_of_the_other_type_is_told_which_parameter_to_set(
             self, ros_domain, ros_node, tmp_path):

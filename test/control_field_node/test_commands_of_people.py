@@ -1,0 +1,48 @@
+"""Commands of people: an old one moves nothing, and is not passed on as a new one."""
+
+from geometry_msgs.msg import TwistStamped
+
+from controller_peer import controller, Peer, velocity_of
+from msgs_bridge import qos
+from msgs_bridge.poses import stamp_from_seconds
+import ros_helpers
+
+
+def command(age, now, speed):
+    msg = TwistStamped()
+    if age is not None:
+        msg.header.stamp = stamp_from_seconds(now.nanoseconds * 1e-9 - age)
+    msg.twist.linear.x = speed
+    return msg
+
+
+def test_an_old_command_of_a_person_is_refused_once_and_one_without_a_stamp_passes(
+        ros_node, tmp_path):
+    with controller(tmp_path, {'enable_stamped_cmd_vel': True}) as process:
+        peer = Peer(ros_node, stamped=True).meet()
+        keys = ros_node.create_publisher(TwistStamped, 'cmd_vel_teleop', qos.COMMAND)
+        peer.wait(keys.get_subscription_count, 'the controller')
+
+        def send(age, speed):
+            keys.publish(command(age, ros_node.get_clock().now(), speed))
+
+        def refused():
+            send(3600.0, 0.2)
+            return 'is 3600.' in process.stderr
+
+        peer.wait(refused, 'the refusal')
+        for _ in range(20):
+            send(3600.0, 0.2)
+            ros_helpers.spin_some(ros_node)
+        for age in (0.0, None):
+            peer.commands.clear()
+
+            def passed(age=age):
+                send(age, 0.01)
+                return peer.commands
+
+            peer.wait(passed, 'a command that may be obeyed')
+        assert all(velocity_of(msg)[0] <= 0.01 for msg in peer.commands)
+        [line] = [text for text in process.stderr.splitlines() if 'refused: cmd_vel_tel' in text]
+        assert 'must be at most takeover_timeout (0.5 s)' in line
+        assert 'the clocks of its sender and of this machine differ' in line
