@@ -84,9 +84,12 @@ def import_all(arguments: argparse.Namespace) -> Path:
         If an argument is wrong, or a bag cannot be read, teaches nothing or cannot be kept.
 
     """
+    from dataclasses import replace
+
     from msgs_bridge.any_bag import missing_from
     from msgs_bridge.bag_folder import changing, TaskFolder
     from msgs_bridge.bag_import import check_drive, import_demonstration
+    from msgs_bridge.bag_making import NewBags
 
     _check_no_bag(arguments.into)
     folder = arguments.into.absolute()
@@ -97,8 +100,11 @@ def import_all(arguments: argparse.Namespace) -> Path:
         with _remedy_named():
             drives = [check_drive(_there(path), header.grid, _names(arguments))
                       for path in arguments.bags]
-        for drive in drives:
-            episode = import_demonstration(drive, task, header)
+        with NewBags(task) as bags:
+            for drive in drives:
+                import_demonstration(drive, bags, replace(header, task=task.task))
+            episodes = bags.keep()
+        for drive, episode in zip(drives, episodes, strict=True):
             if not arguments.quiet:
                 missing = filter(None, [missing_from(drive.bag)])
                 print('; '.join([f'{drive.path} is kept as {episode.path}',

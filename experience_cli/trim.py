@@ -71,11 +71,12 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
         If the bag cannot be read or written.
 
     """
+    from msgs_bridge.bag_lock import TRIM
     from msgs_bridge.bag_trim import cut_copy, drop_draft, replace_recording
     from msgs_bridge.episodes import NothingToLearnError, read_episode
 
     span = _span(episode, first, last)
-    draft = episode.path.parent / f'.trim-{episode.number:04d}' / episode.path.name
+    draft = episode.path.parent / f'{TRIM}{episode.number:04d}' / episode.path.name
     drop_draft(draft.parent)
     try:
         _make(draft)

@@ -1,7 +1,6 @@
 """Drives that other recorders recorded, taken over as demonstrations of a task."""
 
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -10,8 +9,9 @@ import numpy as np
 
 from control_field.grid import Grid
 from msgs_bridge.any_bag import open_bag
-from msgs_bridge.bag_file import BagWriter, start_bag
-from msgs_bridge.bag_folder import BagError, episode_from_path, EpisodeFolder, TaskFolder
+from msgs_bridge.bag_file import BagWriter
+from msgs_bridge.bag_folder import BagError
+from msgs_bridge.bag_making import NewBags
 from msgs_bridge.bag_records import Bag
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import read_foreign_demonstration
@@ -109,9 +109,7 @@ def check_drive(path: Path | str, grid: Grid, names: Mapping[str, str]) -> Forei
     return ForeignDrive(Path(path), bag, topics)
 
 
-def import_demonstration(
-    drive: ForeignDrive, task: TaskFolder, header: EpisodeHeader,
-) -> EpisodeFolder:
+def import_demonstration(drive: ForeignDrive, bags: NewBags, header: EpisodeHeader) -> None:
     """
     Write what matters of a foreign bag into the next bag of a task, bytes as they are.
 
@@ -119,9 +117,10 @@ def import_demonstration(
     ----------
     drive : ForeignDrive
         Was checked in the header's workspace.
-    task : TaskFolder
+    bags : NewBags
+        Those in the making; it is one of the task once they are kept.
     header : EpisodeHeader
-        Workspace and parameters of the new bag.
+        Workspace and parameters of the new bag, and its task.
 
     Raises
     ------
@@ -130,16 +129,9 @@ def import_demonstration(
 
     """
     values = EpisodeHeader(
-        header.kind, task.task, header.grid, header.parameters, drive.topics).to_mapping()
-    writer = start_bag(task, header.kind, {**values, 'imported_from': drive.path.name})
-    try:
-        _copy(drive.bag, drive.topics, writer)
-        writer.close()
-    except BagError:
-        with suppress(BagError):
-            task.remove(episode_from_path(writer.folder).number)
-        raise
-    return episode_from_path(writer.folder)
+        header.kind, header.task, header.grid, header.parameters, drive.topics).to_mapping()
+    _copy(drive.bag, drive.topics,
+          bags.begin(header.kind, {**values, 'imported_from': drive.path.name}))
 
 
 def _copy(bag: Bag, topics: Mapping[str, str], writer: BagWriter) -> None:

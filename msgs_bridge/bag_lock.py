@@ -10,6 +10,9 @@ from typing import Final
 IN_USE: Final = '.in_use'
 #: What a bag is called once it is removed, followed by its name, until all of it is deleted.
 REMOVED: Final = '.removed-'
+#: Folders in which bags are made or changed before they take their places, followed by more.
+MAKING: Final = '.making-'
+TRIM: Final = '.trim-'
 
 
 def open_lock(folder: Path) -> int:
@@ -45,6 +48,7 @@ def taken(folder: Path) -> str:
 
 
 def sweep(folder: Path) -> None:
-    """Delete what is left of bags that were removed; only for who holds the folder."""
-    for path in folder.glob(f'{REMOVED}*'):
-        shutil.rmtree(path, ignore_errors=True)
+    """Delete what is left of removed and of half-made bags; only for who holds the folder."""
+    for name in (REMOVED, MAKING, TRIM):
+        for path in folder.glob(f'{name}*'):
+            shutil.rmtree(path, ignore_errors=True)

@@ -79,8 +79,12 @@ def renew_bags() -> None:
         record(bags, logs)
         if tasks(bags) != [TASK]:
             raise ValueError(f'nothing was recorded, see {logs}')
+        # Beside the old ones, so that there are never half of the new ones.
+        new = _BAGS / f'.{TASK}-new'
+        shutil.rmtree(new, ignore_errors=True)
+        shutil.copytree(bags / TASK, new, ignore=shutil.ignore_patterns('.*'))
         shutil.rmtree(_BAGS / TASK, ignore_errors=True)
-        shutil.copytree(bags / TASK, _BAGS / TASK, ignore=shutil.ignore_patterns('.*'))
+        new.rename(_BAGS / TASK)
 
 
 def main() -> int:

@@ -1,0 +1,124 @@
+"""
+A command that is stopped at its n-th file operation, for every n.
+
+Run as a script, so that nothing has started a thread before it forks:
+``python stopping.py SOURCE SCRATCH COMMANDS``, the last in JSON: how (kill or interrupt) and words,
+in which ``{}`` is a fresh copy, SCRATCH, of the folder SOURCE, each time. Prints, as JSON, what the
+bags of all tasks in it are after each stop.
+"""
+
+from collections.abc import Callable
+import json
+import os
+from pathlib import Path
+import shutil
+import signal
+import sys
+
+#: Audit events that change files; `os.write` and the like raise none, and are wrapped.
+_CHANGES = {'os.rename', 'os.mkdir', 'os.remove', 'os.rmdir', 'os.link', 'os.truncate'}
+_SILENT = ('write', 'fsync', 'ftruncate')
+
+
+def state_of(root: Path) -> dict[str, str]:
+    """Say what every bag in a folder of tasks holds, those forgotten among them."""
+    from experience_cli.summary import summary_of
+    from msgs_bridge.bag_folder import TaskFolder
+
+    found = {}
+    for task in sorted(path.name for path in root.iterdir() if path.name[0] != '.'):
+        folder = TaskFolder(root, task)
+        for episode in [*folder.episodes(), *folder.forgotten()]:
+            about = summary_of(episode)
+            found[str(episode.path.relative_to(root))] = (
+                f'{about.state} {about.messages} {about.duration} {about.cells} {about.label}')
+    return found
+
+
+def _stop_at(number: int, how: str) -> None:
+    """Stop this process just before its n-th file operation."""
+    count = 0
+
+    def operation() -> None:
+        nonlocal count
+        count += 1
+        if count == number:
+            if how == 'kill':
+                os.kill(os.getpid(), signal.SIGKILL)
+            raise KeyboardInterrupt
+
+    def hook(event: str, arguments: tuple[object, ...]) -> None:
+        writes = event == 'open' and int(str(arguments[2])) & (os.O_WRONLY | os.O_RDWR)
+        if writes or event in _CHANGES:
+            operation()
+
+    for name in _SILENT:
+        setattr(os, name, _wrapped(getattr(os, name), operation))
+    sys.addaudithook(hook)
+
+
+def _wrapped(call: Callable[..., object], before: Callable[[], None]) -> Callable[..., object]:
+    def wrapped(*arguments: object) -> object:
+        before()
+        return call(*arguments)
+    return wrapped
+
+
+def _run(command: list[str], number: int, how: str) -> int:
+    """Run a command in a child that is stopped; return how it ended."""
+    child = os.fork()
+    if child == 0:
+        from experience_cli.main import main
+
+        code = 99
+        try:
+            silence = os.open(os.devnull, os.O_WRONLY)
+            for stream in (1, 2):
+                os.dup2(silence, stream)
+            _stop_at(number, how)
+            code = main(command)
+        finally:
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def _stopped_everywhere(
+    source: Path, root: Path, command: list[str], how: str,
+) -> dict[str, object]:
+    """Return the states of the bags after every stop, what was left lying about, and the end."""
+    from msgs_bridge.bag_folder import changing
+
+    afterwards: list[dict[str, str]] = []
+    left: list[str] = []
+    while True:
+        shutil.rmtree(root, ignore_errors=True)
+        shutil.copytree(source, root)
+        code = _run([word.format(root) for word in command], len(afterwards) + 1, how)
+        states = state_of(root)
+        if code == 0:
+            return {'afterwards': afterwards, 'left': left, 'done': states}
+        if code != (-signal.SIGKILL if how == 'kill' else 130):
+            raise SystemExit(f'{command}: operation {len(afterwards) + 1}: exit code {code}')
+        afterwards.append(states)
+        for task in root.iterdir():
+            with changing(task):
+                left += [str(path) for path in task.iterdir()
+                         if path.is_dir() and path.name[0] == '.' and path.name != '.forgotten']
+
+
+def main() -> None:
+    """Stop the commands at every operation."""
+    # What the children need, so that each of them loads it in no time.
+    import experience_cli.relearning
+    import learner_node.lessons  # noqa: F401
+    from msgs_bridge import bag_file
+
+    # A few large chunks: every one of them is a file operation like the others.
+    bag_file.CHUNK_BYTES, bag_file.CHUNK_SECONDS = 100_000, 60.0  # type: ignore[misc]
+    source, scratch = map(Path, sys.argv[1:3])
+    print(json.dumps([_stopped_everywhere(source, scratch, command, how)
+                      for how, command in json.loads(sys.argv[3])]))
+
+
+if __name__ == '__main__':
+    main()
