@@ -2,9 +2,9 @@
 A command that is stopped at its n-th file operation, for every n.
 
 Run as a script, so that nothing has started a thread before it forks:
-``python stopping.py SOURCE SCRATCH COMMANDS``, the last in JSON: how (kill or interrupt) and words,
-in which ``{}`` is a fresh copy, SCRATCH, of the folder SOURCE, each time. Prints, as JSON, what the
-bags of all tasks in it are after each stop.
+``python stopping.py SOURCE SCRATCH COMMANDS``, the last in JSON: how (kill or interrupt) and
+words, in which ``{}`` is a fresh copy, SCRATCH, of the folder SOURCE, each time. Prints, as JSON,
+what the bags of all tasks in it are after each stop.
 """
 
 from collections.abc import Callable
@@ -109,7 +109,7 @@ def _stopped_everywhere(
 def main() -> None:
     """Stop the commands at every operation."""
     # What the children need, so that each of them loads it in no time.
-    import experience_cli.relearning
+    import experience_cli.relearning  # noqa: F401
     import learner_node.lessons  # noqa: F401
     from msgs_bridge import bag_file
 
