@@ -7,93 +7,11 @@ a rule. The table for people is ``doc/safety.md``.
 """
 
 from dataclasses import dataclass
-from enum import StrEnum
 import math
 from typing import Final
 
 from control_field.grid import Grid
-from control_field.records import Outcome
-
-
-class StopReason(StrEnum):
-    """Why the robot was stopped."""
-
-    STALE_ODOMETRY = 'stale_odometry'
-    STALE_NEIGHBOURHOOD = 'stale_neighbourhood'
-    CLOCK_JUMPED_BACK = 'clock_jumped_back'
-    OUTSIDE_WORKSPACE = 'outside_workspace'
-    POSE_JUMPED = 'pose_jumped'
-    NO_FIELD = 'no_field'
-    WRONG_FIELD = 'wrong_field'
-    LOW_COHERENCE = 'low_coherence'
-    NO_PROGRESS = 'no_progress'
-    STALLED = 'stalled'
-    CONTACT = 'contact'
-    STEP_LIMIT = 'step_limit'
-    TIME_LIMIT = 'time_limit'
-    NO_WAY = 'no_way'
-    TAKEN_OVER = 'taken_over'
-    OTHER_PUBLISHER = 'other_publisher'
-    BAD_INPUT = 'bad_input'
-    SHUTDOWN = 'shutdown'
-    ASKED = 'asked'
-
-    @property
-    def sentence(self) -> str:
-        """Say it in one sentence."""
-        return _SENTENCES[self]
-
-    def told(self, detail: str) -> str:
-        """Say it in one sentence, with what is known beyond that."""
-        return f'{self.sentence}: {detail}' if detail else self.sentence
-
-    @property
-    def outcome(self) -> Outcome | None:
-        """Return how the trial ends by it; None where it is only paused."""
-        return _OUTCOMES.get(self)
-
-
-_SENTENCES: Final = {
-    StopReason.STALE_ODOMETRY: 'no usable odometry has arrived in time',
-    StopReason.STALE_NEIGHBOURHOOD: 'no usable neighbourhood has arrived in time',
-    StopReason.CLOCK_JUMPED_BACK: 'the stamps of the odometry went back in time',
-    StopReason.OUTSIDE_WORKSPACE: 'the robot has left the workspace',
-    StopReason.POSE_JUMPED: 'the pose moved farther than the robot can drive',
-    StopReason.NO_FIELD: 'there is no control field',
-    StopReason.WRONG_FIELD: 'the control field that arrived belongs to something else',
-    StopReason.LOW_COHERENCE: 'nothing was learnt here and the field names no clear course',
-    StopReason.NO_PROGRESS: 'the robot has not come forward',
-    StopReason.STALLED: 'the robot was told to drive and does not move',
-    StopReason.CONTACT: 'the robot has touched something',
-    StopReason.STEP_LIMIT: 'the step limit is reached',
-    StopReason.TIME_LIMIT: 'the time limit is reached',
-    StopReason.NO_WAY: 'there is no way left to try',
-    StopReason.TAKEN_OVER: 'a person is driving',
-    StopReason.OTHER_PUBLISHER: 'another controller publishes cmd_vel',
-    StopReason.BAD_INPUT: 'a message is not to be trusted',
-    StopReason.SHUTDOWN: 'the controller is shutting down',
-    StopReason.ASKED: 'the trial was stopped by request',
-}
-
-#: Reasons that end a trial; the others pause it. After an aborted one nothing is learnt, because
-#: its record of where the robot was cannot be trusted.
-_OUTCOMES: Final = {
-    StopReason.CLOCK_JUMPED_BACK: Outcome.ABORTED,
-    StopReason.POSE_JUMPED: Outcome.ABORTED,
-    StopReason.SHUTDOWN: Outcome.ABORTED,
-    StopReason.OUTSIDE_WORKSPACE: Outcome.STOPPED,
-    StopReason.LOW_COHERENCE: Outcome.STOPPED,
-    StopReason.NO_PROGRESS: Outcome.STOPPED,
-    StopReason.ASKED: Outcome.STOPPED,
-    StopReason.NO_FIELD: Outcome.STOPPED,
-    StopReason.WRONG_FIELD: Outcome.STOPPED,
-    StopReason.OTHER_PUBLISHER: Outcome.STOPPED,
-    StopReason.STALLED: Outcome.COLLISION,
-    StopReason.CONTACT: Outcome.COLLISION,
-    StopReason.STEP_LIMIT: Outcome.GAVE_UP,
-    StopReason.TIME_LIMIT: Outcome.GAVE_UP,
-    StopReason.NO_WAY: Outcome.GAVE_UP,
-}
+from control_field.stop_reasons import StopReason as StopReason  # noqa: PLC0414 - others find it here
 
 
 @dataclass(frozen=True, slots=True)

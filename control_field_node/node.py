@@ -11,7 +11,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
 from control_field.limits import STANDSTILL, Velocity
@@ -102,6 +102,8 @@ class ControlFieldNode(Node):
         self.create_subscription(self._writer.kind, 'cmd_vel', self._on_command, qos.SENSOR)
         self.create_subscription(
             self._writer.kind, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)
+        self.create_subscription(
+            Empty, 'teleop_heartbeat', lambda _: self.supervisor.heartbeat.saw(), qos.SENSOR)
         if self._settings.has_pose_topic:
             qos.hear_all(self, PoseWithCovarianceStamped, self._settings.pose_topic,
                          self._on_localisation, qos.LOCALISATIONS)

@@ -32,5 +32,7 @@ def why_no_start(supervisor: 'Supervisor', now: float) -> str:
         return f'no neighbourhood has arrived for {supervisor.intake.sight.timeout:g} s'
     if supervisor.localisation.is_lost:
         return f'no pose has arrived on {supervisor.settings.pose_topic}'
+    if problem := supervisor.heartbeat.problem:
+        return problem
     pose = supervisor.pose
     return words.problem_with_place(supervisor.field.grid, pose.x, pose.y)

@@ -57,6 +57,11 @@ class Settings:
     takeover_timeout: float = parameter(
         0.5, 'time without a command of a person after which the trial goes on', unit='s',
         low=0.05, high=60.0)
+    heartbeat: bool = parameter(
+        False, 'a trial runs only while somebody watches: teleop_heartbeat is heard, which '
+        'teleop_node publishes')
+    heartbeat_timeout: float = parameter(
+        1.0, 'time without a heartbeat after which the trial ends', unit='s', low=0.3, high=60.0)
     pose_jump: float = parameter(
         0.1, 'how far a pose may be off what the robot can drive', unit='m', low=0.0, high=100.0)
     progress_distance: float = parameter(

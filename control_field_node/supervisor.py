@@ -18,6 +18,7 @@ from control_field.takeover import moves, TakeoverWatch
 from control_field.watch import StopReason
 from control_field_node import words
 from control_field_node.answer import Answer, NOTHING, STOP
+from control_field_node.heartbeat import Heartbeat
 from control_field_node.intake import Intake
 from control_field_node.localisation import Localisation
 from control_field_node.refusals import why_no_start
@@ -74,6 +75,7 @@ class Supervisor:
         self.localisation = Localisation(settings, parameters.seed)
         self._takeover = TakeoverWatch(settings.takeover_timeout)
         self.intake = Intake(settings, log)
+        self.heartbeat = Heartbeat(settings)
         self.sights = Sights(self.intake, self.localisation)
         self._dt = _USUAL_STEP
         self._driven: float | None = None
@@ -86,7 +88,7 @@ class Supervisor:
         self.settings = settings
         self.limits = settings.limits
         self._takeover.timeout = settings.takeover_timeout
-        self.localisation.settings = settings
+        self.localisation.settings = self.heartbeat.settings = settings
         self.intake.change_settings(settings)
 
     @property
@@ -203,8 +205,7 @@ class Supervisor:
 
     def _resume(self) -> None:
         if self.problem is not None and self.run is not None:
-            self._log('info', f'trial {self.run.trial} goes on: no longer so that '
-                              f'{self.problem.sentence}')
+            self._log('info', f'trial {self.run.trial} continues: {self.problem.end_sentence}')
             if self.problem is StopReason.TAKEN_OVER and self.pose is not None:
                 self.velocity = nearest_to_rest(self.velocity, (self.pose.v, self.pose.w))
             self.problem = None
@@ -343,6 +344,9 @@ class Supervisor:
 
     def watch(self, now: float) -> Answer:
         """Look whether something has not arrived for too long."""
+        self.heartbeat.look(now)
+        if self.run is not None and self.heartbeat.is_missing:
+            return self._pause(StopReason.NO_HEARTBEAT)
         if self.run is None or self.intake.is_bad(now) or self._takeover.is_taken_over(now):
             return NOTHING
         if self.intake.odometry.is_stale(now):

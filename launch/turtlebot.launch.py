@@ -37,7 +37,7 @@ def generate_launch_description() -> LaunchDescription:
             'lethal_threshold': argument('lethal_threshold', int),
         }, [odom, ('scan', LaunchConfiguration('scan')),
             ('costmap', LaunchConfiguration('costmap'))]),
-        node('control_field_node', stamped, [odom]),
+        node('control_field_node', {**stamped, 'heartbeat': argument('heartbeat', bool)}, [odom]),
         node('learner_node', {
             **stamped,
             **frame,
@@ -87,6 +87,8 @@ def arguments() -> list[DeclareLaunchArgument]:
                               description='least value of the costmap that blocks'),
         DeclareLaunchArgument('sight_timeout', default_value='0.5',
                               description='age from which scan or costmap tell nothing, [s]'),
+        DeclareLaunchArgument('heartbeat', default_value='true', choices=['true', 'false'],
+                              description='whether a trial needs a living teleop_node'),
         DeclareLaunchArgument('task', default_value='task', description='name of the task'),
         DeclareLaunchArgument('bags', default_value='bags', description="the robot's memory"),
     ]

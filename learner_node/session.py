@@ -5,6 +5,8 @@ It knows no ROS and no files: whoever owns a `Session` tells it what happens, wi
 steady clock, and carries out the effects it returns, in order.
 """
 
+from typing import Final
+
 from control_field.records import Outcome
 from control_field.watch import StopReason
 from learner_node.effects import Abandon, Effects, Place, Record, Say, StartTrial, StopTrial
@@ -14,6 +16,9 @@ from learner_node.phases import (
 from learner_node.teaching import Teaching
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.trial_status import State, TrialStatus
+
+#: Who stops a trial, or leaves it unwatched, wants no other either.
+_ENDS_SERIES: Final = (StopReason.ASKED.sentence, StopReason.NO_HEARTBEAT.sentence)
 
 
 class Session(Teaching):
@@ -176,7 +181,7 @@ class Session(Teaching):
             return []
         if status.outcome is Outcome.ABORTED:
             return self._break_off(status.reason or 'the controller aborted it', now, told=True)
-        if status.reason.startswith(StopReason.ASKED.sentence):
+        if status.reason.startswith(_ENDS_SERIES):
             self.n_left = 0
         self._tally.forget(self.trial)
         return self._learn(now)

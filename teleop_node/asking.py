@@ -6,13 +6,12 @@ from typing import Any, Final
 from rcl_interfaces.srv import GetParameters
 from std_srvs.srv import SetBool, Trigger
 
-from teleop_node.teaching import Answer
+from teleop_node.teaching import Answer, PATIENCE
 
-#: Longest wait for an answer, [s]: learning takes a while.
-PATIENCE: Final = 60.0
 #: Services of the learner that actions ask for, beside that which records.
 _LEARNER: Final = (
-    'discard_demonstration', 'drop_last', 'label_success', 'label_failure', 'run_trials')
+    'discard_demonstration', 'drop_last', 'label_success', 'label_failure', 'run_trials',
+    'stop_trials')
 _CONTROLLER: Final = ('start_trial', 'stop_trial')
 
 

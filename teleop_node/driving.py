@@ -23,6 +23,9 @@ MOVES: Final[Mapping[str, tuple[int, int]]] = {
     'j': (0, 1), 'k': (0, 0), 'l': (0, -1),
     'm': (-1, -1), ',': (-1, 0), '.': (-1, 1)}
 
+#: The key of `MOVES` that stops.
+STANDING: Final = 'k'
+
 #: What a key makes of speed and turning rate.
 FACTORS: Final[Mapping[str, tuple[float, float]]] = {
     'q': (1.1, 1.1), 'z': (0.9, 0.9), 'w': (1.1, 1.0), 'x': (0.9, 1.0), 'e': (1.0, 1.1),

@@ -14,6 +14,8 @@ from teleop_node.status_line import Facts
 SILENCE = 5.0
 #: Phases in which the learner records what is driven as a person's.
 _RECORDING: Final = ('demonstration', 'settling')
+#: Phases in which it runs trials by itself, or records one that a person has started.
+_SERIES: Final = ('waiting', 'placing', 'starting', 'trial', 'finishing')
 
 
 class Gathered:
@@ -47,6 +49,17 @@ class Gathered:
     def is_trying(self) -> bool:
         """Tell whether a trial runs."""
         return self._facts.trial_state in (State.RUNNING, State.PAUSED)
+
+    def has_series(self, now: float) -> bool:
+        """Tell whether the learner runs trials by itself, as far as is known."""
+        return now - self._heard <= SILENCE and (
+            self._facts.phase in _SERIES or self._facts.trials_left > 0)
+
+    def saw_end_of_series(self) -> None:
+        """Take in that no more trials are run; the learner tells it later."""
+        self._facts = replace(
+            self._facts, trials_left=0,
+            phase='idle' if self._facts.phase in _SERIES else self._facts.phase)
 
     def is_recording(self, now: float) -> bool:
         """Tell whether the learner records a demonstration, as far as is known."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 import os
 import signal
+import time
 from types import FrameType, TracebackType
 from typing import Any, Final, Protocol, Self
 
@@ -10,6 +11,10 @@ from msgs_bridge.node_main import signal_came
 
 #: The terminal went away, or somebody wants an end.
 _ENDS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+
+#: Time within which further signals mean the same end, [s]: a closed window sends SIGHUP through
+#: its shell, too, and `ros2 launch` repeats a Ctrl-C.
+_ONCE: Final = 0.5
 
 
 class Pausable(Protocol):
@@ -31,7 +36,8 @@ class Signals:
 
     def __init__(self) -> None:
         """Note nothing yet."""
-        self.is_ended = False
+        self.is_impatient = False  #: whether somebody has pressed Ctrl-C again
+        self._ended_at: float | None = None
         self._suspends = False
         self._before: dict[int, Any] = {}
 
@@ -39,8 +45,14 @@ class Signals:
         """Begin to note; a signal that came while the node was made counts, too."""
         for number in (*_ENDS, signal.SIGTSTP):
             self._before[number] = signal.signal(number, self._note)
-        self.is_ended = self.is_ended or signal_came()
+        if self._ended_at is None and signal_came():
+            self._ended_at = time.monotonic()
         return self
+
+    @property
+    def is_ended(self) -> bool:
+        """Tell whether somebody wants an end."""
+        return self._ended_at is not None
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None,
@@ -53,10 +65,15 @@ class Signals:
     def _note(self, number: int, _: FrameType | None) -> None:
         if number == signal.SIGTSTP:
             self._suspends = True
-        else:
-            self.is_ended = True
+        elif self._ended_at is None:
+            self._ended_at = time.monotonic()
+        elif number == signal.SIGINT and time.monotonic() - self._ended_at > _ONCE:
+            self.is_impatient = True
 
-    def look(self, node: Pausable, stop: Callable[[], None] | None = None) -> None:
+    def look(
+        self, node: Pausable, stop: Callable[[], None] | None = None,
+        before: Callable[[], None] = lambda: None,
+    ) -> None:
         """
         Pause if that was asked for, and return when somebody has called this process back.
 
@@ -66,11 +83,16 @@ class Signals:
             What is told.
         stop : callable, optional
             Stops this process, `stop_process` by default.
+        before : callable
+            Leaves nothing behind that has to be watched over.
 
         """
         if not self._suspends or self.is_ended:
             return
         self._suspends = False
+        before()
+        if self.is_ended:  # that took a while
+            return
         node.pause()
         (stop or stop_process)()
         node.go_on()

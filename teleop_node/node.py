@@ -1,6 +1,7 @@
 """The node `teleop_node`: a person drives and teaches by keys or services."""
 
 from contextlib import ExitStack
+from functools import partial
 import os
 import sys
 import time
@@ -15,6 +16,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
+from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
 from msgs_bridge import qos
@@ -25,22 +27,25 @@ from msgs_bridge.processes import prepare
 from msgs_bridge.trial_status import trial_from_status
 from teleop_node.asking import Asking
 from teleop_node.commands import Commands
-from teleop_node.driving import changed_speeds, FACTORS, MOVES
+from teleop_node.driving import changed_speeds, FACTORS, MOVES, STANDING
 from teleop_node.facts import Gathered, problem_with_readers
 from teleop_node.keys import Action, ACTIONS, HELP, KeyParser, Presses
 from teleop_node.lifecycle import Signals
 from teleop_node.placing import Placing
 from teleop_node.settings import FIXED, Settings
 from teleop_node.status_line import line_from_facts, line_over, message_over
-from teleop_node.teaching import Answer, Teaching
+from teleop_node.teaching import Answer, PATIENCE, Teaching
 from teleop_node.terminal import descriptor, Terminal
 
 #: How often keys are looked at, the line is written, peers are looked for, [s].
 _KEY_PERIOD: Final = 0.02
 _LINE_PERIOD: Final = 0.25
 _PEERS_PERIOD: Final = 1.0
-#: How long `quit` may take to arrive, [s].
+#: How often it is told that somebody is there, [s]: a few may be lost before a trial ends.
+_HEARTBEAT_PERIOD: Final = 0.1
+#: How long `quit` may take to arrive, [s], and how long ending a trial and a series may take.
 _FAREWELL: Final = 0.1
+_LEAVING_TIME: Final = 4.0
 
 PROGRAM: Final = Program(
     'teleop_node', 'keys, or services of the same names, to drive and to teach (doc/teaching.md).'
@@ -71,6 +76,8 @@ class TeleopNode(Node):
         check_names(self)
         self.terminal = terminal if self.settings.keyboard else None
         self.is_done = False
+        self.has_left = False  #: whether trial and series have been ended already
+        self._is_stopping = False
         self._parser, self._presses = KeyParser(), Presses()
         self._problem = ''
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -80,6 +87,9 @@ class TeleopNode(Node):
         self._make_topics()
         self._make_services()
         self.create_timer(_KEY_PERIOD, self._look_at_keys, clock=self._steady)
+        # From the loop that reads keys and answers: one that hangs falls silent.
+        self.create_timer(
+            _HEARTBEAT_PERIOD, lambda: self._heartbeat.publish(Empty()), clock=self._steady)
         self.create_timer(_LINE_PERIOD, self._write_line, clock=self._steady)
         self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=self._steady)
 
@@ -88,6 +98,7 @@ class TeleopNode(Node):
 
     def _make_topics(self) -> None:
         self._commands = Commands(self, self.settings, self._stamp)
+        self._heartbeat = self.create_publisher(Empty, 'teleop_heartbeat', qos.COMMAND)
         # A trial's end is soon followed by the next beginning: neither may be missed.
         self.create_subscription(
             DiagnosticStatus, 'trial', self._on_trial, qos.RECORDING_LATCHED)
@@ -131,19 +142,26 @@ class TeleopNode(Node):
 
     def _on_key(self, key: str, now: float) -> None:
         new = self._presses.is_new(key, now)
-        if key in MOVES:
+        action = ACTIONS.get(key, Action.STOP)
+        if key in MOVES and key != STANDING:
             self._commands.driving.press(key, now)
         elif key in FACTORS:
             self._change_speeds(key)
+        elif action is Action.STOP:
+            self._stop(key, new)
         else:
-            if key not in ACTIONS or ACTIONS[key] is Action.STOP:
-                self.halt()
-            else:
-                self.let_go()
-            if key in ACTIONS and new:
-                self.executor.create_task(self._perform(ACTIONS[key]))
-            elif new and key.lower() in MOVES and key:
-                self._say('capital letters do not drive: is caps lock on?')
+            self.let_go()
+            if new:
+                self.executor.create_task(self._perform(action))
+
+    def _stop(self, key: str, new: bool) -> None:
+        """Stop the robot, whatever key that is; it ends what drives by itself, too."""
+        self.halt()
+        tries = self.is_trying() or self.has_series()
+        if not self._is_stopping and (tries or (new and key in ACTIONS)):
+            self.executor.create_task(self._perform(Action.STOP))
+        elif new and key.lower() in MOVES and key != STANDING and key:
+            self._say('capital letters do not drive: is caps lock on?')
 
     def _change_speeds(self, key: str) -> None:
         speeds = changed_speeds(key, self.settings.speeds, self.settings.greatest)
@@ -152,7 +170,11 @@ class TeleopNode(Node):
             for name, value in zip(('speed', 'turn'), speeds, strict=True)])
 
     async def _perform(self, action: Action) -> Answer:
-        answer = await self._teaching.perform(action)
+        self._is_stopping = self._is_stopping or action is Action.STOP
+        try:
+            answer = await self._teaching.perform(action)
+        finally:
+            self._is_stopping = self._is_stopping and action is not Action.STOP
         self._say(f'{action.replace("_", " ")}: {"" if answer.success else "not done, "}'
                   f'{answer.message}')
         return answer
@@ -213,12 +235,22 @@ class TeleopNode(Node):
         self.terminal.write(message_over(text))
         self._write_line()
 
+    async def end_trials(self) -> None:
+        """End trial and series, and say so where there was any."""
+        answer = await self._teaching.end_trials()
+        if answer.message:
+            self._say(answer.message)
+
     # What actions ask for (teaching.Peers)
 
-    async def ask(self, service: str, on: bool | None = None) -> Answer:
+    async def ask(
+        self, service: str, on: bool | None = None, patience: float = PATIENCE,
+    ) -> Answer:
         """Call a service of learner or controller."""
-        answer = await self._asking.ask(service, on)
+        answer = await self._asking.ask(service, on, patience)
         self._gathered.saw_answer(on, answer.success, time.monotonic())
+        if service.endswith('/stop_trials') and answer.success:
+            self._gathered.saw_end_of_series()
         return answer
 
     async def is_simulated(self) -> bool:
@@ -232,6 +264,10 @@ class TeleopNode(Node):
     def is_trying(self) -> bool:
         """Tell whether a trial runs."""
         return self._gathered.is_trying
+
+    def has_series(self) -> bool:
+        """Tell whether the learner runs trials by itself, as far as is known."""
+        return self._gathered.has_series(time.monotonic())
 
     def is_recording(self) -> bool:
         """Tell whether the learner records a demonstration."""
@@ -250,8 +286,8 @@ class TeleopNode(Node):
         self._commands.let_go()
 
     def quit(self) -> None:
-        """End the program."""
-        self.is_done = True
+        """End the program; nothing drives on that nobody would watch."""
+        self.is_done = self.has_left = True
 
 
 def main(args: list[str] | None = None) -> None:
@@ -288,7 +324,18 @@ def _run(node: TeleopNode) -> None:
             node.terminal.write(HELP + '\n')
         while not node.is_done and rclpy.ok() and not signals.is_ended:
             executor.spin_once(_LINE_PERIOD)
-            signals.look(node)
+            signals.look(node, before=partial(_leave_nothing_driving, node, executor, signals))
+        if not node.has_left:
+            _leave_nothing_driving(node, executor, signals)
+
+
+def _leave_nothing_driving(node: TeleopNode, executor: Any, signals: Signals) -> None:
+    """End trial and series before nobody watches them; a second Ctrl-C does not wait."""
+    task = executor.create_task(node.end_trials())
+    deadline = time.monotonic() + _LEAVING_TIME
+    while not task.done() and time.monotonic() < deadline and rclpy.ok() and (
+            not signals.is_impatient):
+        executor.spin_once(_KEY_PERIOD)
 
 
 def _close(node: TeleopNode) -> None:

@@ -9,6 +9,11 @@ _RECORDED: Final = ('cannot run a trial now: a demonstration is recorded; n keep
                     'anew')
 
 
+#: Longest wait for an answer, [s]: learning takes a while; what stops the robot does not.
+PATIENCE: Final = 60.0
+STOP_PATIENCE: Final = 1.0
+
+
 class Answer(NamedTuple):
     """What came of a request, and one sentence about it."""
 
@@ -19,8 +24,10 @@ class Answer(NamedTuple):
 class Peers(Protocol):
     """Whom an action asks; each call waits for its answer."""
 
-    async def ask(self, service: str, on: bool | None = None) -> Answer:
-        """Call a Trigger, or a SetBool with ``on``."""
+    async def ask(
+        self, service: str, on: bool | None = None, patience: float = PATIENCE,
+    ) -> Answer:
+        """Call a Trigger, or a SetBool with ``on``; wait that long for the answer, [s]."""
 
     async def is_simulated(self) -> bool:
         """Tell whether the learner may set the robot back."""
@@ -30,6 +37,9 @@ class Peers(Protocol):
 
     def is_trying(self) -> bool:
         """Tell whether a trial runs."""
+
+    def has_series(self) -> bool:
+        """Tell whether the learner runs trials by itself, as far as is known."""
 
     def is_recording(self) -> bool:
         """Tell whether the learner records a demonstration."""
@@ -121,10 +131,38 @@ class Teaching:
         return await self._peers.ask(f'{self._controller}/start_trial')
 
     async def _stop(self) -> Answer:
-        if not self._peers.is_trying():
-            return Answer(True, 'stop')
-        return await self._peers.ask(f'{self._controller}/stop_trial')
+        if not (self._peers.is_trying() or self._peers.has_series()):
+            return Answer(True, 'the robot stands')
+        ended = await self.end_trials()
+        return ended._replace(message=ended.message or 'the robot stands')
+
+    async def end_trials(self) -> Answer:
+        """
+        End the trial under way and the series it belongs to, and say what was done.
+
+        Both are asked whatever is known of them: a trial may just have been started. The
+        controller comes first, so that the robot stands; and again where the learner's next trial
+        was quicker than its answer.
+        """
+        drives = self._peers.is_trying() or self._peers.has_series()
+        if drives:
+            self._peers.halt()
+        stopped = await self._ask_to_stop(f'{self._controller}/stop_trial')
+        ended = await self._ask_to_stop(f'{self._learner}/stop_trials')
+        if self._peers.is_trying() and not stopped.success:
+            stopped = await self._ask_to_stop(f'{self._controller}/stop_trial')
+        if self._peers.is_trying() and not stopped.success:
+            return Answer(False, f'the trial may go on: {stopped.message}')
+        said = [answer.message for answer in (stopped, ended) if answer.success]
+        return Answer(True, '; '.join(said) if drives or ended.success else '')
+
+    async def _ask_to_stop(self, service: str) -> Answer:
+        return await self._peers.ask(service, patience=STOP_PATIENCE)
 
     async def _quit(self) -> Answer:
-        self._peers.quit()
-        return Answer(True, 'good bye')
+        """End the program, once nothing drives on that nobody would watch."""
+        try:
+            ended = await self.end_trials()
+        finally:
+            self._peers.quit()
+        return Answer(True, ended.message or 'good bye')

@@ -8,7 +8,7 @@ import pytest
 from control_field.limits import STANDSTILL
 from control_field.records import Outcome
 from control_field.watch import StopReason
-from controller_bench import driving, DT
+from controller_bench import Bench, driving, DT
 from controller_helpers import GRID
 from msgs_bridge.neighbourhoods import Neighbourhood
 
@@ -85,3 +85,45 @@ def test_a_sight_of_somewhere_else_is_not_to_be_trusted():
     [text] = reasons(bench)
     assert f'cell ({row + 5}, {col})' in text
     assert bench.run().outcome is Outcome.GOAL
+
+
+def test_a_trial_continues_because_nobody_drives_any_more():
+    bench = driving()
+    bench.take(bench.supervisor.saw_foreign((0.1, 0.0), bench.now))
+    bench.run()
+    assert 'trial 1 continues: nobody is driving any more' in [text for _, text in bench.lines]
+
+
+class TestHeartbeat:
+    def watched(self, beats):
+        """Drive for 3 s in a trial that needs a heartbeat; return the bench."""
+        bench = Bench(heartbeat=True)
+        bench.tick()
+        bench.supervisor.heartbeat.saw()
+        assert bench.supervisor.start(bench.now) == ''
+        for i in range(60):
+            bench.tick()
+            if beats and i % 10 == 0:
+                bench.supervisor.heartbeat.saw()
+            bench.take(bench.supervisor.watch(bench.now))
+        return bench
+
+    def test_without_one_no_trial_starts(self):
+        bench = Bench(heartbeat=True)
+        bench.tick()
+        assert 'start teleop_node, or set heartbeat:=false' in bench.supervisor.start(bench.now)
+        assert Bench().start().supervisor.run is not None
+
+    def test_a_trial_runs_while_it_comes(self):
+        assert self.watched(beats=True).supervisor.run is not None
+
+    def test_a_trial_ends_when_it_does_not(self):
+        bench = self.watched(beats=False)
+        assert bench.supervisor.status.stop_reason is StopReason.NO_HEARTBEAT
+        assert bench.supervisor.status.outcome is Outcome.STOPPED
+        assert bench.velocity == STANDSTILL
+
+    def test_a_controller_that_was_held_up_finds_what_came_meanwhile(self):
+        bench = self.watched(beats=True)
+        bench.supervisor.heartbeat.look(bench.now + 30.0)
+        assert not bench.supervisor.heartbeat.is_missing

@@ -251,9 +251,10 @@ class TestTrials:
         trying('learnt', 2)
         assert trying.phase is Phase.IDLE
 
-    def test_stop_when_the_controller_was_asked(self, trying):
+    @pytest.mark.parametrize('reason', [StopReason.ASKED, StopReason.NO_HEARTBEAT])
+    def test_stop_when_the_controller_was_asked_or_nobody_watches(self, trying, reason):
         trying('saw_decisions', 1, 3)
-        trying('saw_status', ended(outcome=Outcome.STOPPED, reason=StopReason.ASKED.sentence))
+        trying('saw_status', ended(outcome=Outcome.STOPPED, reason=reason.sentence))
         trying('learnt', 2)
         assert trying.phase is Phase.IDLE
 

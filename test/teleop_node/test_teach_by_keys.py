@@ -75,13 +75,14 @@ class Person:
         self.presses = 0
         self.wait(is_done, answer)
 
-    def holds(self, key, until, what):
+    def holds(self, key, until, what, stop=True):
         """Hold a key until the robot is where it should be."""
         def there():
             self.terminal.type(key)
             return until(self.pose)
         self.wait(there, what)
-        self.terminal.type('k')
+        if stop:
+            self.terminal.type('k')
         self.wait(lambda: abs(self.pose.v) + abs(self.pose.w) < 1e-6, 'the standstill')
 
     def asks(self, action):
@@ -250,7 +251,8 @@ def test_a_person_takes_over_and_lets_go(person):
     person.types('t', 'run trials')
     person.wait(lambda: person.statuses[-1].state is State.RUNNING and person.pose.x > 0.9,
                 'a trial')
-    person.holds('j', lambda pose: pose.yaw > 0.5, 'the turn that the person wants')
+    person.holds('j', lambda pose: pose.yaw > 0.5, 'the turn that the person wants',
+                 stop=False)
     assert any(status.state is State.PAUSED and 'person' in status.reason
                for status in person.statuses)
     person.wait(lambda: 1 in person.ended(), 'the end of the trial')

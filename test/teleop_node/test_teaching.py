@@ -11,12 +11,12 @@ from teleop_node.teaching import Answer, Teaching
 class Here:
     """Learner, controller and robot, in a list of what they were asked."""
 
-    def __init__(self, simulated=True, trying=False, refused=(), recording=False):
-        self.asked, self.recording = [], recording
+    def __init__(self, simulated=True, trying=False, refused=(), recording=False, series=False):
+        self.asked, self.recording, self.series = [], recording, series
         self.simulated, self.trying, self.refused = simulated, trying, refused
         self.gate = None
 
-    async def ask(self, service, on=None):
+    async def ask(self, service, on=None, patience=60.0):
         self.asked.append(service if on is None else f'{service} {on}')
         if self.gate is not None:
             await self.gate.wait()
@@ -31,6 +31,9 @@ class Here:
 
     def is_trying(self):
         return self.trying
+
+    def has_series(self):
+        return self.series
 
     def is_recording(self):
         return self.recording
@@ -55,6 +58,7 @@ def perform(here, *actions):
     return asyncio.run(one_after_the_other())
 
 
+STOPS = ['c/stop_trial', 'l/stop_trials']
 RECORD, DISCARD = 'l/record_demonstration', 'l/discard_demonstration'
 
 
@@ -66,7 +70,7 @@ RECORD, DISCARD = 'l/record_demonstration', 'l/discard_demonstration'
     (Action.LABEL_SUCCESS, ['l/label_success']),
     (Action.LABEL_FAILURE, ['l/label_failure']),
     (Action.RUN_TRIALS, ['l/run_trials']),
-    (Action.QUIT, ['quit'])])
+    (Action.QUIT, [*STOPS, 'quit'])])
 def test_every_action_lets_go_of_the_keys_and_asks(action, asked):
     here = Here()
     answer, = perform(here, action)
@@ -88,12 +92,31 @@ def test_a_real_robot_does_not_try_while_a_demonstration_is_recorded():
     assert answer.message.startswith('cannot run a trial now: a demonstration is recorded; n keep')
 
 
-@pytest.mark.parametrize(('trying', 'asked'), [(True, ['c/stop_trial']), (False, [])])
-def test_stop_stops_the_robot_whoever_drives_it_and_ends_a_trial(trying, asked):
-    here = Here(trying=trying)
+@pytest.mark.parametrize(('trying', 'series'), [(True, False), (False, True), (True, True)])
+@pytest.mark.parametrize(('action', 'before', 'after'), [
+    (Action.STOP, ['halt'], []), (Action.QUIT, ['let go'], ['quit'])])
+def test_who_stops_or_quits_ends_the_trial_and_the_series(trying, series, action, before, after):
+    here = Here(trying=trying, series=series)
+    answer, = perform(here, action)
+    assert here.asked == [*before, 'halt', *STOPS, *after]
+    assert answer == (True, 'c/stop_trial says so; l/stop_trials says so')
+
+
+def test_where_nothing_drives_by_itself_a_stop_asks_nobody():
+    here = Here()
     answer, = perform(here, Action.STOP)
-    assert here.asked == ['halt', *asked]
+    assert here.asked == ['halt']
     assert answer.success
+
+
+@pytest.mark.parametrize('refused', [('c/stop_trial',), ('c/stop_trial', 'l/stop_trials')])
+def test_a_trial_that_cannot_be_ended_is_asked_again_and_named(refused):
+    here = Here(trying=True, refused=refused)
+    stopped, left = perform(here, Action.STOP, Action.QUIT)
+    assert here.asked.count('c/stop_trial') == 4
+    assert here.asked[-1] == 'quit'
+    assert stopped == (False, 'the trial may go on: c/stop_trial says so')
+    assert left.message == stopped.message
 
 
 @pytest.mark.parametrize(('refused', 'asked'), [
