@@ -5,7 +5,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from experience_cli.errors import UserError
-from msgs_bridge.any_bag import is_storage_file, storage_files
+from msgs_bridge.bag_files import is_storage_file, storage_files
 from msgs_bridge.bag_folder import BagError, episode_from_path, EpisodeFolder, TaskFolder
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.episode_header import HEADER_NAME

@@ -86,7 +86,7 @@ def import_all(arguments: argparse.Namespace) -> Path:
     """
     from dataclasses import replace
 
-    from msgs_bridge.any_bag import missing_from
+    from msgs_bridge.any_bag import notes_on
     from msgs_bridge.bag_folder import changing, TaskFolder
     from msgs_bridge.bag_import import check_drive, import_demonstration
     from msgs_bridge.bag_making import NewBags
@@ -106,9 +106,8 @@ def import_all(arguments: argparse.Namespace) -> Path:
             episodes = bags.keep()
         for drive, episode in zip(drives, episodes, strict=True):
             if not arguments.quiet:
-                missing = filter(None, [missing_from(drive.bag)])
                 print('; '.join([f'{drive.path} is kept as {episode.path}',
-                                 *_guessed(drive.topics, arguments), *missing]))
+                                 *_guessed(drive.topics, arguments), *notes_on(drive.bag)]))
     return folder
 
 
@@ -130,7 +129,7 @@ def _remedy_named() -> Iterator[None]:
 
 def _check_no_bag(folder: Path) -> None:
     """Refuse to keep bags in a bag, or where the task around would take the folder for one."""
-    from msgs_bridge.any_bag import storage_files
+    from msgs_bridge.bag_files import storage_files
     from msgs_bridge.bag_folder import BagError, episode_from_path
     from msgs_bridge.bag_metadata import NAME
 

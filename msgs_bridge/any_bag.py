@@ -3,19 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-import re
-from typing import Final
 
 import numpy as np
 
+from msgs_bridge.bag_files import (
+    BagFiles, differing_count, files_of_file, files_of_folder, is_cut)
 from msgs_bridge.bag_folder import BagError
-from msgs_bridge.bag_metadata import NAME, read_yaml
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
-from msgs_bridge.mcap_scan import CompressedError, MAGIC
-
-_ENDINGS: Final = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
-#: rosbag2 compresses messages one by one, or whole files; neither shows in the MCAP file.
-_COMPRESSED: Final = re.compile(r'^ *compression_mode: *["\']?(message|file)\b', re.I | re.M)
+from msgs_bridge.mcap_scan import CompressedError
 
 
 def open_bag(path: Path | str) -> Bag:
@@ -30,11 +25,18 @@ def open_bag(path: Path | str) -> Bag:
     Raises
     ------
     BagError
-        If it cannot be read.
+        If it cannot be read, or a part of the drive is surely missing.
 
     """
     path = Path(path)
-    bag = _open_folder(path) if path.is_dir() else _open_file(path)
+    if path.exists() and not path.is_dir() and not path.is_file():
+        raise BagError(f'cannot read {path}: it is no regular file')
+    files = files_of_folder(path) if path.is_dir() else files_of_file(path)
+    parts = [_open_part(file, files) for file in files.paths]
+    notes = [*files.notes, *(note for part in parts for note in getattr(part, 'notes', ()))]
+    if path.is_dir() and not any(map(missing_from, parts)):
+        notes += filter(None, [differing_count(files, _count(parts))])
+    bag = parts[0] if len(parts) == 1 and not notes else JoinedBag(path, parts, notes)
     _check_begun(bag)
     return bag
 
@@ -46,19 +48,15 @@ def missing_from(bag: Bag) -> str:
     return ''
 
 
-def storage_files(folder: Path) -> list[Path]:
-    """Return the files in a folder that hold messages, in the order of their numbers."""
-    return sorted((path for path in folder.iterdir() if is_storage_file(path)), key=_by_number)
-
-
-def is_storage_file(path: Path) -> bool:
-    """Tell whether a file holds messages, by its name."""
-    return path.name.endswith(_ENDINGS)
+def notes_on(bag: Bag) -> tuple[str, ...]:
+    """Return sentences on what of a bag was not read, or read from elsewhere than it says."""
+    notes = bag.notes if isinstance(bag, JoinedBag) else ()
+    return (*notes, *filter(None, [missing_from(bag)]))
 
 
 class JoinedBag:
     """
-    The files of a bag whose ``metadata.yaml`` is missing, read as one.
+    The files of a bag, read as one.
 
     Parameters
     ----------
@@ -66,12 +64,15 @@ class JoinedBag:
         The folder.
     parts : sequence of Bag
         In the order they were recorded.
+    notes : sequence of str
+        What there is to say of how they were found.
 
     """
 
-    def __init__(self, path: Path, parts: Sequence[Bag]) -> None:
+    def __init__(self, path: Path, parts: Sequence[Bag], notes: Sequence[str] = ()) -> None:
         self.path = path
         self.parts = parts
+        self.notes = tuple(notes)
 
     @property
     def topics(self) -> dict[str, str]:
@@ -79,8 +80,16 @@ class JoinedBag:
         return {topic: kind for part in reversed(self.parts)
                 for topic, kind in part.topics.items()}
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return {topic: sum(part.counts.get(topic, 0) for part in self.parts)
+                for topic in self.topics}
+
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the bag."""
+        if len(self.parts) == 1:
+            return self.parts[0].messages(topic)
         tables = [part.messages(topic) for part in self.parts if topic in part.topics]
         none = np.zeros(0, dtype=np.int64)
         times = np.concatenate([none, *(table.log_times for table in tables)])
@@ -108,6 +117,11 @@ class InLogOrder:
         """Return the type of every topic."""
         return self._bag.topics
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return self._bag.counts
+
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the bag."""
         found = self._bag.messages(topic)
@@ -118,7 +132,8 @@ class InLogOrder:
 
 def _cut_parts(bag: Bag) -> list[BagReader]:
     parts = bag.parts if isinstance(bag, JoinedBag) else [bag]
-    return [part for part in parts if isinstance(part, BagReader) and not part.complete]
+    whole = (getattr(part, 'packed', part) for part in parts)
+    return [part for part in whole if isinstance(part, BagReader) and not part.complete]
 
 
 def _check_begun(bag: Bag) -> None:
@@ -129,73 +144,39 @@ def _check_begun(bag: Bag) -> None:
             part.damage if is_void else f'it is cut off before its first topic: {part.damage}'))
 
 
-def _open_folder(path: Path) -> Bag:
-    files = storage_files(path)
-    text = _metadata_text(path)
-    is_plain = not _COMPRESSED.search(text)
-    if is_plain and [file.suffix for file in files] == ['.mcap']:
-        return _open_file(files[0])
-    if isinstance(read_yaml(text), dict):
-        try:
-            return _open_foreign(path)
-        except BagError:
-            # rosbags opens all files or none, so one that is cut takes the others away.
-            if not (is_plain and any(map(_is_cut, files))):
-                raise
-    if not files:
-        raise BagError(f'cannot read {path}: there is no .mcap and no .db3 file in it')
-    return JoinedBag(path, [_open_file(file) for file in files])
+def _count(parts: Sequence[Bag]) -> int:
+    return sum(sum(part.counts.values()) for part in parts)
 
 
-def _is_cut(path: Path) -> bool:
-    """Tell whether an MCAP file does not end like one that was closed."""
-    if path.suffix != '.mcap' or not path.is_file():
-        return False
-    with path.open('rb') as file:
-        file.seek(max(file.seek(0, 2) - len(MAGIC), 0))
-        return file.read() != MAGIC
+def _open_part(path: Path, files: BagFiles) -> Bag:
+    """Open one of a bag's files."""
+    if not path.exists():
+        raise BagError(f'cannot read {path}: there is no such bag')
+    part = _open_file(path)
+    if files.description is None or files.description.compression != 'message':
+        return part
+    from msgs_bridge.foreign_bag import UnpackedMessages
+
+    return UnpackedMessages(part)
 
 
 def _open_file(path: Path) -> Bag:
-    if path.exists() and not path.is_file():
+    if not path.is_file():
         raise BagError(f'cannot read {path}: it is no regular file')
-    if _is_compressed_whole(path):
-        # Only the folder says how.
-        return _open_foreign(path.parent)
+    if path.suffix == '.bag' or path.name.endswith('.bag.active'):
+        # Slow to import, like what follows, and most bags are ours.
+        from msgs_bridge.ros1_bag import Ros1Bag
+
+        return Ros1Bag(path)
     if path.suffix == '.mcap':
         try:
             return BagReader(path)
         except CompressedError:
-            # Slow to import, and most bags are ours.
             from msgs_bridge.foreign_bag import check_sizes, CutBag
 
             check_sizes(path)
-            if _is_cut(path):
+            if is_cut(path):
                 return CutBag(path)
-    return _open_foreign(path)
-
-
-def _is_compressed_whole(path: Path) -> bool:
-    """Tell whether a file is all there is of a bag whose ``metadata.yaml`` says: compressed."""
-    text = _metadata_text(path.parent)
-    return bool(_COMPRESSED.search(text)) and isinstance(read_yaml(text), dict) and (
-        storage_files(path.parent) == [path])
-
-
-def _open_foreign(path: Path) -> Bag:
-    # Slow to import, and most bags are ours.
     from msgs_bridge.foreign_bag import ForeignBag
 
     return ForeignBag(path)
-
-
-def _metadata_text(path: Path) -> str:
-    try:
-        return (path / NAME).read_text(errors='replace')
-    except OSError:
-        return ''
-
-
-def _by_number(path: Path) -> list[str | int]:
-    """Return what sorts the tenth file behind the ninth."""
-    return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', path.name)]

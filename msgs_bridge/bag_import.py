@@ -150,6 +150,9 @@ def _named(bag: Bag, role: str, name: str) -> str:
     if topic not in bag.topics:
         raise BagError(f'{bag.path} has no topic {name} ({role}), there are '
                        f'{_choices(bag, role)}')
+    if not bag.counts[topic]:
+        raise BagError(f'{bag.path}: there is no message on {topic} ({role}), there are '
+                       f'{_choices(bag, role)}')
     if bag.topics[topic] not in ROLES[role]:
         raise BagError(f'{bag.path}: {topic} is {bag.topics[topic]}, {role} must be '
                        f'{" or ".join(ROLES[role])}; there are {_choices(bag, role)}')
@@ -157,7 +160,8 @@ def _named(bag: Bag, role: str, name: str) -> str:
 
 
 def _fitting(bag: Bag, role: str) -> list[str]:
-    return sorted(topic for topic, kind in bag.topics.items() if kind in ROLES[role])
+    return sorted(topic for topic, kind in bag.topics.items()
+                  if kind in ROLES[role] and bag.counts[topic])
 
 
 def _choices(bag: Bag, role: str) -> str:
@@ -165,6 +169,7 @@ def _choices(bag: Bag, role: str) -> str:
                for topic in _fitting(bag, role)]
     if fitting:
         return ', '.join(fitting)
-    others = ', '.join(f'{topic} ({kind})' for topic, kind in sorted(bag.topics.items()))
+    others = ', '.join(f'{topic} ({kind})' for topic, kind in sorted(bag.topics.items())
+                       if bag.counts[topic])
     others = others or 'none at all'
     return f'none of type {" or ".join(ROLES[role])} (topics: {others})'

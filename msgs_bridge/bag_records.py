@@ -79,6 +79,10 @@ class Bag(Protocol):
     def topics(self) -> dict[str, str]:
         """Return the type of every topic."""
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the bag."""
 
@@ -144,6 +148,14 @@ class BagReader:
     def topics(self) -> dict[str, str]:
         """Return the type of every topic."""
         return {channel.topic: channel.schema.name for channel in self.channels.values()}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        counts = dict.fromkeys(self.topics, 0)
+        for number, channel in self.channels.items():
+            counts[channel.topic] += len(self._index.starts.get(number, _NOTHING))
+        return counts
 
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the file."""

@@ -13,7 +13,7 @@ from control_field.demonstration import demonstration_from_poses, DemonstrationR
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.words import counted
-from msgs_bridge.any_bag import InLogOrder, missing_from, open_bag
+from msgs_bridge.any_bag import InLogOrder, notes_on, open_bag
 from msgs_bridge.bag_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, mcap_path, TaskFolder)
 from msgs_bridge.bag_label import read_label
@@ -179,7 +179,7 @@ def read_foreign_demonstration(
         if name not in bag.topics:
             raise BagError(f'{path} has no topic {name} ({role}), '
                            f'there are: {", ".join(sorted(bag.topics)) or "none"}')
-    missing = filter(None, [missing_from(bag)])
+    missing = notes_on(bag)
     try:
         record, report, notes = _read_drive(InLogOrder(bag), names, grid, number)
         return record, report, (*notes, *missing)

@@ -1,4 +1,4 @@
-"""Bags from other recorders: sqlite3, compressed, split; the only module that uses rosbags."""
+"""Bags from other recorders that are not MCAP as we write it: sqlite3, compressed, cut."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,18 +6,21 @@ from dataclasses import replace
 import json
 import mmap
 from pathlib import Path
+import shutil
 from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, Final, IO
+import weakref
 
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.storage_mcap import decompress
 
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_metadata import NAME
-from msgs_bridge.bag_records import BagReader, RawMessages
+from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.mcap_scan import (
     CHANNEL_OP, CHUNK_OP, Cursor, cut_chunk, MAGIC, McapIndex, MESSAGE_OP, RECORD, Scan, scan,
     SCHEMA_OP, START, U4, U8)
+from msgs_bridge.sqlite_recovery import recovered
 
 #: Largest chunk that is unpacked, [bytes]; recorders write them of 1 to 16 MiB.
 _MOST_UNPACKED: Final = 2**28
@@ -32,7 +35,7 @@ class ForeignBag:
     Parameters
     ----------
     path : Path
-        A bag's folder, or a file in ``.mcap`` or ``.db3``, also with ``.zstd`` behind it.
+        A file in ``.mcap`` or ``.db3``, also with ``.zstd`` behind it.
 
     Raises
     ------
@@ -43,10 +46,19 @@ class ForeignBag:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
+        copy = recovered(self.path) if self.path.suffix == '.db3' else None
+        if copy:
+            weakref.finalize(self, shutil.rmtree, copy.path.parent, ignore_errors=True)
+        self._where = copy.path if copy else self.path
+        #: What there is to say of how it was found.
+        self.notes = (copy.note,) if copy else ()
         # rosbags raises what it runs into, of many types, on a bag that is damaged.
         try:
-            with _opened(self.path) as reader:
+            with _opened(self._where) as reader:
                 self._topics = {item.topic: item.msgtype for item in reader.connections}
+                self._counts = dict.fromkeys(self._topics, 0)
+                for item in reader.connections:
+                    self._counts[item.topic] += item.msgcount
         except Exception as error:
             raise self._error(error) from None
 
@@ -54,6 +66,11 @@ class ForeignBag:
     def topics(self) -> dict[str, str]:
         """Return the type of every topic."""
         return self._topics
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return self._counts
 
     def messages(self, topic: str) -> RawMessages:
         """
@@ -68,7 +85,7 @@ class ForeignBag:
         found: list[bytes] = []
         times: list[int] = []
         try:
-            with _opened(self.path) as reader:
+            with _opened(self._where) as reader:
                 wanted = [item for item in reader.connections if item.topic == topic]
                 # No connection at all would mean every one.
                 for _, time, message in reader.messages(wanted) if wanted else ():
@@ -85,6 +102,62 @@ class ForeignBag:
         if 'File end magic' in text:
             text = 'it is cut off or was not closed, `mcap recover` mends that'
         return BagError(f'cannot read {self.path}: {text}')
+
+
+class UnpackedMessages:
+    """
+    A bag whose messages are compressed one by one, which only ``metadata.yaml`` tells.
+
+    Parameters
+    ----------
+    packed : Bag
+
+    """
+
+    def __init__(self, packed: Bag) -> None:
+        self.packed, self.path = packed, packed.path
+        self.notes = getattr(packed, 'notes', ())
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic."""
+        return self.packed.topics
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return self.packed.counts
+
+    def messages(self, topic: str) -> RawMessages:
+        """
+        Return the messages of a topic; none if it is not in the bag.
+
+        Raises
+        ------
+        BagError
+            If one cannot be unpacked.
+
+        """
+        found = self.packed.messages(topic)
+        try:
+            unpacked = [_unpacked(message) for message in found]
+        # What decompressors raise is of many types.
+        except Exception as error:
+            raise BagError(f'cannot read {self.path}: a message of {topic} cannot be unpacked: '
+                           f'{error}') from None
+        return RawMessages.of(topic, found.type_name, unpacked, found.log_times.tolist())
+
+
+def _unpacked(message: bytes) -> bytes:
+    """Unpack a message that zstd has packed, and that says before how large it becomes."""
+    # RFC 8878: magic, a byte of flags, then a byte of window and an id of a dictionary, or not.
+    flags = message[4] if len(message) > 4 else 0
+    at = 5 + (not flags & 0x20) + (0, 1, 2, 4)[flags & 3]
+    n = (1 if flags & 0x20 else 0, 2, 4, 8)[flags >> 6]
+    size = int.from_bytes(message[at:at + n], 'little') + (256 if n == 2 else 0)
+    if size > _MOST_UNPACKED:
+        raise ValueError(f'it has {size} bytes unpacked, must be at most {_MOST_UNPACKED}')
+    return decompress(message, 'zstd', size, 0)
 
 
 class CutBag(BagReader):
@@ -188,8 +261,8 @@ class _Unpacking(Scan):
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     """Open what has connections and messages: a bag, or a file that may be compressed as one."""
-    if path.is_dir() or path.suffix != '.zstd':
-        with Reader(path) as reader:
+    if path.suffix != '.zstd':
+        with _plainly_named(path) as plain, Reader(plain) as reader:
             yield reader
         return
     # rosbags unpacks a file if a metadata.yaml says so; without one its topics are not asked for.
@@ -205,3 +278,15 @@ def _opened(path: Path) -> Iterator[Any]:
         with Reader(folder) as reader:
             storage: Any = reader.storage
             yield storage.storages[0]
+
+
+@contextmanager
+def _plainly_named(path: Path) -> Iterator[Path]:
+    """Give a file a name without what SQLite takes for the end of it, such as ``run #3``."""
+    if path.suffix != '.db3' or not set('?#%') & set(str(path)):
+        yield path
+        return
+    with TemporaryDirectory() as folder:
+        plain = Path(folder) / 'bag.db3'
+        plain.symlink_to(path.resolve())
+        yield plain

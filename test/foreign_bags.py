@@ -1,5 +1,9 @@
 """Bags as `ros2 bag record` leaves them."""
 
+from functools import cache
+
+import numpy as np
+from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
 
@@ -7,6 +11,11 @@ from bridge_helpers import nanoseconds, ODOMETRY, raw_odometry
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 FOREIGN = {'odom': '/wheel/odometry', 'cmd_vel': '/cmd_vel'}
+
+
+@cache
+def _raw(i, frame):
+    return raw_odometry(i / 20, 0.5 + 0.01 * i, 0.6, frame)
 
 
 def foreign_bag(path, storage, compression=None, frame='odom'):
@@ -20,7 +29,32 @@ def foreign_bag(path, storage, compression=None, frame='odom'):
         twist = writer.add_connection('/cmd_vel', 'geometry_msgs/msg/Twist', typestore=STORE)
         for i in range(200):
             log_time = nanoseconds(i / 20)
-            raw = raw_odometry(i / 20, 0.5 + 0.01 * i, 0.6, frame)
-            writer.write(odom, log_time, raw)
+            writer.write(odom, log_time, _raw(i, frame))
             writer.write(twist, log_time, b'\0\1\0\0' + bytes(48))
+    return path
+
+
+def ros1_bag(path, n=100, compression=None):
+    """Record a drive as ROS 1 does."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kind = 'nav_msgs/msg/Odometry'
+    header, odometry = store.types['std_msgs/msg/Header'], store.types[kind]
+    types = {name: store.types[f'geometry_msgs/msg/{name}'] for name in (
+        'Pose', 'PoseWithCovariance', 'Point', 'Quaternion', 'Twist', 'TwistWithCovariance',
+        'Vector3')}
+    time, covariance = store.types['builtin_interfaces/msg/Time'], np.zeros(36)
+    zero = types['Vector3'](0.0, 0.0, 0.0)
+    writer = Ros1Writer(path)
+    if compression is not None:
+        writer.set_compression(compression)
+    with writer:
+        connection = writer.add_connection('/odom', kind, typestore=store)
+        for i in range(n):
+            pose = types['Pose'](types['Point'](0.5 + 0.02 * i, 0.6, 0.0),
+                                 types['Quaternion'](0.0, 0.0, 0.0, 1.0))
+            msg = odometry(
+                header(i, time(1 + i // 20, 50_000_000 * (i % 20)), 'odom'), 'base_link',
+                types['PoseWithCovariance'](pose, covariance),
+                types['TwistWithCovariance'](types['Twist'](zero, zero), covariance))
+            writer.write(connection, nanoseconds(1.0 + i / 20), store.serialize_ros1(msg, kind))
     return path

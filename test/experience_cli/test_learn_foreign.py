@@ -16,6 +16,7 @@ from bridge_helpers import (
 from experience_cli.main import main
 from msgs_bridge import qos
 from msgs_bridge.any_bag import open_bag
+from msgs_bridge.bag_file import McapFile
 from msgs_bridge.bag_folder import TaskFolder
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.episodes import read_episode, read_header
@@ -314,3 +315,19 @@ def test_the_only_odometry_is_taken_and_named(tmp_path, capsys):
 def test_a_topic_may_be_named_without_its_slash(tmp_path):
     bag = record(tmp_path / 'bag', {'odom': '/r1/odom', 'map': '/map'})
     assert learn(bag, '--odom-topic', 'r1/odom', '--quiet') == 0
+
+
+def test_a_topic_without_messages_is_neither_taken_nor_offered(tmp_path, capsys):
+    bag = record(tmp_path / 'bag', {'odom': '/robot/odom'})
+    path = next(bag.glob('*.mcap'))
+    file = McapFile(tmp_path / 'void.mcap', None)
+    [(topic, kind)] = open_bag(path).topics.items()
+    file.add_channel('/odom', kind, b'', {})
+    file.add_channel(topic, kind, b'', {})
+    for _, log_time, publish_time, message in open_bag(path).records():
+        file.add(topic, message, log_time, publish_time)
+    file.finish('void.mcap')
+    assert learn(tmp_path / 'void.mcap') == 0
+    assert '9 cells from 200 poses' in capsys.readouterr().out
+    line = mistake(capsys, tmp_path / 'void.mcap', '--odom-topic', '/odom')
+    assert 'there is no message on /odom (odom), there are /robot/odom (Odometry)' in line

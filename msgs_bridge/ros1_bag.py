@@ -1,0 +1,117 @@
+"""Bags of ROS 1, read through `rosbags` as if ROS 2 had recorded them."""
+
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+from rosbags.rosbag1 import Reader
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+
+from msgs_bridge.bag_folder import BagError
+from msgs_bridge.bag_records import RawMessages
+from msgs_bridge.safe_files import open_regular
+
+#: What a type was called before.
+_NOW: Final = {'tf/msg/tfMessage': 'tf2_msgs/msg/TFMessage'}
+
+
+class Ros1Bag:
+    """
+    Read a ``.bag`` file.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, or was not closed.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        # rosbags raises what it runs into, of many types, on a bag that is damaged.
+        try:
+            open_regular(path).close()
+            with Reader(path) as reader:
+                connections = list(reader.connections)
+        except Exception as error:
+            raise self._error(error) from None
+        self._topics = {item.topic: _now(item.msgtype) for item in connections}
+        self._counts = dict.fromkeys(self._topics, 0)
+        for item in connections:
+            self._counts[item.topic] += item.msgcount
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic, as ROS 2 calls it."""
+        return self._topics
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return self._counts
+
+    def messages(self, topic: str) -> RawMessages:
+        """
+        Return the messages of a topic as ROS 2 serialises them; none if it is not in the bag.
+
+        Raises
+        ------
+        BagError
+            If it cannot be read, or the topic's type is not the one that goes by that name.
+
+        """
+        found: list[bytes] = []
+        times: list[int] = []
+        try:
+            with Reader(self.path) as reader:
+                wanted = [item for item in reader.connections if item.topic == topic]
+                for item in wanted:
+                    self._check_type(item)
+                # No connection at all would mean every one.
+                for item, time, message in reader.messages(wanted) if wanted else ():
+                    found.append(bytes(_jazzy().ros1_to_cdr(message, _now(item.msgtype))))
+                    times.append(time)
+        except BagError:
+            raise
+        except Exception as error:
+            raise self._error(error) from None
+        return RawMessages.of(topic, self._topics.get(topic, ''), found, times)
+
+    def _check_type(self, connection: Any) -> None:
+        """Refuse a type that is called like a standard one and is none: its bytes differ."""
+        name, known = _now(connection.msgtype), _noetic()
+        if name not in known.fielddefs or name not in _jazzy().fielddefs:
+            raise BagError(f'{self.path}: {connection.topic} is {name}, which is no message of '
+                           f'ROS itself')
+        if connection.digest not in ('*', known.generate_msgdef(name)[1]):
+            raise BagError(f'{self.path}: {connection.topic} is {name} of another version of ROS')
+
+    def _error(self, error: Exception) -> BagError:
+        text = ' '.join(str(error).split()) or type(error).__name__
+        if 'not indexed' in text or self.path.suffix == '.active':
+            text = ('it was not closed by its recorder; `rosbag reindex '
+                    f'{self.path.name}` mends it')
+        return BagError(f'cannot read {self.path}: {text}')
+
+
+@cache
+def _noetic() -> Any:
+    """Return what the messages of ROS 1 are made of."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg(
+        'geometry_msgs/TransformStamped[] transforms', 'tf2_msgs/msg/TFMessage'))
+    return store
+
+
+@cache
+def _jazzy() -> Any:
+    """Return what the messages of ROS 2 are made of."""
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def _now(name: str) -> str:
+    return _NOW.get(name, name)
