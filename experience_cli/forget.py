@@ -1,6 +1,7 @@
 """`experience forget`: un-teach a bag."""
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from experience_cli.errors import UserError
@@ -14,7 +15,9 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         description='Take a bag out of the memory: the field is then as if it never was. The bag '
         'is moved to .forgotten in the folder of its task and keeps its number.')
     add_bag(parser)
-    parser.add_argument('--undo', action='store_true', help='bring a forgotten bag back')
+    parser.add_argument('--undo', action='store_true',
+                        help='bring a bag back that was forgotten, dropped or thrown away; of a '
+                        'TASK alone what was taken away last')
     return parser
 
 
@@ -24,23 +27,45 @@ def run(arguments: argparse.Namespace) -> int:
     from experience_cli.relearning import relearnt_sentence
     from msgs_bridge.bag_folder import changing
 
-    task, number, kind = task_of(arguments.bag, arguments.bags)
+    if arguments.undo:
+        task, number, kind = _task_and_bag(arguments.bag, arguments.bags)
+    else:
+        task, number, kind = task_of(arguments.bag, arguments.bags)
     with changing(task.path):
         if arguments.undo:
-            _check_kind(task, number, kind)
-            episode = task.recall(number)
-            print(f'{episode.name} is back in {episode.path}')
+            _bring_back(task, number, kind)
         else:
             _forget(arguments, task, number)
         print(relearnt_sentence(task))
     return 0
 
 
+def _task_and_bag(text: str, bags: Path | None) -> tuple[Any, int | None, str]:
+    """Return task, number and kind of a bag, or of a task alone."""
+    from experience_cli.references import BAGS, task_folder, task_of
+
+    for folder in (Path(text), (bags or BAGS) / text):
+        task = task_folder(folder)
+        if task is not None:
+            return task, None, ''
+    return task_of(text, bags)
+
+
+def _bring_back(task: Any, number: int | None, kind: str) -> None:
+    from msgs_bridge.bag_undo import bring_back, names_of
+
+    if number is not None:
+        _check_kind(task, number, kind)
+    back = bring_back(task, number)
+    print(f'{names_of(back)} {"is" if len(back) == 1 else "are"} back in {task.path}')
+
+
 def _forget(arguments: argparse.Namespace, task: Any, number: int) -> None:
     from experience_cli.references import find_whole_bag, named
+    from msgs_bridge.bag_undo import take_away
 
     find_whole_bag(arguments.bag, arguments.bags)
-    episode = task.forget(number)
+    episode = take_away(task, [number])[0]
     print(f'{episode.name} is forgotten (kept in {episode.path}; `experience forget --undo '
           f'{named(arguments.bag, arguments.bags)}` brings it back)')
 

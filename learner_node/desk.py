@@ -44,6 +44,7 @@ class Desk:
             SetBool, '~/record_demonstration', self._on_record, callback_group=group)
         for name, callback in (
                 ('drop_last', partial(self._on_change, 'drop_last')),
+                ('undo', partial(self._on_change, 'undo')),
                 ('label_success', partial(self._on_change, 'label_last', Label.SUCCESS)),
                 ('label_failure', partial(self._on_change, 'label_last', Label.FAILURE))):
             node.create_service(Trigger, f'~/{name}', callback, callback_group=group)
@@ -73,8 +74,7 @@ class Desk:
             response, self._session.relearn, partial(self._node.relearn_after, change, *values))
 
     def _on_discard(self, _: Any, response: Any) -> Any:
-        return self._at_once(
-            response, self._session.discard, 'the demonstration is thrown away')
+        return self._at_once(response, self._session.discard)
 
     def _on_run(self, _: Any, response: Any) -> Any:
         n = self._session.settings.auto_trials
@@ -96,9 +96,9 @@ class Desk:
         self._node.carry_out(effects)
         return True, ''
 
-    def _at_once(self, response: Any, request: Request, success: str) -> Any:
+    def _at_once(self, response: Any, request: Request, success: str = '') -> Any:
         response.success, text = self._try(request)
-        response.message = text or success
+        response.message = text or success or self._node.said
         return response
 
     async def _after(

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 
 from control_field.grid import Grid
 from control_field.learner import Refresh
@@ -14,6 +13,7 @@ from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
 from msgs_bridge.bag_judgement import judge_bag
 from msgs_bridge.bag_repair import repair_task
+from msgs_bridge.bag_undo import bring_back, names_of, take_away, UNDO
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import read_header
 from msgs_bridge.trial_status import Label
@@ -53,7 +53,7 @@ class Library:
         self._starts = starts
         self._n_asked = 0
         _check_writable(task)
-        self.aside = set_aside(task) if fresh else None
+        self.aside = set_aside(task) if fresh else ''
 
     @property
     def grid(self) -> Grid:
@@ -95,7 +95,7 @@ class Library:
             stays so.
 
         """
-        lines = [f'the bags of before are in {self.aside}'] if self.aside else []
+        lines, self.aside = [self.aside] if self.aside else [], ''
         lines += self._mend()
         self._compare()
         fold = Lessons(self.grid, self.lessons.parameters)
@@ -147,17 +147,31 @@ class Library:
 
     def drop_last(self) -> str:
         """
-        Remove the newest bag and relearn from the others; return what to tell people.
+        Take the newest bag away and relearn from the others; return what to tell people.
 
         Raises
         ------
         BagError
-            If there is none, it cannot be removed, or the others cannot be relearnt from.
+            If there is none, it cannot be moved, or the others cannot be relearnt from.
 
         """
         last = self._last()
-        self.task.remove(last.number)
-        return self._relearn_after(f'{last.name} is dropped')
+        take_away(self.task, [last.number])
+        return self._relearn_after(f'{last.name} is dropped ({UNDO})')
+
+    def undo(self) -> str:
+        """
+        Bring back what was taken away last, and relearn; return what to tell people.
+
+        Raises
+        ------
+        BagError
+            If nothing was taken away, it cannot be moved, or the bags cannot be relearnt from.
+
+        """
+        back = bring_back(self.task)
+        return self._relearn_after(
+            f'{names_of(back)} {"is" if len(back) == 1 else "are"} back')
 
     def label_last(self, label: Label) -> str:
         """
@@ -216,26 +230,21 @@ class Library:
         return poses[(self.n_trials + asked) % len(poses)]
 
 
-def set_aside(task: TaskFolder) -> Path | None:
+def set_aside(task: TaskFolder) -> str:
     """
-    Rename a task's folder so that it begins anew; return where its bags are now.
+    Take all bags of a task away, so that it begins anew; return what to tell people.
 
     Raises
     ------
     BagError
-        If it cannot be renamed.
+        If they cannot be moved.
 
     """
-    if not task.episodes():
-        return None
-    number = 1
-    while (aside := task.path.with_name(f'{task.task}_before_{number}')).exists():
-        number += 1
-    try:
-        task.path.rename(aside)
-    except OSError as error:
-        raise BagError(error_line('set aside', task.path, error)) from None
-    return aside
+    aside = take_away(task, [episode.number for episode in task.episodes()])
+    if not aside:
+        return ''
+    return (f'fresh: {names_of(aside)} {"is" if len(aside) == 1 else "are"} set aside in '
+            f'{aside[0].path.parent} ({UNDO})')
 
 
 def _check_writable(task: TaskFolder) -> None:

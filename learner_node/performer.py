@@ -12,6 +12,7 @@ from learner_node.recorder import BagGoneError, Raw, Recorder
 from learner_node.requests import Requests
 from learner_node.topics import type_name
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind
+from msgs_bridge.bag_undo import THROWN_AWAY, UNDO
 from msgs_bridge.serialized import cdr_from_message
 from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
 
@@ -65,7 +66,7 @@ class Performer:
             case to.Abandon(reason, trial):
                 self._abandon(reason, trial)
             case to.Discard():
-                self._recorder.discard()
+                self._discard()
             case to.Place(pose):
                 self._publications.place(pose, self._node.odometry_time * 1e-9)
             case to.StartTrial():
@@ -88,6 +89,16 @@ class Performer:
         episode: EpisodeFolder | None = self._recorder.close()
         if episode is not None:
             self._node.learn(episode)
+
+    def _discard(self) -> None:
+        """Take a demonstration away, which can be undone; a trial that never began just goes."""
+        if self._recorder.kind is not EpisodeKind.DEMO:
+            self._recorder.discard()
+            return
+        self._write_status(State.ENDED, 0, Outcome.ABORTED, THROWN_AWAY)
+        episode = self._recorder.throw_away()
+        if episode is not None:
+            self._node.say(f'{episode.name} is thrown away ({UNDO})')
 
     def _abandon(self, reason: str, trial: int) -> None:
         if reason and self._recorder.kind is not None:

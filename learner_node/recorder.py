@@ -11,6 +11,7 @@ from typing import Final
 from msgs_bridge.bag_file import BagWriter, start_bag
 from msgs_bridge.bag_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder)
+from msgs_bridge.bag_undo import take_away
 
 
 #: Messages of decisions that may arrive before their trial is recorded: while a demonstration is
@@ -206,7 +207,7 @@ class Recorder:
 
     def discard(self) -> None:
         """
-        Remove the open bag.
+        Remove the open bag, which holds nothing that somebody wants.
 
         Raises
         ------
@@ -218,6 +219,19 @@ class Recorder:
         if writer is not None:
             writer.close()
             self.task.remove(episode_from_path(writer.folder).number)
+
+    def throw_away(self) -> EpisodeFolder | None:
+        """
+        Close the open bag and take it away, so that it can be brought back; return which it was.
+
+        Raises
+        ------
+        BagError
+            If it cannot be finished or moved.
+
+        """
+        episode = self.close()
+        return episode and take_away(self.task, [episode.number])[0]
 
 
 def _identity(path: Path) -> tuple[int, int] | None:

@@ -31,7 +31,8 @@ class Settings:
     task: str = parameter('task', "name of the task, its bags' folder: letters, digits, _ and -")
     bags: str = parameter('bags', "folder of all tasks' bags: the robot's memory")
     fresh: bool = parameter(
-        False, 'begin without the bags that are there; they are set aside, not removed')
+        False, 'begin without the bags that are there; they are set aside, and ~/undo brings them '
+        'back')
     frame_id: str = parameter('odom', 'frame of the workspace')
     rows: int = parameter(20, 'rows of the workspace', unit='cells', low=1, high=2000)
     cols: int = parameter(20, 'columns of the workspace', unit='cells', low=1, high=2000)

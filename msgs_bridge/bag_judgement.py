@@ -8,7 +8,7 @@ from msgs_bridge.bag_records import BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table
 from msgs_bridge.episodes import (
     find_topic, last_of_demonstration, NothingToLearnError, own_trial, read_header)
-from msgs_bridge.trial_status import Label
+from msgs_bridge.trial_status import Label, TrialStatus
 
 
 def judge_bag(folder: Path | str, label: Label) -> None:
@@ -43,19 +43,31 @@ def recorded_label(folder: Path | str) -> Label:
         If it cannot be read, or is none of ours.
 
     """
+    status = recorded_status(folder)
+    return Label.NONE if status is None else status.label
+
+
+def recorded_status(folder: Path | str) -> TrialStatus | None:
+    """
+    Return how a bag says that it ended; None if it does not.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, or is none of ours.
+
+    """
     path = Path(folder)
     try:
         header = read_header(path)
     except NothingToLearnError:
-        return Label.NONE
+        return None
     bag = BagReader(mcap_path(path))
 
     def messages(role: str) -> RawMessages:
         return bag.messages(find_topic(bag.topics, role, header.topics))
 
     if header.kind is EpisodeKind.DEMO:
-        status = last_of_demonstration(messages('trial'))
-    else:
-        rows = decision_table(messages('experience'), header.grid)[0]
-        status = own_trial(messages('trial'), rows)[1]
-    return Label.NONE if status is None else status.label
+        return last_of_demonstration(messages('trial'))
+    rows = decision_table(messages('experience'), header.grid)[0]
+    return own_trial(messages('trial'), rows)[1]

@@ -128,9 +128,9 @@ def test_bags_of_another_workspace_are_refused(ros_domain, tmp_path, header, wor
 def test_fresh_sets_the_bags_aside(ros_domain, tmp_path):
     empty_bag(tmp_path, grid=Grid(10, 12, 0.5))
     with start(tmp_path, fresh=True) as process:
-        wait_until(lambda: 'task_before_1' in process.stderr + process.stdout,
+        wait_until(lambda: 'task/0001 is set aside' in process.stderr + process.stdout,
                    processes=[process], what='a line')
-    assert (tmp_path / 'bags' / 'task_before_1' / '0001_trial').is_dir()
+    assert (tmp_path / 'bags' / 'task' / '.forgotten' / '0001_trial').is_dir()
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

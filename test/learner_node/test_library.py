@@ -100,22 +100,31 @@ class TestLibrary:
         with pytest.raises(ValueError, match='nothing was demonstrated'):
             library_of(TaskFolder(tmp_path, 'new')).next_start(False)
 
-    def test_fresh_keeps_the_old_bags_elsewhere(self, task):
+    def test_fresh_sets_the_old_bags_aside_and_undo_brings_them_back(self, task):
+        field = library_of(task).field().q.tobytes()
         demonstration_bag(task.root)
         library = library_of(task, fresh=True)
         assert library.refresh is None
         assert not task.episodes()
-        assert len(TaskFolder(task.root, 'task1_before_1').episodes()) == 2
-        assert 'task1_before_1' in library.lines[0]
-        assert set_aside(task) is None
+        assert 'task1/0001 and task1/0002 are set aside' in library.lines[0]
+        assert '~/undo, brings' in library.lines[0]
+        assert set_aside(task) == ''
+        assert library.undo().startswith('task1/0001 and task1/0002 are back: ')
+        library.drop_last()
+        assert library.field().q.tobytes() == field
 
     def test_drops_the_newest_bag(self, task):
         field = library_of(task).field().q.tobytes()
         demonstration_bag(task.root, n=300)
         library = library_of(task)
         assert library.field().q.tobytes() != field
-        assert 'task1/0002' in library.drop_last()
+        more = library.field().q.tobytes()
+        assert 'task1/0002 is dropped (b in teleop_node' in library.drop_last()
         assert library.field().q.tobytes() == field
+        assert 'task1/0002 is back' in library.undo()
+        assert library.field().q.tobytes() == more
+        with pytest.raises(BagError, match='nothing was taken away'):
+            library.undo()
 
     def test_heeds_labels(self, task):
         library = library_of(task)
