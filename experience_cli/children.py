@@ -16,6 +16,7 @@ from typing import Any, Final, NoReturn
 
 from experience_cli.errors import UserError
 from msgs_bridge.processes import child_environment
+from msgs_bridge.safe_files import check_folder, open_lock
 
 #: How long a child may take to end by itself, [s].
 PATIENCE: Final = 5.0
@@ -185,10 +186,11 @@ def _variables(values: Mapping[str, str]) -> Iterator[None]:
 @contextmanager
 def _free_domain() -> Iterator[int]:
     folder = Path(tempfile.gettempdir()) / f'experience_controller_domains_{os.getuid()}'
-    folder.mkdir(exist_ok=True)
+    check_folder(folder)
+    folder.mkdir(0o700, exist_ok=True)
     first = os.getpid() % len(DOMAINS)
     for domain in DOMAINS[first:] + DOMAINS[:first]:
-        with (folder / str(domain)).open('w') as lock:
+        with os.fdopen(open_lock(folder / str(domain)), 'rb') as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:

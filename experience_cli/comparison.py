@@ -21,6 +21,7 @@ from experience_cli.recording import Recording
 from experience_cli.references import find_whole_bag, task_folder
 from experience_cli.relearning import fold
 from experience_cli.summary import grid_text
+from msgs_bridge.safe_files import open_regular
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +115,7 @@ def side_from(text: str, bags: Path | None) -> Side:
 
 def _side_from_file(path: Path) -> Side:
     try:
-        with path.open('rb') as stream, np.load(stream, allow_pickle=False) as file:
+        with open_regular(path) as stream, np.load(stream, allow_pickle=False) as file:
             return _side_from_arrays(path, dict(file))
     except OSError as error:
         raise UserError(f'cannot read {path}: {error.strerror or error}') from None

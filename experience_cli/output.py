@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from experience_cli.errors import UserError
+from msgs_bridge.safe_files import replace_file
 
 
 def write_output(path: Path, write: Callable[[BinaryIO], object]) -> None:
@@ -38,10 +39,4 @@ def write_whole(path: Path, content: bytes) -> None:
     if path.exists() and not path.is_file():
         path.write_bytes(content)
         return
-    path = path.resolve()
-    part = path.with_name(path.name + '.part')
-    try:
-        part.write_bytes(content)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    replace_file(path.resolve(), content)

@@ -16,6 +16,7 @@ from msgs_bridge.bag_repair import repair_task
 from msgs_bridge.bag_undo import bring_back, names_of, take_away, UNDO
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import read_header
+from msgs_bridge.safe_files import draft_beside
 from msgs_bridge.trial_status import Label
 
 
@@ -251,8 +252,8 @@ def _check_writable(task: TaskFolder) -> None:
     probe = task.path / '.writable'
     try:
         task.path.mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
+        with draft_beside(probe):
+            pass
     except OSError as error:
         raise BagError(error_line('record into', task.path, error)
                        + '; set the parameter bags to a folder that can be written') from None

@@ -8,9 +8,10 @@ import numpy as np
 
 from msgs_bridge.bag_files import (
     BagFiles, differing_count, files_of_file, files_of_folder, is_cut)
-from msgs_bridge.bag_folder import BagError
+from msgs_bridge.bag_folder import BagError, error_line
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.mcap_scan import CompressedError
+from msgs_bridge.safe_files import open_regular
 
 
 def open_bag(path: Path | str) -> Bag:
@@ -29,10 +30,13 @@ def open_bag(path: Path | str) -> Bag:
 
     """
     path = Path(path)
-    if path.exists() and not path.is_dir() and not path.is_file():
-        raise BagError(f'cannot read {path}: it is no regular file')
-    files = files_of_folder(path) if path.is_dir() else files_of_file(path)
-    parts = [_open_part(file, files) for file in files.paths]
+    try:
+        files = files_of_folder(path) if path.is_dir() else files_of_file(path)
+        # A file that a person named may be a link; what a folder holds does not lead out of it.
+        within = path if path.is_dir() else None
+        parts = [_open_part(file, files, within) for file in files.paths]
+    except OSError as error:
+        raise BagError(error_line('read', path, error)) from None
     notes = [*files.notes, *(note for part in parts for note in getattr(part, 'notes', ()))]
     if path.is_dir() and not any(map(missing_from, parts)):
         notes += filter(None, [differing_count(files, _count(parts))])
@@ -148,10 +152,11 @@ def _count(parts: Sequence[Bag]) -> int:
     return sum(sum(part.counts.values()) for part in parts)
 
 
-def _open_part(path: Path, files: BagFiles) -> Bag:
+def _open_part(path: Path, files: BagFiles, within: Path | None) -> Bag:
     """Open one of a bag's files."""
     if not path.exists():
         raise BagError(f'cannot read {path}: there is no such bag')
+    open_regular(path, within).close()
     part = _open_file(path)
     if files.description is None or files.description.compression != 'message':
         return part
@@ -161,8 +166,6 @@ def _open_part(path: Path, files: BagFiles) -> Bag:
 
 
 def _open_file(path: Path) -> Bag:
-    if not path.is_file():
-        raise BagError(f'cannot read {path}: it is no regular file')
     if path.suffix == '.bag' or path.name.endswith('.bag.active'):
         # Slow to import, like what follows, and most bags are ours.
         from msgs_bridge.ros1_bag import Ros1Bag
@@ -170,7 +173,7 @@ def _open_file(path: Path) -> Bag:
         return Ros1Bag(path)
     if path.suffix == '.mcap':
         try:
-            return BagReader(path)
+            return BagReader(path, follow=True)
         except CompressedError:
             from msgs_bridge.foreign_bag import check_sizes, CutBag
 

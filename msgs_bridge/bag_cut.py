@@ -10,6 +10,7 @@ from msgs_bridge.bag_metadata import NAME
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.bag_repair import needs_repair
 from msgs_bridge.mcap_scan import MAGIC
+from msgs_bridge.safe_files import open_regular, read_bytes
 
 #: How many messages a bag held when it was closed: in ``metadata.yaml``, of all topics and files.
 _COUNT: Final = re.compile(rb'^  message_count: (\d{1,18})\r?$', re.MULTILINE)
@@ -29,7 +30,7 @@ def has_its_end(folder: Path | str) -> bool:
     try:
         if not (folder / NAME).exists() or not mcap_path(folder).exists():
             return False
-        with mcap_path(folder).open('rb') as file:
+        with open_regular(mcap_path(folder), folder) as file:
             if file.seek(0, 2) <= 2 * len(MAGIC):
                 return False
             file.seek(-len(MAGIC), 2)
@@ -76,7 +77,7 @@ def missing_of_bag(folder: Path | str) -> str:
 def _n_recorded(folder: Path) -> int:
     """Return how many messages a bag held when it was closed; 0 if it never was."""
     try:
-        found = _COUNT.search((folder / NAME).read_bytes())
+        found = _COUNT.search(read_bytes(folder / NAME, within=folder))
     except OSError:
         return 0
     return int(found[1]) if found else 0

@@ -15,7 +15,8 @@ from control_field.words import counted
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_metadata import NAME
 from msgs_bridge.mcap_scan import MAGIC
-from msgs_bridge.safe_files import open_regular, read_text, yaml_from_text
+from msgs_bridge.safe_files import (
+    BoundlessYamlError, open_regular, read_text, yaml_from_text)
 
 #: How the files end that hold messages, those that are read first of several copies before others.
 ENDINGS: Final = ('.mcap', '.db3', '.bag', '.mcap.zstd', '.db3.zstd')
@@ -84,7 +85,7 @@ def read_description(folder: Path) -> Description | None:
     Raises
     ------
     BagError
-        If it is no regular file, or too large.
+        If it is no regular file, too large, or may stand for more than memory holds.
 
     """
     try:
@@ -95,6 +96,8 @@ def read_description(folder: Path) -> Description | None:
         raise BagError(f'cannot read {folder / NAME}: {error.strerror or error}') from None
     try:
         said = yaml_from_text(text)
+    except BoundlessYamlError as error:
+        raise BagError(f'cannot read {folder / NAME}: {error}') from None
     except ValueError:
         return None
     about = said.get('rosbag2_bagfile_information') if isinstance(said, dict) else None

@@ -19,6 +19,8 @@ from typing import Final
 from msgs_bridge.bag_lock import (
     IN_USE, is_in_use, lock, open_lock, REMOVED, sweep, taken)
 from msgs_bridge.foreign_text import printable
+from msgs_bridge.safe_files import check_folder, OddFileError
+from msgs_bridge.safe_files import open_lock as open_lock_file
 
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
 _EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
@@ -90,6 +92,9 @@ def mcap_path(folder: Path) -> Path:
 
 def error_line(action: str, path: Path, error: OSError) -> str:
     """Say in one line what could not be done, where and why."""
+    if isinstance(error, OddFileError):
+        path = Path(error.filename)
+        return f'cannot {action} {path}: {error.strerror}'
     return f'cannot {action} {path}: {(error.strerror or str(error)).lower()}'
 
 
@@ -166,6 +171,8 @@ class TaskFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             file = open_lock(self.path)
+        except OddFileError as error:
+            raise BagError(error_line('use', self.path, error)) from None
         except OSError as error:
             raise BagError(error_line('record into', self.path, error) + '; set the parameter '
                            'bags to a folder that can be written') from None
@@ -199,7 +206,12 @@ class TaskFolder:
             If the folder cannot be read.
 
         """
-        return _episodes_in(self.path / _FORGOTTEN)
+        folder = self.path / _FORGOTTEN
+        try:
+            check_folder(folder)
+        except OSError as error:
+            raise BagError(error_line('use', folder, error)) from None
+        return _episodes_in(folder)
 
     def find(self, number: int) -> EpisodeFolder:
         """
@@ -294,6 +306,7 @@ class TaskFolder:
         path = folder / episode.path.name
         try:
             with self._locked():
+                check_folder(folder)
                 folder.mkdir(exist_ok=True)
                 if any(other.number == episode.number for other in _episodes_in(folder)):
                     raise BagError(f'there is a bag {episode.number:04d} in {folder} already')
@@ -305,7 +318,7 @@ class TaskFolder:
     @contextmanager
     def _locked(self) -> Iterator[None]:
         """Hold the folder's lock; the system lets go of it when the process dies."""
-        file = os.open(self.path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        file = open_lock_file(self.path / _LOCK)
         try:
             fcntl.flock(file, fcntl.LOCK_EX)
             yield
@@ -337,6 +350,8 @@ def changing(folder: Path, make: bool = False) -> Iterator[None]:
         if is_new:
             folder.mkdir(parents=True)
         file = open_lock(folder)
+    except OddFileError as error:
+        raise BagError(error_line('use', folder, error)) from None
     except OSError:
         file = None
     try:

@@ -6,6 +6,7 @@ from typing import Final
 
 from msgs_bridge.bag_folder import BagError, error_line
 from msgs_bridge.bag_metadata import NAME, with_note, write_atomically
+from msgs_bridge.safe_files import read_bytes, read_text
 from msgs_bridge.trial_status import Label
 
 #: The key in rosbag2's ``custom_data``.
@@ -38,7 +39,7 @@ def read_label(folder: Path | str) -> Label | None:
     """
     path = Path(folder) / NAME
     try:
-        found = _SAID.search(path.read_bytes())
+        found = _SAID.search(read_bytes(path, within=folder))
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -83,11 +84,13 @@ def write_label(folder: Path | str, label: Label | None) -> None:
     """
     path = Path(folder) / NAME
     try:
-        text = path.read_text()
+        text = read_text(path, within=folder)
     except FileNotFoundError:
         raise BagError(f'{folder} was not closed, it has no {NAME}: mend it with '
                        f'`experience repair {folder}`') from None
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise BagError(error_line('read', path, error)) from None
+    except UnicodeDecodeError as error:
         raise BagError(f'cannot read {path}: {error}') from None
     value = None if label is None else str(label) or _NONE
     write_atomically(path, with_note(text, KEY, value, path).encode())

@@ -1,10 +1,13 @@
 """Whose a task's folder is: a learner's for as long as it lives, a command's while it works."""
 
+from contextlib import suppress
 import fcntl
 import os
 from pathlib import Path
 import shutil
 from typing import Final
+
+from msgs_bridge import safe_files
 
 #: The file that is locked; the system lets go of it when the process ends, however it ends.
 IN_USE: Final = '.in_use'
@@ -16,8 +19,18 @@ TRIM: Final = '.trim-'
 
 
 def open_lock(folder: Path) -> int:
-    """Open the file that is locked, and make it if need be; raises OSError."""
-    return os.open(folder / IN_USE, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    """
+    Open the file that is locked, and make it if need be.
+
+    Raises
+    ------
+    OddFileError
+        If it is a link, or no regular file.
+    OSError
+        If it cannot be opened or made.
+
+    """
+    return safe_files.open_lock(folder / IN_USE)
 
 
 def lock(file: int) -> bool:
@@ -32,7 +45,7 @@ def lock(file: int) -> bool:
 def is_in_use(folder: Path) -> bool:
     """Tell whether a learner records into a task's folder, or a command changes bags in it."""
     try:
-        file = os.open(folder / IN_USE, os.O_RDONLY | os.O_CLOEXEC)
+        file = safe_files.open_lock(folder / IN_USE, create=False)
     except OSError:
         return False
     try:
@@ -52,3 +65,6 @@ def sweep(folder: Path) -> None:
     for name in (REMOVED, MAKING, TRIM):
         for path in folder.glob(f'{name}*'):
             shutil.rmtree(path, ignore_errors=True)
+    for path in folder.glob(f'[0-9]*/.*{safe_files.DRAFT}'):
+        with suppress(OSError):
+            path.unlink()

@@ -9,6 +9,7 @@ import re
 from typing import Any, Final
 
 from msgs_bridge.bag_folder import BagError, error_line
+from msgs_bridge.safe_files import read_text, replace_file, yaml_from_text
 
 NAME: Final = 'metadata.yaml'
 _FOREVER: Final = '\n    sec: 9223372036\n    nsec: 854775807'
@@ -69,13 +70,10 @@ def known_qos(topic: str) -> OfferedQos:
 
 
 def read_yaml(text: str) -> Any:
-    """Return what a text in YAML says, in plain types; None if it is no such text."""
-    import yaml  # type: ignore[import-untyped, unused-ignore]
-
+    """Return what a text in YAML says, in plain types; None if it is none, or has no bounds."""
     try:
-        # Not the loader in C: lists within lists in lists, a few thousand deep, crash it.
-        return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError):
+        return yaml_from_text(text)
+    except ValueError:
         return None
 
 
@@ -241,7 +239,7 @@ def with_note(text: str, key: str, value: str | None, path: Path) -> str:
 def has_metadata(folder: Path) -> bool:
     """Tell whether a bag's folder has a ``metadata.yaml`` that can be read."""
     try:
-        content = read_yaml((folder / NAME).read_text())
+        content = read_yaml(read_text(folder / NAME, within=folder))
     except (FileNotFoundError, UnicodeDecodeError):
         return False
     found = content.get('rosbag2_bagfile_information') if isinstance(content, dict) else None
@@ -261,7 +259,7 @@ def write_metadata(folder: Path, summary: BagSummary) -> None:
     text = 'rosbag2_bagfile_information:\n' + _indented(summary.to_yaml(), 2) + '\n'
     path = folder / NAME
     with suppress(OSError, UnicodeDecodeError):
-        text = with_custom_data(text, custom_data(path.read_text()), path)
+        text = with_custom_data(text, custom_data(read_text(path, within=folder)), path)
     write_atomically(path, text.encode())
 
 
@@ -275,23 +273,7 @@ def write_atomically(path: Path, content: bytes) -> None:
         If it cannot be written.
 
     """
-    draft = path.with_name(path.name + '.tmp')
     try:
-        with draft.open('wb') as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(path)
-        sync_folder(path.parent)
+        replace_file(path, content)
     except OSError as error:
-        draft.unlink(missing_ok=True)
         raise BagError(error_line('write', path, error)) from None
-
-
-def sync_folder(folder: Path) -> None:
-    """Make a rename in a folder survive a power cut."""
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

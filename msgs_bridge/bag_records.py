@@ -12,6 +12,7 @@ import numpy.typing as npt
 from msgs_bridge.bag_folder import BagError, error_line
 from msgs_bridge.mcap_index import message_heads, read_index, take
 from msgs_bridge.mcap_scan import Channel, McapIndex, MESSAGE, RECORD, scan
+from msgs_bridge.safe_files import open_regular
 
 _NOTHING: Final = np.zeros(0, dtype=np.int64)
 
@@ -97,6 +98,8 @@ class BagReader:
         The file; it is mapped, and read as far as it is asked for.
     verify : bool
         Whether to compare all chunks with their checksums: those that do not match are left out.
+    follow : bool
+        Whether the file may be a link that leads out of its folder: for paths a person typed.
 
     Raises
     ------
@@ -107,9 +110,11 @@ class BagReader:
 
     """
 
-    def __init__(self, path: Path | str, verify: bool = False) -> None:
+    def __init__(
+        self, path: Path | str, verify: bool = False, follow: bool = False,
+    ) -> None:
         self.path = Path(path)
-        data = _mapped(self.path)
+        data = _mapped(self.path, None if follow else self.path.parent)
         try:
             self._data, self._index = self._read(data, verify)
         except BagError as error:
@@ -192,12 +197,10 @@ class BagReader:
         raise BagError(f'cannot read {self.path}: its messages overlap')
 
 
-def _mapped(path: Path) -> memoryview:
+def _mapped(path: Path, within: Path | None) -> memoryview:
     """Map a file into memory."""
     try:
-        if path.exists() and not path.is_file():
-            raise BagError(f'cannot read {path}: it is no regular file')
-        with path.open('rb') as file:
+        with open_regular(path, within) as file:
             # An empty file cannot be mapped.
             if file.seek(0, 2) == 0:
                 return memoryview(b'')

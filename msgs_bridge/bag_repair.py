@@ -11,10 +11,11 @@ from control_field.words import counted
 from msgs_bridge.bag_file import McapFile, TOPIC
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line, mcap_path, TaskFolder
 from msgs_bridge.bag_metadata import (
-    BagSummary, has_metadata, is_qos, known_qos, NAME, sync_folder, TopicSummary, write_metadata)
+    BagSummary, has_metadata, is_qos, known_qos, NAME, TopicSummary, write_metadata)
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.episode_header import HEADER_NAME
 from msgs_bridge.mcap_scan import Channel
+from msgs_bridge.safe_files import new_name_beside, sync_folder
 from msgs_bridge.type_definitions import message_definition
 
 #: Ending of the file as it was found, where bytes of it had to be dropped.
@@ -126,7 +127,7 @@ def repair_bag(folder: Path | str) -> RepairReport:
     try:
         if not path.exists():
             _check_empty(folder)
-            path.touch()
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644))
         reader = BagReader(path, verify=True)
         kept = None
         if reader.damage:
@@ -178,8 +179,7 @@ def _check_empty(folder: Path) -> None:
 
 def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
     """Write all that is readable into a new file, and let it take the old one's place."""
-    draft = path.with_suffix('.mcap.tmp')
-    draft.unlink(missing_ok=True)
+    draft = new_name_beside(path)
     headers = [values for name, values in reader.metadata if name == HEADER_NAME]
     try:
         file = McapFile(draft, headers[0] if headers else None)

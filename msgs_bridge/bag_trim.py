@@ -8,10 +8,11 @@ from typing import Final
 
 from msgs_bridge.bag_file import McapFile
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line
-from msgs_bridge.bag_metadata import BagSummary, sync_folder, write_metadata
+from msgs_bridge.bag_metadata import BagSummary, NAME, write_metadata
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.bag_repair import summary_of_file
 from msgs_bridge.episode_header import HEADER_NAME
+from msgs_bridge.safe_files import read_bytes, sync_folder
 
 #: What the whole recording is called beside the cut one; no reader takes it for a bag.
 WHOLE: Final = '.whole'
@@ -61,7 +62,7 @@ def cut_copy(episode: EpisodeFolder, folder: Path, first: int, last: int) -> Bag
             file.abandon()
             raise
         summary = file.finish(path.name)
-        shutil.copyfile(episode.path / 'metadata.yaml', folder / 'metadata.yaml')
+        (folder / NAME).write_bytes(read_bytes(episode.path / NAME, within=episode.path))
     except OSError as error:
         raise BagError(error_line('write', path, error)) from None
     write_metadata(folder, summary)

@@ -17,13 +17,12 @@ from rosbags.rosbag2.storage_mcap import decompress
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_metadata import NAME
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
+from msgs_bridge.bounded_unpacking import check_packed, MOST_OF_A_CHUNK, unpack_all
 from msgs_bridge.mcap_scan import (
     CHANNEL_OP, CHUNK_OP, Cursor, cut_chunk, MAGIC, McapIndex, MESSAGE_OP, RECORD, Scan, scan,
     SCHEMA_OP, START, U4, U8)
 from msgs_bridge.sqlite_recovery import recovered
 
-#: Largest chunk that is unpacked, [bytes]; recorders write them of 1 to 16 MiB.
-_MOST_UNPACKED: Final = 2**28
 #: What of a file is copied; all else says where things lie in it, or is none of the bag's.
 _COPIED: Final = (SCHEMA_OP, CHANNEL_OP, MESSAGE_OP)
 
@@ -46,6 +45,7 @@ class ForeignBag:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
+        check_packed(self.path)
         copy = recovered(self.path) if self.path.suffix == '.db3' else None
         if copy:
             weakref.finalize(self, shutil.rmtree, copy.path.parent, ignore_errors=True)
@@ -140,24 +140,12 @@ class UnpackedMessages:
         """
         found = self.packed.messages(topic)
         try:
-            unpacked = [_unpacked(message) for message in found]
+            unpacked = unpack_all(found)
         # What decompressors raise is of many types.
         except Exception as error:
             raise BagError(f'cannot read {self.path}: a message of {topic} cannot be unpacked: '
                            f'{error}') from None
         return RawMessages.of(topic, found.type_name, unpacked, found.log_times.tolist())
-
-
-def _unpacked(message: bytes) -> bytes:
-    """Unpack a message that zstd has packed, and that says before how large it becomes."""
-    # RFC 8878: magic, a byte of flags, then a byte of window and an id of a dictionary, or not.
-    flags = message[4] if len(message) > 4 else 0
-    at = 5 + (not flags & 0x20) + (0, 1, 2, 4)[flags & 3]
-    n = (1 if flags & 0x20 else 0, 2, 4, 8)[flags >> 6]
-    size = int.from_bytes(message[at:at + n], 'little') + (256 if n == 2 else 0)
-    if size > _MOST_UNPACKED:
-        raise ValueError(f'it has {size} bytes unpacked, must be at most {_MOST_UNPACKED}')
-    return decompress(message, 'zstd', size, 0)
 
 
 class CutBag(BagReader):
@@ -220,9 +208,9 @@ class _Sizes(Scan):
 
     def _chunk(self, start: int, chunk_end: int, end: int) -> None:
         size = Cursor(self.data, start + RECORD + 16, min(chunk_end, end)).number(U8)
-        if size > _MOST_UNPACKED:
+        if size > MOST_OF_A_CHUNK:
             raise BagError(f'the chunk at byte {start} has {size} bytes unpacked, must be at most '
-                           f'{_MOST_UNPACKED}')
+                           f'{MOST_OF_A_CHUNK}')
         self.at = chunk_end
 
 

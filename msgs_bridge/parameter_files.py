@@ -7,7 +7,7 @@ from pathlib import Path
 import re
 from typing import Any, Final
 
-import yaml  # type: ignore[import-untyped, unused-ignore]
+from msgs_bridge.safe_files import read_text, yaml_from_text
 
 _PARAMETERS: Final = 'ros__parameters'
 #: Nodes of ours, which may share a file, and how alike a name is that was meant to be another.
@@ -26,8 +26,8 @@ def sections_of(path: Path) -> dict[str, Any]:
     ``robot1/learner_node``. What is no parameter file has no sections; ROS says what is wrong
     with it.
     """
-    with suppress(OSError, ValueError, RecursionError, yaml.YAMLError):
-        return dict(_sections(yaml.safe_load(path.read_text())))
+    with suppress(OSError, ValueError):
+        return dict(_sections(yaml_from_text(read_text(path))))
     return {}
 
 
@@ -92,6 +92,8 @@ def problem_with_file(path: Path, full_name: str, names: Collection[str]) -> str
 
     """
     sections = list(sections_of(path))
+    if not sections and path.exists() and not path.is_file():
+        return ''  # a pipe, which ROS has read and nobody can read again
     if not sections:
         return f'{path} has no section, so that nothing in it is for {full_name}'
     meant = [section for section in sections if _is_meant(section, names)]

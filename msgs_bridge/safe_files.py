@@ -29,6 +29,8 @@ _USUAL_MODE: Final = 0o666 & ~(_mask := os.umask(0o077))
 os.umask(_mask)
 #: What the name of a file that is being written ends in, behind some letters nobody knows before.
 DRAFT: Final = '.tmp'
+#: So much of its name stands before them: names are at most 255 bytes long.
+_MOST_NAME: Final = 50
 
 
 class OddFileError(OSError):
@@ -46,6 +48,10 @@ class OddFileError(OSError):
 
     def __init__(self, path: Path | str, problem: str) -> None:
         super().__init__(errno.EINVAL, problem, str(path))
+
+
+class BoundlessYamlError(ValueError):
+    """A text in YAML that may stand for more than memory holds; the message is one line."""
 
 
 def open_regular(path: Path | str, within: Path | str | None = None) -> BinaryIO:
@@ -134,13 +140,18 @@ def yaml_from_text(text: str | bytes) -> Any:
 
     Raises
     ------
+    BoundlessYamlError
+        If it is nested too deeply, or has aliases (``*name``) or merge keys (``<<``): a few lines
+        of those can stand for more than memory holds.
     ValueError
-        If it is no YAML, is nested too deeply, or has aliases (``*name``) or merge keys (``<<``):
-        a few lines of those can stand for more than memory holds. One line, without the file.
+        If it is no YAML. Both are one line, without the file.
 
     """
     import yaml  # type: ignore[import-untyped, unused-ignore]
 
+    if len(text) > MOST_BYTES:
+        raise BoundlessYamlError(
+            f'it has {len(text)} bytes, YAML of this kind has at most {MOST_BYTES}')
     # In C 20 times as fast; without a bound of the depth it would crash.
     loader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
     try:
@@ -184,7 +195,7 @@ def draft_beside(path: Path) -> Iterator[Path]:
 
     What is still there at the end goes again. `is_draft` tells what a kill has left.
     """
-    handle, name = tempfile.mkstemp(DRAFT, f'.{path.name}.', path.parent)
+    handle, name = tempfile.mkstemp(DRAFT, f'.{path.name[:_MOST_NAME]}.', path.parent)
     os.fchmod(handle, _USUAL_MODE)
     os.close(handle)
     draft = Path(name)
@@ -193,6 +204,11 @@ def draft_beside(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             draft.unlink()
+
+
+def new_name_beside(path: Path) -> Path:
+    """Return a name for a draft beside a file that nobody can know before; no file is made."""
+    return path.with_name(f'.{path.name[:_MOST_NAME]}.{os.urandom(6).hex()}{DRAFT}')
 
 
 def is_draft(name: str) -> bool:
@@ -291,12 +307,14 @@ def _check_events(yaml: Any, events: Any) -> None:
     depth = 0
     for number, event in enumerate(events):
         if isinstance(event, yaml.AliasEvent):
-            raise ValueError(f'it has an alias (*{event.anchor}){_line(event.start_mark)}, which '
-                             f'is not followed: write out what it stands for')
+            raise BoundlessYamlError(
+                f'it has an alias (*{event.anchor}){_line(event.start_mark)}, which is not '
+                f'followed: write out what it stands for')
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
         if depth > _MOST_DEPTH or number > _MOST_EVENTS:
-            raise ValueError(f'it has more than {_MOST_DEPTH} levels or {_MOST_EVENTS} entries')
+            raise BoundlessYamlError(
+                f'it has more than {_MOST_DEPTH} levels or {_MOST_EVENTS} entries')
         if isinstance(event, yaml.ScalarEvent):
             _check_word(event)
 
@@ -304,10 +322,12 @@ def _check_events(yaml: Any, events: Any) -> None:
 def _check_word(event: Any) -> None:
     is_plain = event.implicit[0] or event.tag
     if is_plain and event.value == '<<':
-        raise ValueError(f'it has a merge key (<<){_line(event.start_mark)}, which is not '
-                         f'followed: write out what it stands for')
+        raise BoundlessYamlError(
+            f'it has a merge key (<<){_line(event.start_mark)}, which is not followed: write out '
+            f'what it stands for')
     if is_plain and len(event.value) > _MOST_WORD:
-        raise ValueError(f'it has a word of {len(event.value)} letters{_line(event.start_mark)}')
+        raise BoundlessYamlError(
+            f'it has a word of {len(event.value)} letters{_line(event.start_mark)}')
 
 
 def _line(mark: Any) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 from control_field.grid import MOST_CELLS
+from msgs_bridge.safe_files import OddFileError, open_regular
 
 #: The most cells along one side.
 _LONGEST: Final = 100_000
@@ -33,9 +34,9 @@ def open_map(path: Path) -> BinaryIO:
             raise WorldError(path, 'is a folder, name the map file in it')
         if not path.exists():
             raise WorldError(path, 'there is no such file, check the name')
-        if not path.is_file():
-            raise WorldError(path, 'is no regular file, name a map file')
-        return path.open('rb')
+        return open_regular(path)
+    except OddFileError:
+        raise WorldError(path, 'is no regular file, name a map file') from None
     except OSError as error:
         raise WorldError(path, f'cannot be read ({error.strerror}), check the path and its '
                                'permissions') from error

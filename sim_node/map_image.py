@@ -31,6 +31,9 @@ _OTHERS: Final = (
     (b'GIF8', 'GIF'), (b'II*\0', 'TIFF'), (b'MM\0*', 'TIFF'), (b'RIFF', 'WebP'), (b'%PDF', 'PDF'),
     (b'<svg', 'SVG'), (b'<?xml', 'SVG'), (b'version https://git-lfs', 'Git LFS'),
 )
+#: Most bytes of a PNM's header with its comments, and of a number in plain text with its blanks.
+_MOST_HEADER, _MOST_NUMBER = 64 * 1024, 12
+_COMMENT: Final = re.compile(rb'#[^\r\n]*')
 #: How far behind the pixels is looked for something other than blanks.
 _MAX_TAIL: Final = 1024
 _BLANKS: Final = np.frombuffer(b' \t\n\r\v\f', np.uint8)
@@ -78,6 +81,8 @@ def read_pixels(path: Path) -> Pixels:
             with warnings.catch_warnings():
                 warnings.simplefilter('error')
                 kind, image_class = _format_of(path, file)
+                if kind == 'PNM':
+                    _check_header(path, file)
                 with image_class(file) as image:
                     check_size(path, image.height, image.width)
                     _check_length(path, file, image)
@@ -101,10 +106,30 @@ def _format_of(path: Path, file: BinaryIO) -> tuple[str, Any]:
     raise WorldError(path, 'is no image (PGM, PNG, BMP or JPEG) by its content, check the name')
 
 
+def _check_header(path: Path, file: BinaryIO) -> None:
+    """Refuse a header that does not end: Pillow reads comments letter by letter."""
+    head = file.read(_MOST_HEADER)
+    is_longer = bool(file.read(1))
+    file.seek(0)
+    if is_longer and len(_COMMENT.sub(b'', head).split(maxsplit=4)) < 4:
+        raise WorldError(path, f'has a header of more than {_MOST_HEADER} bytes, take the '
+                               f'comments out of it')
+
+
+def _check_plain_size(path: Path, file: BinaryIO, n_numbers: int) -> None:
+    """Refuse an image in plain text with much more text than pixels."""
+    most = n_numbers * _MOST_NUMBER + _MOST_HEADER
+    if os.fstat(file.fileno()).st_size > most:
+        raise WorldError(path, f'has more than {most} bytes for {n_numbers} numbers, take the '
+                               f'comments out of it or save it as PNG')
+
+
 def _check_length(path: Path, file: BinaryIO, image: Image.Image) -> None:
     """Refuse a PGM with more or fewer pixels than its header says."""
     file.seek(0)
     kind = file.read(2)
+    if kind in (b'P1', b'P2', b'P3'):
+        _check_plain_size(path, file, image.width * image.height * (3 if kind == b'P3' else 1))
     if kind == b'P2':
         _check_numbers(path, file.read(), image.width * image.height)
     if kind != b'P5':
@@ -120,7 +145,7 @@ def _check_length(path: Path, file: BinaryIO, image: Image.Image) -> None:
 
 def _check_numbers(path: Path, text: bytes, n_pixels: int) -> None:
     """Refuse a PGM in plain text with more or fewer numbers than pixels."""
-    is_blank = np.isin(np.frombuffer(re.sub(rb'#[^\r\n]*', b'', text), np.uint8), _BLANKS)
+    is_blank = np.isin(np.frombuffer(_COMMENT.sub(b'', text), np.uint8), _BLANKS)
     # Width, height and the value of white stand before the pixels.
     n_there = int((is_blank[:-1] & ~is_blank[1:]).sum()) - 3
     if n_there != n_pixels:

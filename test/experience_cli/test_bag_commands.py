@@ -328,7 +328,7 @@ def test_a_pipe_is_no_bag_and_is_not_waited_for(task, mistake, words):
     bag = task.find(2).bag
     bag.unlink()
     os.mkfifo(bag)
-    assert 'is no regular file' in mistake('learn', *words)
+    assert 'must be a regular file' in mistake('learn', *words)
 
 
 def test_links_do_not_lead_out_of_the_bags_folder(task, experience, mistake, tmp_path):

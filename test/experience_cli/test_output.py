@@ -1,6 +1,7 @@
 """Files that commands write."""
 
 from pathlib import Path
+import resource
 
 import pytest
 
@@ -19,10 +20,22 @@ def test_a_file_is_written_in_a_new_folder(tmp_path):
 def test_what_was_there_stays_if_it_cannot_be_written(tmp_path):
     path = tmp_path / 'file'
     path.write_bytes(b'before')
-    (tmp_path / 'file.part').mkdir()
-    with pytest.raises(UserError, match='cannot write'):
-        write_output(path, lambda file: file.write(b'after'))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (3, before[1]))
+    try:
+        with pytest.raises(UserError, match='cannot write'):
+            write_output(path, lambda file: file.write(b'after'))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert path.read_bytes() == b'before'
+    assert [each.name for each in tmp_path.iterdir()] == ['file']
+
+
+def test_a_link_that_waits_for_the_file_in_the_making_is_not_followed(tmp_path):
+    (tmp_path / 'victim').write_bytes(b'mine')
+    (tmp_path / 'file.part').symlink_to('victim')
+    write_output(tmp_path / 'file', lambda file: file.write(b'ours'))
+    assert (tmp_path / 'victim').read_bytes() == b'mine'
 
 
 def test_a_full_disk_is_one_line():

@@ -1,0 +1,266 @@
+"""Links, pipes, devices and endless files in a bag's folder: nothing hangs, nothing gets out."""
+
+from contextlib import contextmanager
+import os
+from pathlib import Path
+import resource
+import shutil
+import signal
+
+import pytest
+from rosbags.rosbag2 import CompressionMode, reader as rosbags_reader, StoragePlugin
+
+from experience_cli.main import main
+from foreign_bags import foreign_bag
+from msgs_bridge.any_bag import open_bag
+from msgs_bridge.bag_folder import BagError, mcap_path, TaskFolder
+from msgs_bridge.bag_repair import repair_task
+from msgs_bridge.bounded_unpacking import _lz4, MOST_OF_A_BAG, unpack
+from sample_helpers import sample_copy
+
+SECONDS = 30
+MEMORY = 2 * 2**30
+BOMB = '\n'.join(['a0: &a0 [x, x]', *(
+    f'a{i}: &a{i} [*a{i - 1}, *a{i - 1}]' for i in range(1, 40))])
+
+
+@contextmanager
+def bounded():
+    """Let what takes too long, or too much memory, fail instead of taking the machine along."""
+    def ring(number, frame):
+        raise AssertionError(f'it hangs for {SECONDS} s')
+
+    used = int(Path('/proc/self/statm').read_text().split()[0]) * resource.getpagesize()
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    handler = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(SECONDS)
+    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, handler)
+
+
+def said(capsys, *arguments):
+    """Run a command; return its exit code, and what it said."""
+    capsys.readouterr()
+    with bounded():
+        code = main(list(arguments))
+    return code, capsys.readouterr()
+
+
+@pytest.fixture
+def task(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return sample_copy(tmp_path)
+
+
+@pytest.fixture
+def victim(tmp_path):
+    path = tmp_path / 'victim'
+    path.write_text('mine')
+    return path
+
+
+def sparse(path):
+    with path.open('wb') as file:
+        file.truncate(200 * 2**20)
+
+
+ODD = {
+    'pipe': os.mkfifo, 'endless': lambda path: path.symlink_to('/dev/zero'),
+    'folder': lambda path: path.mkdir(), 'huge': sparse,
+    'out': lambda path: path.symlink_to(path.parent.parent.parent.parent / 'victim')}
+COMMANDS = [('show', 'sample/0002'), ('label', 'sample/0002', 'failure'),
+            ('repair', 'bags/sample/0002_trial'), ('learn', 'bags/sample')]
+
+
+@pytest.mark.parametrize('kind', ODD)
+def test_odd_metadata_harms_nobody(task, victim, capsys, kind):
+    path = task.find(2).path / 'metadata.yaml'
+    path.unlink()
+    ODD[kind](path)
+    code, output = said(capsys, 'list')
+    assert code == 0
+    assert [line.split()[2] for line in output.out.splitlines()[1:4]] == [
+        'kept', 'unreadable', 'kept']
+    assert 'sample/0002_trial/metadata.yaml: it ' in output.out
+    for command in COMMANDS:
+        code, output = said(capsys, *command)
+        assert code == 2, command
+        assert len(output.err.splitlines()) == 1
+        assert 'metadata.yaml' in output.err
+    assert victim.read_text() == 'mine'
+
+
+@pytest.mark.parametrize('kind', ['pipe', 'endless', 'folder', 'out'])
+def test_an_odd_recording_harms_nobody(task, victim, capsys, kind):
+    episode = task.find(2)
+    shutil.copy(episode.bag, victim)
+    episode.bag.unlink()
+    ODD[kind](episode.bag)
+    code, output = said(capsys, 'list')
+    assert code == 0
+    assert output.out.splitlines()[2].split()[2] == 'unreadable'
+    for command in COMMANDS:
+        code, output = said(capsys, *command)
+        assert code == 2, command
+        assert episode.bag.name in output.err
+
+
+@pytest.mark.parametrize('name', ['metadata.yaml.tmp', '{bag}.tmp', '{stem}.mcap.tmp',
+                                  '.metadata.yaml.tmp'])
+def test_links_that_wait_for_a_draft_are_not_followed(task, victim, capsys, name):
+    episode = task.find(2)
+    name = name.format(bag=episode.bag.name, stem=episode.bag.stem)
+    (episode.path / name).symlink_to(victim)
+    for command in [('label', 'sample/0002', 'failure'), ('label', 'sample/0002', 'none')]:
+        assert said(capsys, *command)[0] == 0
+    with episode.bag.open('r+b') as file:  # what a kill leaves, mended where a learner starts
+        file.truncate(episode.bag.stat().st_size // 2)
+    with bounded():
+        assert len(repair_task(task)) == 1
+    assert victim.read_text() == 'mine'
+
+
+def begin(task):
+    """Do what a learner does that records."""
+    task.hold()
+    task.new_episode('demo')
+
+
+@pytest.mark.parametrize('name', ['.in_use', '.lock', '.forgotten'])
+@pytest.mark.parametrize('exists', [True, False])
+def test_what_is_ours_in_a_task_is_no_link_out(task, tmp_path, capsys, name, exists):
+    outside = tmp_path / 'outside'
+    if exists:
+        outside.mkdir() if name == '.forgotten' else outside.write_text('mine')
+    (task.path / name).symlink_to(outside)
+    code, output = said(capsys, 'forget', 'sample/0003')
+    assert code == 2
+    assert f'bags/sample/{name}: it is a link' in output.err
+    assert 'link' in output.err
+    with pytest.raises(BagError, match='link'):
+        begin(task)
+    assert [episode.number for episode in task.episodes()] == [1, 2, 3]
+    if not exists:
+        assert not outside.exists()
+    else:
+        assert list(outside.iterdir()) == [] if outside.is_dir() else (
+            outside.read_text() == 'mine')
+
+
+@pytest.mark.parametrize('name', ['.in_use', '.lock'])
+def test_a_pipe_instead_of_a_lock_is_said(task, name):
+    os.mkfifo(task.path / name)
+    with bounded(), pytest.raises(BagError, match='named pipe'):
+        begin(task)
+
+
+def test_notes_that_stand_for_more_than_memory_holds_are_no_notes(task, capsys):
+    path = task.find(2).path / 'metadata.yaml'
+    path.write_text(path.read_text() + BOMB)
+    code, output = said(capsys, 'repair', 'bags/sample/0002_trial')
+    assert code == 0
+    assert 'written anew' in output.out
+    assert said(capsys, 'list')[0] == 0
+
+
+@pytest.fixture
+def foreign(tmp_path):
+    return foreign_bag(tmp_path / 'drive', StoragePlugin.SQLITE3)
+
+
+@pytest.mark.parametrize('kind', ['pipe', 'endless', 'folder', 'out'])
+def test_files_that_metadata_names_are_held_in(foreign, tmp_path, kind):
+    [path] = foreign.glob('*.db3')
+    shutil.move(path, tmp_path / 'victim')
+    if kind == 'out':
+        path.symlink_to(tmp_path / 'victim')
+    else:
+        ODD[kind](path)
+    with bounded(), pytest.raises(BagError, match=path.name):
+        open_bag(foreign)
+
+
+@pytest.mark.parametrize('kind', ['pipe', 'endless', 'huge', 'out', 'bomb', 'merge'])
+def test_metadata_of_another_recorder_is_bounded(foreign, tmp_path, victim, kind):
+    path = foreign / 'metadata.yaml'
+    text = path.read_text()
+    path.unlink()
+    if kind in ('bomb', 'merge'):
+        more = BOMB if kind == 'bomb' else 'a: {<<: {b: 1}}'
+        path.write_text(f'{text}\n{more}\n')
+    else:
+        ODD[kind](path)
+    with bounded(), pytest.raises(BagError, match=r'metadata\.yaml'):
+        open_bag(foreign)
+
+
+def test_a_person_may_name_a_file_by_a_link(foreign, tmp_path):
+    [path] = foreign.glob('*.db3')
+    (tmp_path / 'mine.db3').symlink_to(path)
+    assert '/wheel/odometry' in open_bag(tmp_path / 'mine.db3').topics
+
+
+zstd = rosbags_reader.zstd
+
+
+def packed_zeros(n_bytes):
+    packer = zstd.ZstdCompressor()
+    block = bytes(2**24)
+    parts = [packer.compress(block) for _ in range(n_bytes // len(block))]
+    return b''.join([*parts, packer.flush()])
+
+
+@pytest.mark.parametrize('name', ['bomb.mcap.zstd', 'bomb.db3.zstd'])
+def test_what_unpacks_to_more_than_a_bag_is_refused(tmp_path, monkeypatch, name):
+    monkeypatch.setattr('msgs_bridge.bounded_unpacking.MOST_OF_A_BAG', 2**27)
+    path = tmp_path / name
+    path.write_bytes(packed_zeros(2**28))
+    with bounded(), pytest.raises(BagError, match=r'more than 134217728 bytes; unpack it with'):
+        open_bag(path)
+    assert MOST_OF_A_BAG == 2**32
+
+
+def test_a_packed_file_of_a_split_bag_is_bounded_too(tmp_path, monkeypatch):
+    monkeypatch.setattr('msgs_bridge.bounded_unpacking.MOST_OF_A_BAG', 2**27)
+    folder = foreign_bag(tmp_path / 'drive', StoragePlugin.MCAP, CompressionMode.FILE)
+    assert '/wheel/odometry' in open_bag(folder).topics
+    [path] = folder.glob('*.zstd')
+    path.write_bytes(packed_zeros(2**28))
+    with bounded(), pytest.raises(BagError, match='more than 134217728 bytes'):
+        open_bag(folder)
+
+
+def test_a_message_or_chunk_becomes_no_more_than_it_says():
+    data = zstd.compress(b'a' * 1000)
+    assert unpack(data, 1000) == b'a' * 1000
+    assert unpack(data + data, 2000) == b'a' * 2000
+    for more in (lambda: unpack(data, 999), lambda: unpack(data + data, 1000)):
+        with pytest.raises(ValueError, match='become more'):
+            more()
+    with pytest.raises(ValueError, match='end in the middle'):
+        unpack(data[:-1], 1000)
+    assert unpack(_lz4.compress(b'a' * 1000), 1000, 'lz4') == b'a' * 1000
+    with pytest.raises(ValueError, match='become more'):
+        unpack(_lz4.compress(b'a' * 1000), 999, 'lz4')
+
+
+def test_messages_packed_one_by_one_are_bounded(tmp_path, monkeypatch):
+    folder = foreign_bag(tmp_path / 'drive', StoragePlugin.MCAP, CompressionMode.MESSAGE)
+    assert len(open_bag(folder).messages('/wheel/odometry')) == 200
+    monkeypatch.setattr('msgs_bridge.bounded_unpacking.MOST_OF_A_CHUNK', 100)
+    with pytest.raises(BagError, match='become more than the 100'):
+        open_bag(folder).messages('/wheel/odometry')
+
+
+def test_what_a_kill_left_of_a_draft_goes_when_the_folder_is_held(task):
+    draft = task.find(2).path / '.metadata.yaml.abcd.tmp'
+    draft.write_text('half')
+    task.hold()
+    assert not draft.exists()
+    assert mcap_path(task.find(2).path).exists()
+    assert isinstance(task, TaskFolder)
