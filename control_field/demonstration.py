@@ -6,6 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.grid import Grid
+from control_field.loops import Loop, loops_of, sentence_from_loops
+from control_field.outside import check_inside
+from control_field.plausibility import DriveLimits, SPEED_MAX, whole_drive
 from control_field.records import Demonstration
 from control_field.words import counted
 
@@ -30,7 +33,7 @@ class DemonstrationReport:
     n_poses : int
         Poses given.
     n_outside : int
-        Poses outside the workspace, dropped.
+        Poses on the very edge outside the workspace, or that are no numbers; dropped.
     n_idle_start, n_idle_end : int
         Poses before the first and after the last motion, dropped.
     n_standing : int
@@ -41,6 +44,12 @@ class DemonstrationReport:
         Cells driven through more than once; the last time wins.
     n_cells : int
         Cells of the demonstration.
+    start : float, [s]
+        Stamp of the first pose.
+    loops : tuple of Loop
+        What leads back to where the robot had been: it is cut out.
+    cuts : tuple of str
+        Sentences on poses that were left out because no robot drives so.
 
     """
 
@@ -52,26 +61,40 @@ class DemonstrationReport:
     n_filled: int
     n_crossings: int
     n_cells: int
+    start: float = 0.0
+    loops: tuple[Loop, ...] = ()
+    cuts: tuple[str, ...] = ()
+
+    @property
+    def n_erased(self) -> int:
+        """Return how many cells of the demonstration are cut out with its loops."""
+        return sum(loop.n_cells for loop in self.loops)
+
+    @property
+    def n_steps(self) -> int:
+        """Return how many steps from cell to cell are left to learn."""
+        return max(self.n_cells - self.n_erased - 1, 0)
 
     def __str__(self) -> str:
-        """Return one sentence; what did not happen is left out."""
+        """Say it; what did not happen is left out."""
         parts = [f'{counted(self.n_cells, "cell")} from {counted(self.n_poses, "pose")}']
         for count, noun, what in (
                 (self.n_idle_start, 'pose', 'of standing still at the start dropped'),
                 (self.n_idle_end, 'pose', 'of standing still at the end dropped'),
                 (self.n_standing, 'pose', 'of standing still in between not learnt'),
-                (self.n_outside, 'pose', 'outside the workspace dropped'),
-                (self.n_filled, 'cell', 'filled in between poses far apart'),
-                (self.n_crossings, 'cell', 'crossed more than once (the last time wins)')):
+                (self.n_outside, 'pose', 'on the edge outside the workspace dropped'),
+                (self.n_filled, 'cell', 'filled in between poses far apart')):
             if count:
                 parts.append(f'{counted(count, noun)} {what}')
-        return ', '.join(parts)
+        if self.loops:
+            parts.append(sentence_from_loops(self.loops, self.n_cells, self.start))
+        return ', '.join([*parts, *self.cuts])
 
 
 def demonstration_from_poses(
     grid: Grid, stamps: npt.NDArray[np.float64], xy: npt.NDArray[np.float64],
     sight_stamps: npt.NDArray[np.float64], sight_blocked: npt.NDArray[np.uint8],
-    sight_unknown: npt.NDArray[np.uint8], episode: int = 0,
+    sight_unknown: npt.NDArray[np.uint8], episode: int = 0, speed_max: float = SPEED_MAX,
 ) -> tuple[Demonstration, DemonstrationReport]:
     """
     Turn a recorded drive into a demonstration.
@@ -80,16 +103,22 @@ def demonstration_from_poses(
     ----------
     grid : Grid
     stamps : ndarray, shape (n,), [s]
-        Of the poses, not decreasing.
+        Of the poses, in the order in which they were recorded.
     xy : ndarray, shape (n, 2), [m]
         Positions.
     sight_stamps, sight_blocked, sight_unknown : ndarray, shape (m,)
-        The 3x3 sights seen under way and their stamps; may be empty.
+        The 3x3 sights seen under way and their stamps, not decreasing; may be empty.
     episode : int
         Number of the bag.
+    speed_max : float, [m/s]
+        The robot is no faster.
 
     Raises
     ------
+    ImplausibleDriveError
+        If no robot can have driven so.
+    OutsideWorkspaceError
+        If the drive leaves the workspace.
     ValueError
         If fewer than two cells are left; the message says what was dropped.
 
@@ -97,25 +126,31 @@ def demonstration_from_poses(
     n_poses = len(stamps)
     finite = np.isfinite(xy).all(axis=1) & np.isfinite(stamps)
     stamps, xy = stamps[finite], xy[finite]
+    drive = whole_drive(stamps, xy, DriveLimits(grid.resolution, speed_max))
+    begins = float(stamps.min()) if len(stamps) else 0.0
+    stamps, xy = stamps[drive.kept], xy[drive.kept]
+    check_inside(grid, stamps, xy)
     raw = grid.cells_from_world(xy) if len(xy) else np.zeros((0, 2), dtype=np.int64)
     inside = (raw >= 0).all(axis=1) & (raw < np.array(grid.shape)).all(axis=1)
-    n_outside = n_poses - int(inside.sum())
+    n_outside = int((~finite).sum() + (~inside).sum())
     stamps, xy, raw = stamps[inside], xy[inside], raw[inside]
     start, end, n_standing = _moving_span(stamps, xy / grid.resolution)
     n_idle = (start, len(xy) - end)
     stamps, xy, raw = stamps[start:end], xy[start:end], raw[start:end]
     entered = _entries(grid, xy, raw)
-    cells, at, filled = _connected(raw[entered], stamps[entered])
+    path, at, filled = _connected(raw[entered], stamps[entered])
+    cells = np.array(path, dtype=np.int32).reshape(-1, 2)
     report = DemonstrationReport(
         n_poses, n_outside, n_idle[0], n_idle[1], n_standing, int(filled.sum()),
-        len(cells) - len({tuple(cell) for cell in cells}), len(cells))
-    if len(cells) < 2:
+        len(path) - len(set(path)), len(path), begins,
+        loops_of(cells, at, grid.world_from_cells(cells)), tuple(drive.sentences()))
+    if len(path) < 2:
         raise ValueError(f'nothing to learn from this drive: it leads through '
-                         f'{counted(len(cells), "cell")} of {grid.resolution} m ({report}); drive '
+                         f'{counted(len(path), "cell")} of {grid.resolution} m ({report}); drive '
                          f'at least from one cell into the next')
     blocked, unknown = _sights(at, sight_stamps, sight_blocked, sight_unknown)
     blocked[filled], unknown[filled] = 0, 255
-    return Demonstration(np.array(cells, dtype=np.int32), at, blocked, unknown, episode), report
+    return Demonstration(cells, at, blocked, unknown, episode), report
 
 
 def _moving_span(

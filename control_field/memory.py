@@ -6,38 +6,10 @@ import numpy.typing as npt
 from control_field import compiled
 from control_field.grid import Grid
 from control_field.headings import heading_from_step, N_HEADINGS
+from control_field.loops import loop_erased
 from control_field.parameters import Parameters
 from control_field.policy import rules_of
 from control_field.records import Demonstration, Kind, Outcome, Prototypes, Trial
-
-
-def loop_erased(cells: npt.NDArray[np.int32]) -> npt.NDArray[np.int64]:
-    """
-    Return which entries of a path are left when its loops are cut out.
-
-    Parameters
-    ----------
-    cells : ndarray of int32, shape (n, 2)
-        Cells in the order they were entered.
-
-    Returns
-    -------
-    ndarray of int64, shape (k,)
-        Indices, growing: of every cell that is left, the last time it was entered.
-
-    """
-    kept: list[int] = []
-    place: dict[tuple[int, int], int] = {}
-    path = [(row, col) for row, col in cells.tolist()]
-    for index, cell in enumerate(path):
-        if cell in place:
-            cut = place[cell]
-            for erased in kept[cut:]:
-                del place[path[erased]]
-            del kept[cut:]
-        place[cell] = len(kept)
-        kept.append(index)
-    return np.array(kept, dtype=np.int64)
 
 
 class Memory:

@@ -13,7 +13,9 @@ from typing import Any, TYPE_CHECKING
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
+from control_field.plausibility import SPEED_MAX
 from experience_cli.errors import UserError
+from experience_cli.foreign import speed
 
 if TYPE_CHECKING:
     from control_field.records import Demonstration
@@ -66,6 +68,8 @@ def _add_task(parser: argparse.ArgumentParser) -> None:
     add('--demo-steps', metavar='N', type=_count(1, 1_000_000),
         help='show a random way without loops of exactly N steps, instead of a teacher')
     add('--demo-bag', metavar='BAG', help='take the demonstration from a bag')
+    add('--max-speed', metavar='M/S', type=speed, default=SPEED_MAX,
+        help=f'with --demo-bag: a drive that is faster is no robot (default: {SPEED_MAX:g} m/s)')
     add('--trials', metavar='K', type=_count(0, 100_000), default=10, help='(default: 10)')
     add('--starts', choices=('spread', 'fixed'), default='spread',
         help='where trials start: where they teach most, or where the first demonstration does '
@@ -271,7 +275,7 @@ def _experiment(arguments: argparse.Namespace) -> 'Experiment':
     demonstrations: tuple[Demonstration, ...] = ()
     starts = [_cell(world.grid, point, '--demo-start') for point in arguments.demo_start]
     if arguments.demo_bag:
-        demonstrations = (_demonstration(arguments.demo_bag, world.grid),)
+        demonstrations = (_demonstration(arguments.demo_bag, world.grid, arguments.max_speed),)
         cells = demonstrations[0].cells
         goal = (int(cells[-1, 0]), int(cells[-1, 1]))
         starts = starts or [(int(cells[0, 0]), int(cells[0, 1]))]
@@ -329,13 +333,13 @@ def _check_places(experiment: 'Experiment') -> None:
             raise UserError(f'{where}: that is the goal itself, start in another cell')
 
 
-def _demonstration(bag: str, grid: Grid) -> 'Demonstration':
-    from msgs_bridge.episodes import read_foreign_demonstration
+def _demonstration(bag: str, grid: Grid, speed_max: float) -> 'Demonstration':
+    from msgs_bridge.episodes import OutsideDriveError, read_foreign_demonstration
     if not Path(bag).exists():
         raise UserError(f'--demo-bag {bag}: there is no such bag, check the path')
-    demonstration, report, notes = read_foreign_demonstration(bag, grid)
-    if report.n_outside:
-        raise UserError(f'--demo-bag {bag}: {report.n_outside} of {report.n_poses} poses lie '
-                        f'outside the world, it was driven in another one')
+    try:
+        demonstration, report, notes = read_foreign_demonstration(bag, grid, speed_max=speed_max)
+    except OutsideDriveError as error:
+        raise UserError(f'--demo-bag {error}; it was driven in another world') from error
     print('; '.join([f'--demo-bag {bag}: {report}', *notes]), file=sys.stderr)
     return demonstration

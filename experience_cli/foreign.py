@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+import math
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,6 +31,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument('--origin', type=float, nargs=2, metavar=('X', 'Y'),
                        help='lower left corner of the workspace (0 0)')
     group.add_argument('--frame', metavar='NAME', help='of the workspace and the poses (odom)')
+    group.add_argument('--max-speed', type=speed, metavar='M/S',
+                       help='a drive that is faster is no robot, and not learnt (3 m/s)')
     group.add_argument('--like', type=Path, metavar='BAG',
                        help='workspace and parameters are those of this bag, or task')
     group.add_argument('--into', type=Path, metavar='TASK_FOLDER',
@@ -38,7 +41,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def is_wanted(arguments: argparse.Namespace) -> bool:
     """Tell whether the bags are said to be those of other recorders."""
-    options = (*_TOPICS.values(), *_WORKSPACE, 'like', 'into')
+    options = (*_TOPICS.values(), *_WORKSPACE, 'like', 'into', 'max_speed')
     return any(getattr(arguments, option) is not None for option in options)
 
 
@@ -64,7 +67,7 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
         topics = roles_of_topics(open_bag(_there(path)), _names(arguments))
         with _remedy_named():
             demonstration, report, notes = read_foreign_demonstration(
-                path, header.grid, topics, number)
+                path, header.grid, topics, number, header.speed_max)
         refresh = learner.add_demonstration(demonstration)
         if not arguments.quiet:
             taught = (f'{counted(len(refresh.prototypes), "prototype")}, '
@@ -98,7 +101,7 @@ def import_all(arguments: argparse.Namespace) -> Path:
         header = _header(arguments, task)
         # All of them before the first is kept: half of them is not what was asked for.
         with _remedy_named():
-            drives = [check_drive(_there(path), header.grid, _names(arguments))
+            drives = [check_drive(_there(path), header.grid, _names(arguments), header.speed_max)
                       for path in arguments.bags]
         with NewBags(task) as bags:
             for drive in drives:
@@ -113,18 +116,31 @@ def import_all(arguments: argparse.Namespace) -> Path:
 
 @contextmanager
 def _remedy_named() -> Iterator[None]:
-    """Where poses are in another frame, say which option takes that."""
+    """Where poses are in another frame, or outside, say which options take that."""
     from learner_node.frames import other_frame
     from msgs_bridge.bag_folder import BagError
+    from msgs_bridge.episodes import OutsideDriveError
 
     try:
         yield
+    except OutsideDriveError as error:
+        raise BagError(f'{error}{_options_that_fit(error.fitting)}') from None
     except BagError as error:
         frame = other_frame(str(error))
         if not frame:
             raise
         raise BagError(
             f'{error}; if that is the right one, learn it with --frame {frame}') from None
+
+
+def _options_that_fit(grid: Any) -> str:
+    """Say with which options a drive that leaves the workspace can be learnt."""
+    if grid is None:
+        return ''
+    return (f'; learn it in a workspace of its own, with --rows {grid.n_rows} --cols '
+            f'{grid.n_cols} --resolution {grid.resolution:g} --origin {grid.origin_x:g} '
+            f'{grid.origin_y:g} --frame {grid.frame_id} (and without --like or an --into that has '
+            f'another)')
 
 
 def _check_no_bag(folder: Path) -> None:
@@ -176,14 +192,33 @@ def _header(arguments: argparse.Namespace, task: Any) -> Any:
     found = of_task if arguments.like is None else common_header(
         episodes_from_paths([arguments.like]))
     if found is None:
-        return EpisodeHeader(EpisodeKind.DEMO, '', _grid(arguments), Parameters())
+        return EpisodeHeader(EpisodeKind.DEMO, '', _grid(arguments), Parameters(),
+                             speed_max=_speed_max(arguments))
     given = [f'--{name}' for name in _WORKSPACE if getattr(arguments, name) is not None]
     if given and found.grid != _grid(arguments):
         raise UserError(f'{given[0]}: the workspace is that of {arguments.like or task.path}, '
                         f'{found.grid}; leave the option out')
     if of_task is not None:
         of_task.check_grid(found.grid, task.path)
-    return EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters)
+    return EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters,
+                         speed_max=_speed_max(arguments))
+
+
+def speed(text: str) -> float:
+    """Read a speed in metres a second."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f'{text!r} is no speed, must be above 0 m/s')
+    return value
+
+
+def _speed_max(arguments: argparse.Namespace) -> float:
+    from control_field.plausibility import SPEED_MAX
+
+    return SPEED_MAX if arguments.max_speed is None else float(arguments.max_speed)
 
 
 def _grid(arguments: argparse.Namespace) -> Any:

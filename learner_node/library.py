@@ -6,6 +6,7 @@ from dataclasses import asdict
 from control_field.grid import Grid
 from control_field.learner import Refresh
 from control_field.parameters import Parameters
+from control_field.plausibility import SPEED_MAX
 from control_field.records import ControlField
 from control_field.words import counted
 from learner_node.lessons import Lesson, Lessons
@@ -47,6 +48,8 @@ class Library:
     ) -> None:
         self.task = task
         self.topics: Mapping[str, str] = {}
+        #: What is written into new bags: no drive that is faster is learnt, [m/s].
+        self.speed_max = SPEED_MAX
         #: Lines for people to heed, of the last time that all bags were learnt from.
         self.doubts: list[str] = []
         self._has_compared = False
@@ -78,7 +81,7 @@ class Library:
     def header(self, kind: EpisodeKind) -> Mapping[str, str]:
         """Return the header of a bag that is recorded now."""
         return EpisodeHeader(kind, self.task.task, self.grid, self.lessons.parameters,
-                             self.topics).to_mapping()
+                             self.topics, self.speed_max).to_mapping()
 
     def relearn(self) -> list[str]:
         """

@@ -79,6 +79,7 @@ class LearnerNode(Node):
         starts = start_poses_from_list(poses, grid)
         task.hold()
         self._library = Library(task, grid, parameters, starts, self._settings.fresh)
+        self._library.speed_max = self._settings.speed_max
         self._session = Session(
             self._settings, lambda: self._library.next_start(self._settings.starts == 'spread'))
         self._recorder = Recorder(self._library.task, self._library.header)

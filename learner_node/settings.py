@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from control_field.grid import Grid
 from control_field.parameters import check_fields, parameter
+from control_field.plausibility import SPEED_MAX
 from msgs_bridge.bag_folder import check_task_name
 
 #: Settings that the memory or the topics are made from: they hold from start to end.
@@ -56,6 +57,9 @@ class Settings:
     starts: str = parameter(
         'fixed', 'fixed: start_poses in turn, or where the demonstrations started; spread: where '
         'a trial teaches most', choices=('fixed', 'spread'))
+    speed_max: float = parameter(
+        SPEED_MAX, 'a demonstration that is faster is not learnt: no robot of this kind drives so',
+        unit='m/s', low=0.01, high=100.0)
     peer_timeout: float = parameter(
         5.0, 'time without odometry, or without an answer of the controller, after which a trial '
         'is aborted', unit='s', low=0.5, high=600.0)

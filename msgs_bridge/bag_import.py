@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from control_field.grid import Grid
+from control_field.plausibility import SPEED_MAX
 from msgs_bridge.any_bag import open_bag
 from msgs_bridge.bag_file import BagWriter
 from msgs_bridge.bag_folder import BagError
@@ -85,7 +86,9 @@ class ForeignDrive:
     topics: dict[str, str]
 
 
-def check_drive(path: Path | str, grid: Grid, names: Mapping[str, str]) -> ForeignDrive:
+def check_drive(
+    path: Path | str, grid: Grid, names: Mapping[str, str], speed_max: float = SPEED_MAX,
+) -> ForeignDrive:
     """
     Make sure that a foreign bag teaches something in a workspace.
 
@@ -96,6 +99,8 @@ def check_drive(path: Path | str, grid: Grid, names: Mapping[str, str]) -> Forei
     grid : Grid
     names : mapping of str to str
         Topics by role, see `roles_of_topics`.
+    speed_max : float, [m/s]
+        A robot that drives faster is none.
 
     Raises
     ------
@@ -105,7 +110,7 @@ def check_drive(path: Path | str, grid: Grid, names: Mapping[str, str]) -> Forei
     """
     bag = open_bag(path)
     topics = roles_of_topics(bag, names)
-    read_foreign_demonstration(path, grid, topics)
+    read_foreign_demonstration(path, grid, topics, speed_max=speed_max)
     return ForeignDrive(Path(path), bag, topics)
 
 
@@ -129,7 +134,8 @@ def import_demonstration(drive: ForeignDrive, bags: NewBags, header: EpisodeHead
 
     """
     values = EpisodeHeader(
-        header.kind, header.task, header.grid, header.parameters, drive.topics).to_mapping()
+        header.kind, header.task, header.grid, header.parameters, drive.topics,
+        header.speed_max).to_mapping()
     _copy(drive.bag, drive.topics,
           bags.begin(header.kind, {**values, 'imported_from': drive.path.name}))
 

@@ -6,8 +6,9 @@ from msgs_bridge.bag_folder import EpisodeKind, mcap_path
 from msgs_bridge.bag_label import write_label
 from msgs_bridge.bag_records import BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table
+from msgs_bridge.drives import NothingToLearnError
 from msgs_bridge.episodes import (
-    find_topic, last_of_demonstration, NothingToLearnError, own_trial, read_header)
+    find_topic, last_of_demonstration, own_trial, read_header)
 from msgs_bridge.trial_status import Label, TrialStatus
 
 

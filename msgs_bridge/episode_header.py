@@ -3,11 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 import json
+import math
 from pathlib import Path
 from typing import Any, Final
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
+from control_field.plausibility import SPEED_MAX
 from msgs_bridge.bag_folder import BagError, EpisodeKind
 
 #: Name of the MCAP metadata record that a bag of ours begins with.
@@ -38,6 +40,8 @@ class EpisodeHeader:
     topics : mapping of str to str
         Names under which `odom`, `neighbourhood`, `cmd_vel`, `experience` and `trial` were
         recorded; what is not named is found by the last part of its name.
+    speed_max : float, [m/s]
+        A drive that is faster is not this robot's; old bags do not say.
 
     """
 
@@ -46,13 +50,15 @@ class EpisodeHeader:
     grid: Grid
     parameters: Parameters = field(default_factory=Parameters)
     topics: Mapping[str, str] = field(default_factory=dict)
+    speed_max: float = SPEED_MAX
 
     def to_mapping(self) -> dict[str, str]:
         """Return the texts that the MCAP metadata record holds."""
         return {
             'version': str(VERSION), 'kind': str(self.kind), 'task': self.task,
             'grid': json.dumps(asdict(self.grid)), 'topics': json.dumps(dict(self.topics)),
-            'parameters': json.dumps(asdict(self.parameters))}
+            'parameters': json.dumps(asdict(self.parameters)),
+            'speed_max': repr(float(self.speed_max))}
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, str]) -> 'EpisodeHeader':
@@ -73,7 +79,7 @@ class EpisodeHeader:
                 kind=EpisodeKind(values['kind']), task=values['task'],
                 grid=Grid(**_object(values, 'grid')),
                 parameters=Parameters.from_mapping(_object(values, 'parameters')),
-                topics=_texts(_object(values, 'topics')))
+                topics=_texts(_object(values, 'topics')), speed_max=_speed(values))
         except KeyError as error:
             raise BagError(f'the header of the bag has no {error.args[0]}') from None
         except (ValueError, TypeError, RecursionError) as error:
@@ -99,6 +105,13 @@ def _object(values: Mapping[str, str], key: str) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise ValueError(f'{key} is no object')
     return found
+
+
+def _speed(values: Mapping[str, str]) -> float:
+    speed = float(values.get('speed_max', SPEED_MAX))
+    if not 0.0 < speed < math.inf:
+        raise ValueError(f'speed_max is {speed}, must be above 0')
+    return speed
 
 
 def _texts(values: dict[str, Any]) -> dict[str, str]:

@@ -4,13 +4,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 import os
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from control_field.demonstration import demonstration_from_poses, DemonstrationReport
+from control_field.demonstration import DemonstrationReport
 from control_field.grid import Grid
+from control_field.outside import OutsideWorkspaceError
+from control_field.plausibility import SPEED_MAX
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.words import counted
 from msgs_bridge.any_bag import InLogOrder, notes_on, open_bag
@@ -18,16 +19,10 @@ from msgs_bridge.bag_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, mcap_path, TaskFolder)
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
-from msgs_bridge.bag_tables import decision_table, pose_table, sight_table, statuses
+from msgs_bridge.bag_tables import decision_table, statuses
+from msgs_bridge.drives import Drive, NothingToLearnError, read_drive, remedy_for_own
 from msgs_bridge.episode_header import EpisodeHeader, HEADER_NAME
 from msgs_bridge.trial_status import Label, State, TrialStatus
-
-#: Seconds that stamps may step back before a clock that jumped is assumed.
-CLOCK_JUMP: Final = 1.0
-
-
-class NothingToLearnError(BagError):
-    """The bag is readable, but there is nothing in it to learn from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +56,24 @@ class Episode:
     status: TrialStatus | None = None
     notes: tuple[str, ...] = ()
     label: Label = Label.NONE
+
+
+class OutsideDriveError(BagError):
+    """
+    The drive of a bag leaves the workspace.
+
+    Parameters
+    ----------
+    message : str
+    fitting : Grid or None
+        A workspace that holds the whole drive; None if none does.
+
+    """
+
+    def __init__(self, message: str, fitting: Grid | None) -> None:
+        """Keep both."""
+        super().__init__(message)
+        self.fitting = fitting
 
 
 def read_header(folder: Path | str) -> EpisodeHeader:
@@ -143,7 +156,8 @@ def read_task(
 
 def read_foreign_demonstration(
     path: Path | str, grid: Grid, topics: Mapping[str, str] | None = None, number: int = 0,
-) -> tuple[Demonstration, DemonstrationReport, tuple[str, ...]]:
+    speed_max: float = SPEED_MAX,
+) -> Drive:
     """
     Learn from a drive that another recorder recorded.
 
@@ -158,6 +172,8 @@ def read_foreign_demonstration(
         PoseWithCovarianceStamped), `neighbourhood` and `cmd_vel`.
     number : int
         Number of the episode it becomes.
+    speed_max : float, [m/s]
+        A robot that drives faster is none.
 
     Returns
     -------
@@ -170,7 +186,8 @@ def read_foreign_demonstration(
     Raises
     ------
     BagError
-        If it cannot be read, a named topic is not in it, or nothing is left to learn.
+        If it cannot be read, a named topic is not in it, no robot can have driven so, or nothing
+        is left to learn; `OutsideDriveError` if it leaves the workspace.
 
     """
     path, names = Path(path), dict(topics or {})
@@ -181,8 +198,10 @@ def read_foreign_demonstration(
                            f'there are: {", ".join(sorted(bag.topics)) or "none"}')
     missing = notes_on(bag)
     try:
-        record, report, notes = _read_drive(InLogOrder(bag), names, grid, number)
+        record, report, notes = _read_drive(InLogOrder(bag), names, grid, number, speed_max)
         return record, report, (*notes, *missing)
+    except OutsideWorkspaceError as error:
+        raise OutsideDriveError(f'{path}: {error}', error.fitting) from None
     except ValueError as error:
         where = '' if isinstance(error, BagError) else f'{path}: '
         raise BagError('; '.join([f'{where}{error}', *missing])) from None
@@ -238,11 +257,13 @@ def _demonstration(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader
     label = _label(episode, status)
     _check_kept(episode, status, label)
     try:
-        record, report, notes = _read_drive(bag, header.topics, header.grid, episode.number)
+        record, report, notes = _read_drive(
+            bag, header.topics, header.grid, episode.number, header.speed_max)
     except BagError:
         raise
     except ValueError as error:
-        raise NothingToLearnError(f'{episode.path}: {error}') from None
+        remedy = remedy_for_own(error, episode.name)
+        raise NothingToLearnError(f'{episode.path}: {error}{remedy}') from None
     return Episode(episode, header, record, report, status, notes, label)
 
 
@@ -288,34 +309,13 @@ def judged(outcome: Outcome, label: Label) -> Outcome:
 
 
 def _read_drive(
-    bag: Bag, names: Mapping[str, str], grid: Grid, number: int,
-) -> tuple[Demonstration, DemonstrationReport, tuple[str, ...]]:
-    poses = pose_table(_messages(bag, 'odom', names), grid.frame_id)
-    sights = sight_table(_messages(bag, 'neighbourhood', names), grid)
-    notes = [f'{counted(table.n_refused, "message")} refused, the first: {table.refusal}'
-             for table in (poses, sights) if table.n_refused]
-    if not len(poses.stamps):
-        raise NothingToLearnError(
-            f'{bag.path} has no pose in it' + (f': {poses.refusal}' if poses.refusal else ''))
-    at, n_before = _in_order(poses.stamps)
-    seen, _ = _in_order(sights.stamps)
-    if n_before:
-        notes.append(f'the clock jumped back, {counted(n_before, "pose")} before it dropped')
-    record, report = demonstration_from_poses(
-        grid, poses.stamps[at], poses.xy[at], sights.stamps[seen], sights.blocked[seen],
-        sights.unknown[seen], number)
-    _check_open(record)
-    return record, report, tuple(notes)
-
-
-def _check_open(record: Demonstration) -> None:
-    """Refuse a drive that is one loop: with it cut out no way to a goal is left."""
-    first, last = (tuple(cell) for cell in record.cells[[0, -1]].tolist())
-    if first == last:
-        raise ValueError(
-            f'nothing to learn from this drive: it ends in the cell where it began, {first}, so '
-            f'that it leads nowhere; end the drive at the goal, or cut it to the way there with '
-            f'`experience trim`')
+    bag: Bag, names: Mapping[str, str], grid: Grid, number: int, speed_max: float,
+) -> Drive:
+    try:
+        return read_drive(_messages(bag, 'odom', names), _messages(bag, 'neighbourhood', names),
+                          grid, number, speed_max)
+    except NothingToLearnError as error:
+        raise NothingToLearnError(f'{bag.path} {error}') from None
 
 
 def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
@@ -358,10 +358,3 @@ def own_trial(
 
 def _messages(bag: Bag, role: str, names: Mapping[str, str]) -> RawMessages:
     return bag.messages(find_topic(bag.topics, role, names))
-
-
-def _in_order(stamps: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int64], int]:
-    """Return the order by stamp since the clock last jumped back, and how many came before."""
-    jumps = np.flatnonzero(np.diff(stamps) < -CLOCK_JUMP)
-    n_before = int(jumps[-1]) + 1 if len(jumps) else 0
-    return n_before + np.argsort(stamps[n_before:], kind='stable'), n_before

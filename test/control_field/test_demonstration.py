@@ -7,6 +7,7 @@ import pytest
 
 from control_field.demonstration import demonstration_from_poses
 from control_field.grid import Grid
+from control_field.loops import loop_erased
 from strategies import drives, leg, steady
 
 GRID = Grid(20, 20, 0.25, -1.0, 2.0)
@@ -131,35 +132,42 @@ def test_jitter_on_an_edge_is_no_step():
     assert len(cells_of(learn(xy)[0])) <= 8
 
 
-def test_a_jump_is_filled_with_straight_steps_that_nothing_was_seen_from():
-    xy = np.concatenate([along([(3, 2), (3, 4)]), along([(7, 10), (7, 12)])])
+def test_sparse_poses_are_filled_with_straight_steps_that_nothing_was_seen_from():
+    corners = [(3, 2), (3, 4), (5, 7), (7, 10), (7, 12)]
     sights = np.array([0.0]), np.array([7], np.uint8), np.array([0], np.uint8)
-    demonstration, report = learn(xy, sights=sights)
+    demonstration, report = learn(GRID.world_from_cells(np.array(corners)), 3.0, sights)
     cells = cells_of(demonstration)
-    assert cells == leg((3, 2), (3, 4), (7, 10), (7, 12))
-    assert report.n_filled == len(leg((3, 4), (7, 10))) - 2
-    filled = np.isin(np.arange(len(cells)), range(3, 3 + report.n_filled))
+    assert cells == leg(*corners)
+    assert report.n_filled == len(cells) - len(corners)
+    filled = np.array([cell not in corners for cell in cells])
     assert (demonstration.unknown == np.where(filled, 255, 0)).all()
     assert (demonstration.blocked == np.where(filled, 0, 7)).all()
 
 
-def test_poses_outside_and_poses_that_are_none_are_dropped_and_counted():
+def test_a_jump_is_not_filled():
+    xy = np.concatenate([along([(3, 2), (3, 4)]), along([(7, 10), (7, 12)])])
+    with pytest.raises(ValueError, match='not one drive of one robot'):
+        learn(xy)
+
+
+def test_poses_on_the_edge_and_poses_that_are_none_are_dropped_and_counted():
     xy = along([(0, 3), (0, 8)], 20)
-    bad = np.array([[np.nan, 0.0], [np.inf, 1.0], [-5.0, 2.1], [1e300, -1e300]])
-    mixed = np.concatenate([xy[:40], bad, xy[40:]])
-    demonstration, report = learn(mixed)
+    bad = np.array([[np.nan, 0.0], [np.inf, 1.0]])
+    demonstration, report = learn(np.concatenate([xy[:40], bad, xy[40:]]))
     assert cells_of(demonstration) == leg((0, 3), (0, 8))
-    assert report.n_outside == 4
-    assert '4 poses outside the workspace' in str(report)
-    for place in ((-0.99, 7.01), (4.01, 2.01), (-1.01, 2.01), (-0.99, 1.99)):  # just beside it
-        assert learn(np.insert(xy, 10, place, axis=0))[1].n_outside == 1
+    assert report.n_outside == 2
+    assert '2 poses on the edge outside the workspace' in str(report)
+    xy[:, 1] -= 0.13  # along its lower edge, just outside
+    edge = learn(np.concatenate([along([(0, 3), (0, 3)]), xy, along([(0, 8), (0, 8)])]))
+    assert cells_of(edge[0]) == leg((0, 3), (0, 8))
+    assert edge[1].n_outside == len(xy)
     stamps = np.arange(len(xy)) * 0.05
     stamps[5] = np.nan
-    assert learn(xy, stamps=stamps)[1].n_outside == 1
+    assert learn(along([(0, 3), (0, 8)], 20), stamps=stamps)[1].n_outside == 1
 
 
 @pytest.mark.parametrize('xy', [
-    np.zeros((0, 2)), np.full((9, 2), np.nan), np.full((9, 2), 99.0), along([(3, 3), (3, 3)])])
+    np.zeros((0, 2)), np.full((9, 2), np.nan), along([(3, 3), (3, 3)])])
 def test_what_leads_nowhere_is_refused_with_what_was_dropped(xy):
     with pytest.raises(ValueError, match=r'nothing to learn from this drive.*drive at least'):
         learn(xy)
@@ -182,4 +190,21 @@ def test_a_drive_around_a_block_and_back_is_cut_down_to_the_way_out():
     demonstration, report = learn(along(drive))
     assert cells_of(demonstration) == drive
     assert report.n_crossings == 1
-    assert '1 cell crossed more than once' in str(report)
+    assert report.n_steps == 1
+    assert ('12 of 14 cells driven are not learnt, they only lead back to where the robot had '
+            'been: 12 (3.0 m) from (-0.12, 2.88) back to it, 0.0 to 11.8 s') in str(report)
+
+
+@given(drives(np.zeros((20, 20), np.int8), longest=60).filter(lambda cells: len(cells) > 1))
+@steady
+def test_the_loops_that_are_cut_out_are_all_that_is_not_learnt(cells):
+    demonstration, report = learn(along(cells))
+    left = loop_erased(demonstration.cells)
+    assert report.n_erased == len(cells) - len(left)
+    assert report.n_steps == max(len(left) - 1, 0)
+    for loop in report.loops:
+        first, last = (demonstration.stamps.tolist().index(at) for at in (loop.first, loop.last))
+        assert last - first == loop.n_cells
+        assert cells[first] == cells[last]
+        assert GRID.world_from_cell(*cells[last]) == pytest.approx(loop.place)
+        assert loop.length >= GRID.resolution * loop.n_cells - 1e-9

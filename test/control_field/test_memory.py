@@ -5,7 +5,8 @@ import pytest
 
 from control_field.grid import Grid
 from control_field.headings import heading_from_step
-from control_field.memory import loop_erased, Memory
+from control_field.loops import loop_erased
+from control_field.memory import Memory
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Kind, Outcome, Trial
 from control_field.simulation import GridWorld

@@ -14,6 +14,5 @@ def test_one_is_singular(n, text):
 def test_a_report_counts_in_sentences():
     assert str(DemonstrationReport(1, 1, 1, 1, 1, 1, 1, 1)) == (
         '1 cell from 1 pose, 1 pose of standing still at the start dropped, 1 pose of standing '
-        'still at the end dropped, 1 pose of standing still in between not learnt, 1 pose outside '
-        'the workspace dropped, 1 cell filled in between poses far apart, 1 cell crossed more '
-        'than once (the last time wins)')
+        'still at the end dropped, 1 pose of standing still in between not learnt, 1 pose on '
+        'the edge outside the workspace dropped, 1 cell filled in between poses far apart')

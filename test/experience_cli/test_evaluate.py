@@ -258,7 +258,7 @@ def test_a_drive_from_another_world_is_refused(tmp_path, capsys):
     path.write_text('type octile\nheight 1\nwidth 40\nmap\n' + '.' * 40 + '\n')
     bag = ROOT / 'bags/sample/0001_demo'
     assert main(['evaluate', '--world', str(path), '--demo-bag', str(bag), '--trials', '0']) == 2
-    assert 'lie outside the world' in capsys.readouterr().err
+    assert 'lie outside, the first after' in capsys.readouterr().err
 
 
 def test_a_drive_is_said_with_what_was_dropped_of_it(capsys):

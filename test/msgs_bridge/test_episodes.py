@@ -84,14 +84,20 @@ class TestDemonstrations:
         assert records[0].cells.tolist() == records[1].cells.tolist()
         assert records[0].stamps.tolist() == records[1].stamps.tolist()
 
-    def test_only_what_came_after_a_jump_of_the_clock_counts(self, tmp_path):
+    @pytest.mark.parametrize('way', [0.0, 0.04], ids=['stood', 'drove'])
+    def test_after_a_jump_of_the_clock_only_a_whole_drive_counts(self, tmp_path, way):
         header = EpisodeHeader('demo', 'task1', GRID).to_mapping()
         with start_bag(TaskFolder(tmp_path, 'task1'), 'demo', header) as bag:
             for i in range(100):
-                bag.write('/odom', ODOMETRY, raw_odometry(50 + i / 20, 4.0, 0.1 + 0.04 * i), i)
+                bag.write('/odom', ODOMETRY, raw_odometry(50 + i / 20, 4.0, 0.1 + way * i), i)
             write_drive(bag)
+        if way:
+            with pytest.raises(NothingToLearnError, match=r'4.95 s the stamps go back by 54.95 s'):
+                read_episode(bag.folder, GRID)
+            return
         episode = read_episode(bag.folder, GRID)
-        assert 'the clock jumped back, 100 poses before it dropped' in episode.notes
+        assert '100 poses before the drive left out: at 4.95 s the stamps go back' in str(
+            episode.report)
         assert episode.record.cells[0].tolist() == [2, 2]
 
     @pytest.mark.parametrize('statuses', [

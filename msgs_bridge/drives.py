@@ -1,0 +1,106 @@
+"""Drives: what the poses and sights of a bag show, if a robot can have driven so."""
+
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.breaks import Break, BreakKind, ImplausibleDriveError
+from control_field.demonstration import demonstration_from_poses, DemonstrationReport
+from control_field.grid import Grid
+from control_field.outside import OutsideWorkspaceError
+from control_field.records import Demonstration
+from control_field.words import counted
+from msgs_bridge.bag_folder import BagError
+from msgs_bridge.bag_records import RawMessages
+from msgs_bridge.bag_tables import pose_table, sight_table
+
+#: Seconds that stamps of sights may step back before a clock that jumped is assumed.
+CLOCK_JUMP: Final = 1.0
+#: What lies on one side of these breaks is a drive of its own, if a person says so.
+_CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.HOLE)
+
+#: A demonstration, what was dropped of it, and sentences on what was passed over.
+Drive = tuple[Demonstration, DemonstrationReport, tuple[str, ...]]
+
+
+class NothingToLearnError(BagError):
+    """The bag is readable, but there is nothing in it to learn from."""
+
+
+def read_drive(
+    odometry: RawMessages, neighbourhoods: RawMessages, grid: Grid, number: int,
+    speed_max: float,
+) -> Drive:
+    """
+    Turn the messages of a drive into a demonstration.
+
+    Parameters
+    ----------
+    odometry, neighbourhoods : RawMessages
+    grid : Grid
+    number : int
+        Of the episode.
+    speed_max : float, [m/s]
+        The robot is no faster.
+
+    Raises
+    ------
+    NothingToLearnError
+        If there is no pose.
+    ValueError
+        If no robot can have driven so, or nothing is left to learn.
+
+    """
+    poses = pose_table(odometry, grid.frame_id)
+    sights = sight_table(neighbourhoods, grid)
+    notes = tuple(f'{counted(table.n_refused, "message")} refused, the first: {table.refusal}'
+                  for table in (poses, sights) if table.n_refused)
+    if not len(poses.stamps):
+        raise NothingToLearnError(
+            'has no pose in it' + (f': {poses.refusal}' if poses.refusal else ''))
+    seen = _in_order(sights.stamps)
+    record, report = demonstration_from_poses(
+        grid, poses.stamps, poses.xy, sights.stamps[seen], sights.blocked[seen],
+        sights.unknown[seen], number, speed_max)
+    _check_open(record)
+    return record, report, notes
+
+
+def remedy_for_own(error: ValueError, bag: str) -> str:
+    """Say what to do about a drive of a bag of ours beyond what its refusal says."""
+    if isinstance(error, OutsideWorkspaceError) and error.fitting is not None:
+        grid = error.fitting
+        return ('. Drive within the workspace, or teach this as a task of its own, with '
+                f'rows:={grid.n_rows} cols:={grid.n_cols} origin_x:={grid.origin_x:g} '
+                f'origin_y:={grid.origin_y:g}')
+    if isinstance(error, ImplausibleDriveError) and len(error.breaks) == 1:
+        return _remedy_by_cutting(error.breaks[0], bag)
+    return ''
+
+
+def _remedy_by_cutting(found: Break, bag: str) -> str:
+    """Say how a person keeps what lies on one side of a break."""
+    if found.kind not in _CAN_BE_CUT:
+        return ''
+    before = max(np.floor((found.at - found.seconds) * 100.0) / 100.0, 0.0)
+    after = np.ceil(found.at * 100.0) / 100.0
+    return (f', or keep what is before it (`experience trim {bag} --to {before:.2f}`) or after it '
+            f'(--from {after:.2f})')
+
+
+def _check_open(record: Demonstration) -> None:
+    """Refuse a drive that is one loop: with it cut out no way to a goal is left."""
+    first, last = (tuple(cell) for cell in record.cells[[0, -1]].tolist())
+    if first == last:
+        raise ValueError(
+            f'nothing to learn from this drive: it ends in the cell where it began, {first}, so '
+            f'that it leads nowhere; end the drive at the goal, or cut it to the way there with '
+            f'`experience trim`')
+
+
+def _in_order(stamps: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+    """Return the order of sights by stamp since the clock last jumped back."""
+    jumps = np.flatnonzero(np.diff(stamps) < -CLOCK_JUMP)
+    n_before = int(jumps[-1]) + 1 if len(jumps) else 0
+    return np.asarray(n_before + np.argsort(stamps[n_before:], kind='stable'), dtype=np.int64)

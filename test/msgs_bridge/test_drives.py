@@ -1,0 +1,123 @@
+"""Bags of drives that no robot has driven: refused or cut, in the same words everywhere."""
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_odometry
+from control_field.parameters import Parameters
+from foreign_bags import STORE
+from learner_node.lessons import Lessons
+from msgs_bridge.bag_file import start_bag
+from msgs_bridge.bag_folder import BagError, episode_from_path, TaskFolder
+from msgs_bridge.bag_import import check_drive
+from msgs_bridge.drives import NothingToLearnError
+from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.episodes import OutsideDriveError, read_episode, read_foreign_demonstration
+
+STAMPS = 100.0 + np.arange(300) / 20.0
+WAY = np.stack([0.6 + 0.01 * np.arange(300), 0.6 + 0.005 * np.arange(300)], axis=1)
+
+
+def whole(stamps, xy):
+    return stamps, xy
+
+
+def reset(stamps, xy):
+    return stamps, np.concatenate([xy[:150], xy[150:] - xy[150] + 0.1])
+
+
+def seconds_missing(stamps, xy):
+    left = np.r_[0:100, 180:300]
+    return stamps[left], xy[left]
+
+
+def spike(stamps, xy):
+    xy[120] = 4.4, 0.3
+    return stamps, xy
+
+
+def two_sources(stamps, xy):
+    xy[1::2] = 4.0, 0.5
+    return stamps, xy
+
+
+def out_and_back(stamps, xy):
+    xy[:, 1] -= 2.0 * np.sin(np.linspace(0.0, np.pi, 300))
+    return stamps, xy
+
+
+BROKEN = {reset: 'at 7.50 s the pose leaps', seconds_missing: 'no pose has come between 4.95 and '
+          '9.00 s', two_sources: 'two sources speak in turns', out_and_back: 'lie outside, the'}
+
+
+def own_bag(root, change, speed_max=3.0):
+    header = EpisodeHeader('demo', 'task1', GRID, speed_max=speed_max).to_mapping()
+    with start_bag(TaskFolder(root, 'task1'), 'demo', header) as bag:
+        for stamp, (x, y) in zip(*change(STAMPS.copy(), WAY.copy()), strict=True):
+            bag.write('/odom', ODOMETRY, raw_odometry(stamp, x, y), nanoseconds(stamp))
+    return bag.folder
+
+
+def foreign_bag(path, change):
+    with Writer(path, version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        odom = writer.add_connection('/odom', ODOMETRY, typestore=STORE)
+        for stamp, (x, y) in zip(*change(STAMPS.copy(), WAY.copy()), strict=True):
+            writer.write(odom, nanoseconds(stamp), raw_odometry(stamp, x, y))
+    return path
+
+
+@pytest.mark.parametrize('change', BROKEN, ids=lambda change: change.__name__)
+def test_a_broken_drive_is_refused_whoever_recorded_it(tmp_path, change):
+    said = BROKEN[change]
+    folder, theirs = own_bag(tmp_path, change), foreign_bag(tmp_path / 'bag', change)
+    with pytest.raises(NothingToLearnError, match=said):
+        read_episode(folder, GRID)
+    for read in (lambda: read_foreign_demonstration(theirs, GRID),
+                 lambda: check_drive(theirs, GRID, {})):
+        with pytest.raises(BagError, match=said):
+            read()
+
+
+@pytest.mark.parametrize('change', BROKEN, ids=lambda change: change.__name__)
+def test_the_learner_says_it_and_its_field_stays(tmp_path, change):
+    lessons = Lessons(GRID, Parameters())
+    lessons.learn(episode_from_path(own_bag(tmp_path, whole)))
+    before = lessons.field()
+    lesson = lessons.learn(episode_from_path(own_bag(tmp_path, change)))
+    assert lesson.refresh is None
+    assert lesson.note.startswith('nothing was learnt: ')
+    assert BROKEN[change] in lesson.note
+    assert lessons.field() is before
+
+
+def test_what_lies_on_one_side_of_a_break_can_be_kept_by_a_person(tmp_path):
+    with pytest.raises(NothingToLearnError, match=(
+            r'`experience trim task1/0001 --to 7.45`\) or after it \(--from 7.50\)')):
+        read_episode(own_bag(tmp_path, reset), GRID)
+
+
+def test_a_spike_is_left_out_and_nothing_is_remembered_of_it(tmp_path):
+    lessons = Lessons(GRID, Parameters())
+    lesson = lessons.learn(episode_from_path(own_bag(tmp_path, spike)))
+    assert ('1 pose is far off the others at 6.00 s, at (4.40, 0.30), and is left out'
+            in lesson.note)
+    cells = {tuple(cell) for cell in lesson.read.record.cells.tolist()}
+    assert cells <= {tuple(cell) for cell in GRID.cells_from_world(WAY).tolist()}
+    assert lesson.read.report.n_filled == 0
+    assert lessons.field().known[GRID.cell_from_world(4.4, 0.3)] == -1
+
+
+def test_the_workspace_that_is_named_holds_the_drive(tmp_path):
+    theirs = foreign_bag(tmp_path / 'bag', out_and_back)
+    with pytest.raises(OutsideDriveError) as caught:
+        read_foreign_demonstration(theirs, GRID)
+    assert len(read_foreign_demonstration(theirs, caught.value.fitting)[0].cells) > 10
+    with pytest.raises(NothingToLearnError, match=r'cols:=\d+ origin_x:=0 origin_y:=-1.25'):
+        read_episode(own_bag(tmp_path, out_and_back), GRID)
+
+
+def test_how_fast_the_robot_is_stands_in_the_bag(tmp_path):
+    read_episode(own_bag(tmp_path, whole), GRID)
+    with pytest.raises(NothingToLearnError, match=r'the pose leaps by .* gets .* m at most'):
+        read_episode(own_bag(tmp_path, whole, speed_max=0.05), GRID)
