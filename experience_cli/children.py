@@ -12,9 +12,10 @@ import sys
 import tempfile
 import time
 from types import FrameType
-from typing import Any, Final, NoReturn
+from typing import Any, Final
 
 from experience_cli.errors import UserError
+from experience_cli.interrupts import interrupt
 from msgs_bridge.processes import child_environment
 from msgs_bridge.safe_files import check_folder, open_lock
 
@@ -57,10 +58,10 @@ class Children:
         self.stop()
         signal.signal(signal.SIGINT, self._before)
 
-    def _interrupt(self, number: int, frame: FrameType | None) -> NoReturn:
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
         # Raised inside a destructor or a callback of an extension it would be lost.
         self._interrupted = True
-        raise KeyboardInterrupt
+        interrupt(number, frame)
 
     def start_node(self, name: str, parameters: Mapping[str, object]) -> None:
         """Start one of our nodes with ROS parameters."""

@@ -15,9 +15,10 @@ import sys
 from typing import Final, NoReturn
 
 from experience_cli.errors import UserError
+from experience_cli.interrupts import heard
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.foreign_text import safe_output
-from msgs_bridge.processes import prepare
+from msgs_bridge.processes import folder_without_home, has_home, prepare
 
 #: Modules of the subcommands, in the order of the help.
 COMMANDS: Final = (
@@ -58,9 +59,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     prepare()
     _prepare_output()
+    _prepare_drawing()
     try:
         with safe_output():
-            return _run(parser().parse_args(arguments))
+            return _run(parser().parse_args(arguments), arguments is None)
     finally:
         # What is still to be written and cannot be would be complained of at the exit.
         try:
@@ -80,10 +82,18 @@ def _prepare_output() -> None:
         sys.stdout.reconfigure(errors='backslashreplace')
 
 
-def _run(parsed: argparse.Namespace) -> int:
+def _prepare_drawing() -> None:
+    """Let matplotlib draw into files only, whatever the environment says of screens and homes."""
+    os.environ['MPLBACKEND'] = 'agg'
+    if not os.environ.get('MPLCONFIGDIR') and not has_home('.config'):
+        os.environ['MPLCONFIGDIR'] = str(folder_without_home())
+
+
+def _run(parsed: argparse.Namespace, on_command_line: bool) -> int:
     """Run a subcommand; return its exit code, or that of what went wrong."""
     try:
-        code = int(parsed.run(parsed))
+        with heard(on_command_line):
+            code = int(parsed.run(parsed))
         sys.stdout.flush()
         return code
     except (UserError, BagError) as error:

@@ -9,15 +9,50 @@ to load anything; a child that inherits neither finds its own way.
 from collections.abc import Mapping
 import os
 from pathlib import Path
+import stat
 import sys
+import tempfile
 
 _MARK = '_ROS_WHEELS_BOOTSTRAP_COMPLETE'
 
 
 def prepare() -> None:
-    """Let the share folders of the wheels be found; an environment that is set up is kept."""
+    """
+    Let the share folders of the wheels be found, and let the log have a place without a home.
+
+    An environment that is set up is kept.
+    """
     if not os.environ.get('AMENT_PREFIX_PATH'):
         os.environ['AMENT_PREFIX_PATH'] = sys.prefix
+    is_chosen = os.environ.get('ROS_LOG_DIR') or os.environ.get('ROS_HOME')
+    if not is_chosen and not has_home('.ros/log'):
+        os.environ['ROS_LOG_DIR'] = str(folder_without_home() / 'log')
+
+
+def has_home(folder: str) -> bool:
+    """Tell whether a folder in the user's home is there, or can be made, to write to."""
+    home = os.environ.get('HOME')
+    if not home:
+        return False
+    try:
+        path = Path(home) / folder
+        path.mkdir(parents=True, exist_ok=True)
+        return os.access(path, os.W_OK)
+    except OSError:
+        return False
+
+
+def folder_without_home() -> Path:
+    """Return a folder that is this user's alone, for what belongs into a home."""
+    folder = Path(tempfile.gettempdir()) / f'experience_controller_{os.getuid()}'
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        about = folder.lstat()
+        if stat.S_ISDIR(about.st_mode) and about.st_uid == os.getuid():
+            return folder
+    except OSError:
+        pass
+    return Path(tempfile.mkdtemp())  # somebody else has made one of that name
 
 
 def child_environment(extra: Mapping[str, str] | None = None) -> dict[str, str]:
