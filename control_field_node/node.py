@@ -27,6 +27,7 @@ from control_field_node.supervisor import Supervisor
 from msgs_bridge import qos
 from msgs_bridge.command_age import problem_with_age
 from msgs_bridge.command_line import check_names, names_of, Program
+from msgs_bridge.company import CompanyWatch
 from msgs_bridge.graph import publishers_on
 from msgs_bridge.neighbourhoods import cells_of_sight, neighbourhood_from_grid
 from msgs_bridge.node_main import quickest_executor, run_node
@@ -41,6 +42,7 @@ from msgs_bridge.poses import (
     seconds_from_stamp,
     variances_from_covariance,
 )
+from msgs_bridge.statements import Deed, method_from_parameters
 from msgs_bridge.tables import field_from_cloud, OtherVersionError
 from msgs_bridge.velocities import velocity_from_twist
 
@@ -81,6 +83,8 @@ class ControlFieldNode(Node):
         self._told_held = ''
         self._teleop_at: float | None = None
         self._out = Outbox(self, self._settings, self.supervisor, self._writer)
+        self._company = CompanyWatch(self, 'controller')
+        self._on_parameters(parameters)
         self._make_subscriptions()
         self.create_service(Trigger, '~/start_trial', self._on_start)
         self.create_service(Trigger, '~/stop_trial', self._on_stop)
@@ -115,6 +119,7 @@ class ControlFieldNode(Node):
 
     def _on_parameters(self, parameters: Parameters) -> None:
         self.supervisor.parameters = parameters
+        self._company.state(method=method_from_parameters(parameters, DECISION_PARAMETERS))
 
     def _on_settings(self, settings: Settings) -> None:
         self._settings = settings
@@ -290,7 +295,7 @@ class ControlFieldNode(Node):
         others = self._peers.others if self._settings.exclusive_cmd_vel else []
         response.message = (
             f'{others[0]} publishes cmd_vel, too, and exclusive_cmd_vel is set' if others
-            else self.supervisor.start(time.monotonic()))
+            else self._company.why_not(Deed.DRIVE) or self.supervisor.start(time.monotonic()))
         response.success = not response.message
         if response.success:
             response.message = self.supervisor.status.sentence
@@ -352,7 +357,7 @@ class ControlFieldNode(Node):
     def _tell(self) -> None:
         self._look_at_peers()
         self._told_held = self.supervisor.held
-        self._out.tell(self._peers)
+        self._out.tell(self._peers, self._company)
 
     def close(self) -> None:
         """Leave the robot standing, whatever has happened; then say how the trial ended."""

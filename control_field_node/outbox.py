@@ -15,6 +15,7 @@ from control_field_node.reports import diagnostic_from_supervisor, Peers
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
 from msgs_bridge import qos
+from msgs_bridge.company import CompanyWatch
 from msgs_bridge.tables import cloud_from_decisions
 from msgs_bridge.trial_status import status_from_trial
 from msgs_bridge.velocities import twist_stamped_from_velocity
@@ -83,10 +84,11 @@ class Outbox:
             self._told = now
             self.trials.publish(status_from_trial(status, self._settings.robot_id))
 
-    def tell(self, peers: Peers) -> None:
-        """Publish how the controller does."""
+    def tell(self, peers: Peers, company: CompanyWatch) -> None:
+        """Publish how the controller does, and what it says of itself to its company."""
         status = diagnostic_from_supervisor(
             self._supervisor, self._node.get_fully_qualified_name(), peers)
+        company.add_to(status)
         self._diagnostics.publish(
             DiagnosticArray(header=Header(stamp=self._time()), status=[status]))
 

@@ -37,9 +37,11 @@ from learner_node.worker import result_of, Worker
 from msgs_bridge import qos
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder
 from msgs_bridge.command_line import check_names
+from msgs_bridge.company import CompanyWatch
 from msgs_bridge.complaints import Complaints
 from msgs_bridge.node_main import exit_with, run_node
 from msgs_bridge.parameters import declare_parameters_from
+from msgs_bridge.statements import method_from_parameters, workspace_from_grid
 
 #: How often the session looks at the clock and at who is there, [s] of the wall clock.
 _TICK_PERIOD: Final = 0.05
@@ -88,6 +90,9 @@ class LearnerNode(Node):
         self._lesson: Lesson | None = None
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
+        self._company = CompanyWatch(self, 'learner')
+        self._company.state(workspace_from_grid(grid), method_from_parameters(parameters))
+        self._session.why_not = self._company.why_not
         self._make_topics()
         self._make_services()
         self._worker = Worker()
@@ -163,9 +168,11 @@ class LearnerNode(Node):
         self.carry_out(self._session.saw_peers(self._requests.peers(), time.monotonic()))
 
     def _tell(self) -> None:
-        self._publications.tell(diagnostic_from_session(
+        status = diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh,
-            self._hearing.heard), self.get_clock().now().to_msg())
+            self._hearing.heard)
+        self._company.add_to(status)
+        self._publications.tell(status, self.get_clock().now().to_msg())
 
     # What others ask of the node
 

@@ -15,6 +15,7 @@ from learner_node.phases import (
     RETRY, SessionError, silence)
 from learner_node.teaching import Teaching
 from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.statements import Deed
 from msgs_bridge.trial_status import State, TrialStatus
 
 #: Who stops a trial, or leaves it unwatched, wants no other either.
@@ -39,7 +40,7 @@ class Session(Teaching):
 
     def relearn(self, now: float) -> Effects:
         """Take in that a bag is changed and all are learnt from anew; only when idle."""
-        self._check_idle('change a bag')
+        self._check_idle('change a bag', Deed.CHANGE)
         self.begin(now)
         return []
 
@@ -59,7 +60,7 @@ class Session(Teaching):
         if not self.settings.simulation:
             raise SessionError('cannot set a real robot back (simulation is false): carry it to '
                                f'its start and call {self.settings.controller}/start_trial')
-        self._check_idle('run trials')
+        self._check_idle('run trials', Deed.DRIVE)
         if self.revision < 0:
             raise SessionError('nothing was learnt yet, record a demonstration first')
         self.n_left = n_trials

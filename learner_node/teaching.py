@@ -7,6 +7,7 @@ from learner_node.phases import patience, Phase, QUIET, SessionError
 from learner_node.tally import INTRUDED, is_running
 from learner_node.transitions import Transitions
 from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.statements import Deed
 
 
 class Teaching(Transitions):
@@ -14,7 +15,7 @@ class Teaching(Transitions):
 
     def record(self, now: float) -> Effects:
         """Begin a demonstration; SessionError if something else is under way, or no odometry."""
-        self._check_idle('record a demonstration')
+        self._check_idle('record a demonstration', Deed.TEACH)
         if not math.isfinite(self._heard):
             raise SessionError('cannot record a demonstration: no odometry has arrived yet')
         self._intruder.begin(self._status, self._stamp, self.settings.controller)

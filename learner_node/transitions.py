@@ -8,6 +8,7 @@ from learner_node.phases import (
     Arrival, IN_TRIAL, obstacle, Peers, Phase, RECORDING, RETRY, SessionError, WORDS)
 from learner_node.settings import Settings, StartPose
 from learner_node.tally import Intruder, is_running, Tally
+from msgs_bridge.statements import Deed
 from msgs_bridge.trial_status import TrialStatus
 
 
@@ -30,6 +31,8 @@ class Transitions:
         self.n_left = 0
         self.revision = -1
         self.trial = 0
+        #: Returns why something must not be done now, such as what does not fit in the suite.
+        self.why_not: Callable[[Deed], str] = lambda deed: ''
         self._next_start = next_start
         self._start = StartPose(0.0, 0.0)
         self._peers = Peers()
@@ -51,9 +54,11 @@ class Transitions:
             return f'waiting: {self._obstacle() or "all is there"}'
         return WORDS.get(self.phase, f'trial {self.trial} is under way')
 
-    def _check_idle(self, what: str) -> None:
+    def _check_idle(self, what: str, deed: Deed) -> None:
         if self.phase is not Phase.IDLE:
             raise SessionError(f'cannot {what} now: {self.describe()}')
+        if why := self.why_not(deed):
+            raise SessionError(f'cannot {what}: {why}')
 
     def _go(self, phase: Phase, now: float) -> None:
         self.phase, self._began = phase, now
@@ -86,7 +91,8 @@ class Transitions:
         return effects
 
     def _obstacle(self) -> str:
-        return obstacle(self._peers, self._status, self.revision, self.settings.controller)
+        return self.why_not(Deed.DRIVE) or obstacle(
+            self._peers, self._status, self.revision, self.settings.controller)
 
     def _learn(self, now: float) -> Effects:
         self._go(Phase.LEARNING, now)

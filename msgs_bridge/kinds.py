@@ -1,5 +1,6 @@
 """Which texts say the same, but for what stands in a message: so that nothing is said for ever."""
 
+from collections.abc import Callable
 import re
 from typing import Final
 
@@ -22,17 +23,20 @@ class SaidOnce:
     ----------
     limit : int
         How many kinds are told apart; whoever sends ever new ones is heard that often.
+    kind : callable
+        Returns what is the same of two texts of one kind.
 
     """
 
-    def __init__(self, limit: int = 64) -> None:
+    def __init__(self, limit: int = 64, kind: Callable[[str], str] = kind_of) -> None:
         """Start with nothing said."""
         self._limit = limit
+        self._kind_of = kind
         self._kinds: set[str] = set()
 
     def is_new(self, text: str) -> bool:
         """Tell whether nothing of this kind was said before, and note that it is now."""
-        kind = kind_of(text)
+        kind = self._kind_of(text)
         if kind in self._kinds or len(self._kinds) >= self._limit:
             return False
         self._kinds.add(kind)

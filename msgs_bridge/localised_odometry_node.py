@@ -10,6 +10,7 @@ from rclpy.node import Node
 
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
+from msgs_bridge.company import CompanyWatch
 from msgs_bridge.complaints import Complaints
 from msgs_bridge.localised_odometry import FIXED, LocalisedOdometry, LocalisedSettings
 from msgs_bridge.node_main import run_node
@@ -43,6 +44,7 @@ class LocalisedOdometryNode(Node):
         settings = declare_parameters_from(
             self, LocalisedSettings, fixed=FIXED, on_change=self._on_settings)
         check_names(self)
+        self._company = CompanyWatch(self)
         self._localised = LocalisedOdometry(settings)
         self._complaints = Complaints(self)
         self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)

@@ -3,19 +3,26 @@
 from collections import deque
 from typing import Any, Final
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import LaserScan
 
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
+from msgs_bridge.company import CompanyWatch
 from msgs_bridge.complaints import Complaints
 from msgs_bridge.neighbourhood_maker import NeighbourhoodMaker
 from msgs_bridge.neighbourhoods import grid_from_neighbourhood
 from msgs_bridge.node_main import run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.sight_settings import FIXED, SightSettings
+from msgs_bridge.statements import workspace_from_grid
+
+_TELL_PERIOD: Final = 1.0
 
 PROGRAM: Final = Program(
     'neighbourhood_node', 'makes the 3x3 sight of a robot from its laser scan or a costmap.',
@@ -55,6 +62,11 @@ class NeighbourhoodNode(Node):
             qos.hear_all(
                 self, OccupancyGrid, 'costmap', self._on_costmap, qos.COSTMAPS, raw=True)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
+        self._problem = 'no odometry has arrived yet'
+        self._company = CompanyWatch(self, 'sight')
+        self._company.state(workspace_from_grid(self._maker.grid))
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_timer(_TELL_PERIOD, self._tell, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._say_what_is_here()
 
     def _say_what_is_here(self) -> None:
@@ -64,6 +76,18 @@ class NeighbourhoodNode(Node):
             f'{named("neighbourhood")} is made from {named(settings.source)} and {named("odom")}, '
             f'in {settings.rows} x {settings.cols} cells of {settings.resolution:g} m from '
             f'({settings.origin_x:g}, {settings.origin_y:g}) m in {settings.frame_id} on')
+
+    def _tell(self) -> None:
+        """Publish how the sight stands, and what this node says of itself."""
+        problem = self._problem
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if problem else DiagnosticStatus.OK,
+            name=f'{self.get_fully_qualified_name().lstrip("/")}: sight',
+            message=problem or 'all well', hardware_id='sight')
+        self._company.add_to(status)
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
 
     def _on_settings(self, settings: SightSettings) -> None:
         self._maker.settings = settings
@@ -85,11 +109,13 @@ class NeighbourhoodNode(Node):
         try:
             neighbourhood = self._maker.neighbourhood(msg)
         except ValueError as error:
+            self._problem = str(error)
             self._complaints.refused(error)
             return
         self._neighbourhoods.publish(grid_from_neighbourhood(neighbourhood, self._maker.grid))
+        self._problem = self._maker.problem(neighbourhood.stamp)
         self._complaints.look(
-            self._maker.problem(neighbourhood.stamp),
+            self._problem,
             f'{self._maker.settings.source} has come, all is well', self._maker.has_seen)
 
 

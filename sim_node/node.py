@@ -18,6 +18,7 @@ from msgs_bridge import qos
 from msgs_bridge.command_age import problem_with_age
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.command_types import mismatch
+from msgs_bridge.company import CompanyWatch
 from msgs_bridge.neighbourhoods import (
     grid_from_neighbourhood,
     map_from_occupancy,
@@ -32,6 +33,7 @@ from msgs_bridge.poses import (
     pose_from_initialpose,
     stamp_from_seconds,
 )
+from msgs_bridge.statements import workspace_from_grid
 from msgs_bridge.velocities import velocity_from_twist
 from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement
@@ -89,6 +91,8 @@ class SimNode(Node):
         self._n_ticks = 1  # a stamp of 0 means "no time" to ROS
         self._n_refused = self._n_readers = self._repeats = self._unanswered = 0
         self._told_contact: bool | None = None
+        self._company = CompanyWatch(self, 'robot')
+        self._state_world()
         self._make_topics()
         self._make_timers()
         self._publish_map()
@@ -104,6 +108,9 @@ class SimNode(Node):
             f'{grid.resolution:g} m, {pace}; the robot at ({self._settings.start_x:g}, '
             f'{self._settings.start_y:g}) m drives by {self._command_type.__name__} on {topic}, '
             f'which control_field_node passes on from teleop_node')
+
+    def _state_world(self) -> None:
+        self._company.state(workspace_from_grid(self._simulation.world.grid))
 
     def _load(self, name: str) -> World:
         world = load_world(find_world(name), self._settings.frame_id)
@@ -214,6 +221,7 @@ class SimNode(Node):
             self._ticker.timer_period_ns = round(1e9 * self._period / settings.speed_factor)
         if world is not None:
             self.get_logger().info(f'the world is now {world.name}')
+            self._state_world()
             self._publish_map()
             self._next_tick()
 
@@ -294,6 +302,7 @@ class SimNode(Node):
             message='the robot touches an obstacle or a wall' if touches else 'all well',
             hardware_id='simulated robot',
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+        self._company.add_to(status)
         array = DiagnosticArray(status=[status])
         array.header.stamp = self._system_clock.now().to_msg()
         self._diagnostics.publish(array)

@@ -21,9 +21,11 @@ from std_srvs.srv import Trigger
 
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
+from msgs_bridge.company import CompanyWatch
 from msgs_bridge.node_main import start_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.processes import prepare
+from msgs_bridge.statements import Deed
 from msgs_bridge.trial_status import trial_from_status
 from teleop_node.asking import Asking
 from teleop_node.commands import Commands
@@ -46,6 +48,9 @@ _HEARTBEAT_PERIOD: Final = 0.1
 #: How long `quit` may take to arrive, [s], and how long ending a trial and a series may take.
 _FAREWELL: Final = 0.1
 _LEAVING_TIME: Final = 4.0
+
+#: Services that end a trial, which is right whoever hears it; keeping a drive is, too.
+_ENDING: Final = ('/stop_trial', '/stop_trials')
 
 PROGRAM: Final = Program(
     'teleop_node', 'keys, or services of the same names, to drive and to teach (doc/teaching.md).'
@@ -84,6 +89,7 @@ class TeleopNode(Node):
         self._gathered = Gathered(
             self._full_name(self.settings.learner), self._full_name(self.settings.controller))
         self._teaching = Teaching(self, self.settings.learner, self.settings.controller)
+        self._company = CompanyWatch(self, say=self._say)
         self._make_topics()
         self._make_services()
         self.create_timer(_KEY_PERIOD, self._look_at_keys, clock=self._steady)
@@ -246,7 +252,11 @@ class TeleopNode(Node):
     async def ask(
         self, service: str, on: bool | None = None, patience: float = PATIENCE,
     ) -> Answer:
-        """Call a service of learner or controller."""
+        """Call a service of learner or controller; where there are two, only one that ends."""
+        # A request reaches whichever of them is there, the neighbour's, too.
+        if on is not False and not service.endswith(_ENDING) and (
+                why := self._company.why_not(Deed.CHANGE)):
+            return Answer(False, why)
         answer = await self._asking.ask(service, on, patience)
         self._gathered.saw_answer(on, answer.success, time.monotonic())
         if service.endswith('/stop_trials') and answer.success:

@@ -1,0 +1,199 @@
+"""Whom a node meets: the other nodes of its suite, and those of others that got among them."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+import os
+import secrets
+import socket
+import time
+from typing import Any, Final
+
+from diagnostic_msgs.msg import DiagnosticArray, KeyValue
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+
+from msgs_bridge.foreign_text import printable
+from msgs_bridge.graph import full_name, NOT_YET_KNOWN
+from msgs_bridge.kinds import SaidOnce
+from msgs_bridge.serialized import message_from_cdr
+from msgs_bridge.statements import (
+    Deed, Misfit, misfits, REMEDY, Statement, statement_from_status, values_from_statement)
+
+#: How often a node looks around, [s], and how long a statement holds; they come every second.
+_PERIOD: Final = 1.0
+_HOLDS: Final = 4.0
+#: For how long two publishers have to be there until that is said, [s]. Of two with one name one
+#: may have been killed: the graph of ROS forgets it after 20 s.
+_SURE: Final = 2.0
+_SURE_OF_NAMESAKES: Final = 25.0
+#: So many processes are heard at most; and what every statement holds.
+_MOST: Final = 64
+_MARK: Final = b'instance'
+
+
+@dataclass
+class _Heard:
+    statement: Statement
+    first: float
+    last: float
+
+
+class Company:
+    """
+    What the statements of one namespace come to. ROS-free: time is an argument.
+
+    Parameters
+    ----------
+    name : str
+        Full name of this node.
+    role : str
+        Its role in `msgs_bridge.statements.ROLES`; empty for one that says nothing of itself.
+
+    """
+
+    def __init__(self, name: str, role: str = '') -> None:
+        """Start alone."""
+        machine = socket.gethostname()[:60] or 'machine'
+        self.own = Statement(name, role, f'{machine}-{os.getpid()}-{secrets.token_hex(4)}')
+        self._heard: dict[str, _Heard] = {}
+
+    def saw(self, statement: Statement, now: float) -> None:
+        """Take in a statement; those of other namespaces, and the own one, are passed over."""
+        if statement.namespace != self.own.namespace or statement.instance == self.own.instance:
+            return
+        before = self._heard.get(statement.instance)
+        if before is None and len(self._heard) >= _MOST:
+            return
+        self._heard[statement.instance] = _Heard(
+            statement, now if before is None else before.first, now)
+
+    def misfits(self, now: float) -> list[Misfit]:
+        """Return what does not fit."""
+        self._heard = {key: heard for key, heard in self._heard.items()
+                       if now - heard.last < _HOLDS}
+        alive = [heard.statement for heard in self._heard.values()
+                 if not self._is_survived(heard)]
+        return misfits([*alive, *([self.own] if self.own.role else [])])
+
+    def _is_survived(self, heard: _Heard) -> bool:
+        """Tell whether another of its name has begun since it last spoke: it was started anew."""
+        return any(other.statement.name == heard.statement.name and other.first > heard.last
+                   for other in self._heard.values())
+
+
+class Doubles:
+    """Two publishers where there can be but one, as the graph of ROS has them."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._since: dict[tuple[str, str], float] = {}
+
+    def look(self, topic: str, publishers: Iterable[Any], now: float) -> str:
+        """
+        Say that several publish on a topic; empty if not, or if one may only be a ghost.
+
+        Parameters
+        ----------
+        topic : str
+            Full name.
+        publishers : iterable of TopicEndpointInfo
+        now : float, [s]
+
+        """
+        peers = [peer for peer in publishers if peer.node_name != NOT_YET_KNOWN]
+        names = sorted({full_name(peer) for peer in peers})
+        processes = {bytes(peer.endpoint_gid[:12]) for peer in peers}
+        is_sure = len(names) > 1 or len(processes) == 1
+        key = topic, 'sure' if is_sure else 'namesakes'
+        if len(peers) < 2:
+            self._since = {known: at for known, at in self._since.items() if known[0] != topic}
+            return ''
+        since = self._since.setdefault(key, now)
+        if now - since < (_SURE if is_sure else _SURE_OF_NAMESAKES):
+            return ''
+        who = ' and '.join(map(printable, names[:4]))
+        remedy = ('give each suite a ROS_DOMAIN_ID of its own, or set publish_clock:=false for '
+                  'all but one') if topic == '/clock' else REMEDY
+        return (f'{len(peers)} publish {topic}: {who}{" more than once" * (len(names) == 1)}. '
+                f'Two robots or two suites have met: {remedy}')
+
+
+class CompanyWatch:
+    """
+    Looks around for a node, and says once what does not fit.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+    role : str, optional
+        Of the node, see `Company`.
+    say : callable, optional
+        Is told what does not fit; a warning in the node's log by default.
+
+    Attributes
+    ----------
+    problems : list of Misfit
+        What does not fit now.
+
+    """
+
+    def __init__(
+        self, node: Any, role: str = '', say: Callable[[str], None] | None = None,
+    ) -> None:
+        """Listen to `/diagnostics` and look at the graph now and then."""
+        self._node = node
+        self._say = say or (lambda text: node.get_logger().warning(text))
+        self._company = Company(node.get_fully_qualified_name(), role)
+        self._doubles, self._said = Doubles(), SaidOnce(kind=str)
+        self._topics = [node.resolve_topic_name('odom'), '/clock']
+        self.problems: list[Misfit] = []
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 50,
+                                 raw=True)
+        node.create_timer(_PERIOD, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def state(
+        self, workspace: Mapping[str, Any] | None = None, method: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Set what this node says of itself."""
+        self._company.own = replace(self._company.own, workspace=workspace, method=method)
+
+    def add_to(self, status: Any) -> None:
+        """Add to a DiagnosticStatus what this node says of itself, and what does not fit."""
+        values = {**values_from_statement(self._company.own),
+                  'does_not_fit': '; '.join(problem.text for problem in self.problems)}
+        status.values = [*status.values, *(
+            KeyValue(key=key, value=value) for key, value in values.items())]
+
+    def why_not(self, deed: Deed) -> str:
+        """Say why something must not be done now; empty if it may be."""
+        return next((problem.text for problem in self.problems if deed in problem.stops), '')
+
+    def _on_diagnostics(self, cdr: bytes) -> None:
+        if _MARK not in cdr:
+            return  # of other nodes than ours
+        try:
+            array = message_from_cdr(cdr, DiagnosticArray)
+        except (ValueError, RuntimeError):
+            return
+        now = time.monotonic()
+        for statement in filter(None, map(statement_from_status, array.status)):
+            self._company.saw(statement, now)
+        self._judge(now)
+
+    def look(self) -> None:
+        """Look who publishes what only one may publish, and what does not hold any more."""
+        now = time.monotonic()
+        for topic in self._topics:
+            text = self._doubles.look(topic, self._node.get_publishers_info_by_topic(topic), now)
+            if text:
+                self._tell(text)
+        self._judge(now)
+
+    def _judge(self, now: float) -> None:
+        self.problems = self._company.misfits(now)
+        for problem in self.problems:
+            self._tell(problem.text)
+
+    def _tell(self, text: str) -> None:
+        if self._said.is_new(text):
+            self._say(text)

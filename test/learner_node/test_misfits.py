@@ -1,0 +1,44 @@
+"""What does not fit in the suite keeps the session from teaching, trying and changing."""
+
+import pytest
+
+from learner_node.effects import Place, Say
+from learner_node.phases import Peers, Phase, SessionError
+from learner_node.session import Session
+from learner_node.settings import Settings, StartPose
+from msgs_bridge.statements import Deed
+from msgs_bridge.trial_status import State, TrialStatus
+
+
+@pytest.fixture
+def session():
+    session = Session(Settings(simulation=True), lambda: StartPose(0.6, 0.9))
+    session.saw_peers(Peers(True, True), 0.0)
+    session.saw_status(TrialStatus(State.IDLE, revision=1), 0.0)
+    session.heard_odometry(1.0, 0.0)
+    session.revision = 1
+    return session
+
+
+@pytest.mark.parametrize(('deed', 'ask'), [
+    (Deed.TEACH, lambda session: session.record(1.0)),
+    (Deed.DRIVE, lambda session: session.run_trials(3, 1.0)),
+    (Deed.CHANGE, lambda session: session.relearn(1.0))])
+def test_what_is_asked_for_is_refused_with_the_reason(session, deed, ask):
+    session.why_not = lambda what: 'the workspaces differ' if what is deed else ''
+    with pytest.raises(SessionError, match='the workspaces differ'):
+        ask(session)
+    assert session.phase is Phase.IDLE
+    session.why_not = lambda what: '' if what is deed else 'something else'
+    ask(session)
+
+
+def test_a_series_waits_for_what_does_not_fit_and_says_so(session):
+    session.run_trials(2, 1.0)
+    session.saw_peers(Peers(True, False), 1.1)
+    session.why_not = lambda what: '2 controllers in one namespace'
+    effects = [effect for k in range(200) for effect in session.tick(2.0 + 0.05 * k)]
+    said = [effect.text for effect in effects if isinstance(effect, Say)]
+    assert 'the next trial waits: 2 controllers in one namespace' in said
+    session.why_not = lambda what: ''
+    assert any(isinstance(effect, Place) for effect in session.saw_peers(Peers(True, True), 20.0))

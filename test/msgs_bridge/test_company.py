@@ -1,0 +1,91 @@
+"""Whom a node meets: twins that live, those that were started anew, and two on one topic."""
+
+from types import SimpleNamespace
+
+from control_field.grid import Grid
+from msgs_bridge.company import Company, Doubles
+from msgs_bridge.statements import Statement, workspace_from_grid
+
+
+def said(name='/learner_node', number=1):
+    return Statement(name, 'learner', f'host-{number}-ab')
+
+
+def publisher(name, process=1, namespace='/'):
+    return SimpleNamespace(node_name=name, node_namespace=namespace,
+                           endpoint_gid=[process] * 12 + [0] * 4)
+
+
+def test_two_that_live_are_met_and_one_that_was_started_anew_is_not():
+    company = Company('/teleop_node')
+    for now in range(5):
+        company.saw(said(number=1), float(now))
+    company.saw(said(number=2), 5.0)
+    assert company.misfits(5.0) == []
+    company.saw(said(number=1), 5.5)
+    [problem] = company.misfits(5.5)
+    assert '2 learners' in problem.text
+    for now in range(6, 12):
+        company.saw(said(number=2), float(now))
+    assert company.misfits(11.0) == []
+
+
+def test_a_node_with_a_role_meets_its_own_twin_but_not_itself():
+    company = Company('/learner_node', 'learner')
+    company.saw(company.own, 0.0)
+    assert company.misfits(0.0) == []
+    company.saw(said(), 0.0)
+    assert len(company.misfits(0.0)) == 1
+
+
+def test_other_namespaces_are_other_suites():
+    company = Company('/left/learner_node', 'learner')
+    for name in ('/learner_node', '/right/learner_node', '/left/more/learner_node'):
+        company.saw(said(name), 0.0)
+    assert company.misfits(0.0) == []
+
+
+def test_who_has_gone_silent_counts_no_more():
+    company = Company('/sim_node', 'robot')
+    company.own = Statement(company.own.name, 'robot', company.own.instance,
+                            workspace_from_grid(Grid(20, 20, 1.0)))
+    company.saw(Statement('/learner_node', 'learner', 'a', workspace_from_grid(
+        Grid(20, 20, 0.25))), 0.0)
+    assert len(company.misfits(3.0)) == 1
+    assert company.misfits(5.0) == []
+
+
+def test_ever_new_processes_do_not_fill_the_memory():
+    company = Company('/teleop_node')
+    for number in range(1000):
+        company.saw(said(number=number), 0.0)
+    assert len(company._heard) == 64
+
+
+class TestDoubles:
+    def test_two_names_are_said_once_they_have_stayed(self):
+        doubles, two = Doubles(), [publisher('a', 1), publisher('b', 2, '/x')]
+        assert doubles.look('/odom', two, 0.0) == ''
+        said = doubles.look('/odom', two, 2.0)
+        assert '2 publish /odom: /a and /x/b. ' in said
+        assert 'ROS_DOMAIN_ID' in said
+
+    def test_one_is_never_said_and_begins_anew(self):
+        doubles, two = Doubles(), [publisher('a'), publisher('b')]
+        doubles.look('/odom', two, 0.0)
+        assert doubles.look('/odom', two[:1], 1.0) == ''
+        assert doubles.look('/odom', two, 3.0) == ''
+
+    def test_of_two_with_one_name_one_may_have_been_killed(self):
+        doubles, two = Doubles(), [publisher('a', 1), publisher('a', 2)]
+        assert [doubles.look('/odom', two, now) for now in (0.0, 5.0, 20.0)] == [''] * 3
+        assert '/a more than once' in doubles.look('/odom', two, 25.0)
+
+    def test_two_of_one_process_are_there(self):
+        doubles, two = Doubles(), [publisher('a'), publisher('a')]
+        doubles.look('/clock', two, 0.0)
+        assert 'publish_clock:=false' in doubles.look('/clock', two, 2.0)
+
+    def test_a_node_whose_name_is_not_known_yet_does_not_count(self):
+        doubles, two = Doubles(), [publisher('a'), publisher('_NODE_NAME_UNKNOWN_')]
+        assert [doubles.look('/odom', two, now) for now in (0.0, 50.0)] == [''] * 2

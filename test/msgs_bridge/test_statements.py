@@ -1,0 +1,107 @@
+"""What the nodes of a suite say of themselves, and what of it does not fit."""
+
+from dataclasses import replace
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+import pytest
+
+from control_field.grid import Grid
+from control_field.parameters import Parameters
+from msgs_bridge.statements import (
+    Deed, method_from_parameters, misfits, Statement, statement_from_status,
+    values_from_statement, workspace_from_grid)
+
+GRID = Grid(20, 20, 0.25)
+
+
+def said(name, role, *, grid=None, parameters=None, number=1):
+    return Statement(name, role, f'host-{number}-ab', None if grid is None else (
+        workspace_from_grid(grid)), None if parameters is None else (
+        method_from_parameters(parameters)))
+
+
+def suite(world=GRID, sight=GRID, controller=None):
+    return [said('/learner_node', 'learner', grid=GRID, parameters=Parameters()),
+            said('/control_field_node', 'controller', parameters=controller or Parameters()),
+            said('/sim_node', 'robot', grid=world),
+            said('/neighbourhood_node', 'sight', grid=sight)]
+
+
+def status(statement, **values):
+    values = {**values_from_statement(statement), **values}
+    return DiagnosticStatus(name=f'{statement.name.lstrip("/")}: {statement.role}', values=[
+        KeyValue(key=key, value=value) for key, value in values.items()])
+
+
+@pytest.mark.parametrize('statement', suite())
+def test_a_statement_comes_through(statement):
+    assert statement_from_status(status(statement)) == statement
+
+
+@pytest.mark.parametrize('workspace', [
+    '', '[1]', 'x', '{"rows": 1}', '{"rows": NaN}', '[' * 3000,
+    '{"rows": 1, "cols": 1, "resolution": 0.0, "origin_x": 0, "origin_y": 0, "frame_id": "a"}',
+    '{"rows": "a", "cols": 1, "resolution": 1, "origin_x": 0, "origin_y": 0, "frame_id": "a"}',
+    '{"rows": 1, "cols": 1, "resolution": 1, "origin_x": 1e999, "origin_y": 0, "frame_id": "a"}',
+    '{"rows": 1' + '0' * 400 + '}'])
+def test_a_workspace_that_makes_no_sense_is_none(workspace):
+    statement = statement_from_status(status(suite()[0], workspace=workspace))
+    assert statement.workspace is None
+    assert not misfits([statement, *suite()[1:]])
+
+
+def test_what_is_no_statement_is_passed_over():
+    assert statement_from_status(DiagnosticStatus(name='battery: robot')) is None
+    assert statement_from_status(status(said('/a', 'motor'))) is None
+
+
+def test_a_suite_that_fits_has_nothing_to_say():
+    assert misfits(suite()) == []
+
+
+@pytest.mark.parametrize(('world', 'remedy', 'stops'), [
+    (Grid(20, 20, 1.0), 'restart learner_node with -p resolution:=1.0, or sim_node with', True),
+    (Grid(20, 20, 0.25, 0.1, 0.0), 'restart learner_node with -p origin_x:=0.1, or', True),
+    (Grid(20, 20, 0.25, frame_id='map'), 'learner_node with -p frame_id:=map, or', True),
+    (Grid(40, 20, 0.25, -2.5, 0.0), 'with -p rows:=40 -p origin_x:=-2.5, or', False)])
+def test_another_world_than_the_learners_is_named_with_what_to_set(world, remedy, stops):
+    [problem] = misfits(suite(world=world))
+    assert 'sim_node and learner_node have different workspaces' in problem.text
+    assert remedy in problem.text
+    assert problem.stops == (frozenset((Deed.TEACH, Deed.DRIVE)) if stops else frozenset())
+
+
+def test_a_sight_of_other_cells_can_be_set_right_on_either_side():
+    [problem] = misfits(suite(sight=replace(GRID, resolution=0.5)))
+    assert ('restart learner_node with -p resolution:=0.5, or neighbourhood_node with -p '
+            'resolution:=0.25') in problem.text
+
+
+def test_without_a_learner_simulator_and_sight_are_compared():
+    [problem] = misfits(suite(sight=replace(GRID, resolution=0.5))[1:])
+    assert 'neighbourhood_node and sim_node have different workspaces' in problem.text
+
+
+def test_other_parameters_of_the_method_are_named_with_what_to_set():
+    [problem] = misfits(suite(controller=replace(
+        Parameters(), unknown_is_blocked=True, profile='paper')))
+    assert 'control_field_node and learner_node have different parameters' in problem.text
+    assert 'profile paper and full' in problem.text
+    assert ('restart control_field_node with -p profile:=full -p unknown_is_blocked:=false, or '
+            'learner_node with -p profile:=paper -p unknown_is_blocked:=true') in problem.text
+    assert problem.stops == {Deed.DRIVE}
+
+
+def test_two_of_one_role_are_two_suites():
+    [problem] = misfits([*suite(), said('/learner_b', 'learner', grid=GRID,
+                                        parameters=Parameters(), number=7)])
+    assert ('2 learners in one namespace: /learner_b (process 7 on host) and /learner_node '
+            '(process 1 on host)') in problem.text
+    assert 'ROS_DOMAIN_ID' in problem.text
+    assert '-r __ns:=' in problem.text
+    assert problem.stops == frozenset(Deed)
+
+
+def test_a_name_cannot_command_a_terminal():
+    [problem] = misfits([*suite(), said('/\x1b[2J', 'learner', number=2)])
+    assert '\x1b' not in problem.text
