@@ -113,7 +113,8 @@ def _trial(episode: Episode, record: Trial) -> dict[str, Any]:
     values: dict[str, Any] = {'steps': record.n_steps, 'outcome': str(ended or Outcome.ABORTED)}
     if record.outcome is Outcome.ABORTED:
         why = episode.status.reason if episode.status else 'it was broken off'
-        values |= {'state': 'aborted', 'note': why}
+        state = 'not kept' if episode.doubt else 'aborted'
+        values |= {'state': state, 'note': episode.doubt or why}
     return values
 
 

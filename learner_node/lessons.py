@@ -105,6 +105,8 @@ class Lessons:
         return Lesson(read.folder, read, refresh, note)
 
     def _learn_trial(self, read: Episode, trial: Trial, note: str) -> Lesson:
+        if read.doubt:
+            return Lesson(read.folder, read, None, f'nothing was learnt: {read.doubt}')
         steps = counted(trial.n_steps, 'step')
         said = f'{trial.outcome} after {steps}' + (f', {note}' if note else '')
         if trial.outcome is Outcome.ABORTED:

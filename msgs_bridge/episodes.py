@@ -12,6 +12,7 @@ from control_field.demonstration import DemonstrationReport
 from control_field.grid import Grid
 from control_field.outside import OutsideWorkspaceError
 from control_field.plausibility import SPEED_MAX
+from control_field.presence import doubt_about_trial
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.words import counted
 from msgs_bridge.any_bag import InLogOrder, notes_on, open_bag
@@ -19,7 +20,7 @@ from msgs_bridge.bag_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, mcap_path, TaskFolder)
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
-from msgs_bridge.bag_tables import decision_table, statuses
+from msgs_bridge.bag_tables import decision_table, pose_table, statuses
 from msgs_bridge.drives import Drive, NothingToLearnError, read_drive, remedy_for_own
 from msgs_bridge.episode_header import EpisodeHeader, HEADER_NAME
 from msgs_bridge.trial_status import Label, State, TrialStatus
@@ -46,6 +47,8 @@ class Episode:
         Sentences on what was passed over.
     label : Label
         What a person said of it, under way or afterwards; ``record`` heeds it.
+    doubt : str
+        Why a trial and its odometry do not belong together; it is as good as aborted then.
 
     """
 
@@ -56,6 +59,7 @@ class Episode:
     status: TrialStatus | None = None
     notes: tuple[str, ...] = ()
     label: Label = Label.NONE
+    doubt: str = ''
 
 
 class OutsideDriveError(BagError):
@@ -330,8 +334,26 @@ def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Epi
     label = _label(episode, ended)
     if label:
         notes.append(f'labelled {label} by a person')
-    record = Trial(own, judged(outcome, label), episode.number)
-    return Episode(episode, header, record, None, ended, tuple(notes), label)
+    doubt = '' if outcome is Outcome.ABORTED else _doubt(bag, header, own, ended)
+    record = Trial(own, Outcome.ABORTED if doubt else judged(outcome, label), episode.number)
+    return Episode(episode, header, record, None, ended, tuple(notes), label, doubt)
+
+
+def _doubt(
+    bag: BagReader, header: EpisodeHeader, rows: npt.NDArray[np.void], ended: TrialStatus | None,
+) -> str:
+    """Say why a trial's decisions are none of the robot whose odometry lies beside them."""
+    odometry = _messages(bag, 'odom', header.topics)
+    poses = pose_table(odometry, header.grid.frame_id)
+    if not len(poses.stamps) and (len(odometry) or 'odom' not in header.topics):
+        return ''  # in a frame of its own, or never recorded: nothing to compare with
+    claimed = rows
+    if len(rows) and ended is not None and ended.outcome is Outcome.GOAL:
+        claimed = np.concatenate([rows, rows[-1:]])
+        for name, value in (('row', rows['next_row'][-1]), ('col', rows['next_col'][-1]),
+                            ('stamp', ended.stamp)):
+            claimed[name][-1] = value
+    return doubt_about_trial(claimed, poses.stamps, poses.xy, header.grid, header.speed_max)
 
 
 def own_trial(

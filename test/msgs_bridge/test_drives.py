@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_odometry
+from bridge_helpers import (
+    CLOUD, GRID, nanoseconds, ODOMETRY, raw_decisions, raw_odometry, raw_status, STATUS)
 from control_field.parameters import Parameters
+from control_field.records import DECISION_DTYPE, Outcome
+from experience_cli.summary import summary_of
 from foreign_bags import STORE
 from learner_node.lessons import Lessons
 from msgs_bridge.bag_file import start_bag
@@ -14,6 +17,7 @@ from msgs_bridge.bag_import import check_drive
 from msgs_bridge.drives import NothingToLearnError
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import OutsideDriveError, read_episode, read_foreign_demonstration
+from msgs_bridge.trial_status import State
 
 STAMPS = 100.0 + np.arange(300) / 20.0
 WAY = np.stack([0.6 + 0.01 * np.arange(300), 0.6 + 0.005 * np.arange(300)], axis=1)
@@ -115,6 +119,46 @@ def test_the_workspace_that_is_named_holds_the_drive(tmp_path):
     assert len(read_foreign_demonstration(theirs, caught.value.fitting)[0].cells) > 10
     with pytest.raises(NothingToLearnError, match=r'cols:=\d+ origin_x:=0 origin_y:=-1.25'):
         read_episode(own_bag(tmp_path, out_and_back), GRID)
+
+
+def forged_trials(root, n, topics, decides):
+    """Record trials that somebody made up while the robot stood, or drove elsewhere."""
+    header = EpisodeHeader('trial', 'task1', GRID, topics=topics).to_mapping()
+    for number in range(1, n + 1):
+        rows = np.zeros(4, DECISION_DTYPE)
+        rows['stamp'], rows['trial'] = 100.5 + np.arange(4), number
+        rows['row'] = rows['next_row'] = 2
+        rows['col'] = decides + np.arange(4)
+        rows['next_col'] = rows['col'] + 1
+        with start_bag(TaskFolder(root, 'task1'), 'trial', header) as bag:
+            bag.write('/trial', STATUS, raw_status(State.RUNNING, number), 0)
+            bag.write('/experience', CLOUD, raw_decisions(rows), 1)
+            for i in range(120 if topics else 0):
+                bag.write('/odom', ODOMETRY, raw_odometry(100.0 + i / 20.0, 0.6, 0.6), i)
+            bag.write('/trial', STATUS, raw_status(
+                State.ENDED, number, Outcome.COLLISION, decisions=4, stamp=105.0), 999)
+        yield bag.folder
+
+
+@pytest.mark.parametrize('decides', [2, 9], ids=['from where it is', 'from elsewhere'])
+def test_trials_that_were_made_up_teach_nothing_and_count_for_nothing(tmp_path, decides):
+    lessons = Lessons(GRID, Parameters())
+    lessons.learn(episode_from_path(own_bag(tmp_path, whole)))
+    before = lessons.field()
+    for folder in forged_trials(tmp_path, 5, {'odom': '/odom'}, decides):
+        lesson = lessons.learn(episode_from_path(folder))
+        assert lesson.refresh is None
+        assert 'nothing was learnt: its decisions do not fit where the robot was' in lesson.note
+        summary = summary_of(episode_from_path(folder))
+        assert summary.state == 'not kept'
+        assert 'do not fit where the robot was' in summary.note
+    assert lessons.field() is before
+    assert lessons.n_trials == 0
+
+
+def test_a_trial_whose_odometry_nobody_heard_is_not_learnt(tmp_path):
+    [folder] = forged_trials(tmp_path, 1, {'odom': '/elsewhere/odom'}, 2)
+    assert 'no odometry was recorded with it' in read_episode(folder, GRID).doubt
 
 
 def test_how_fast_the_robot_is_stands_in_the_bag(tmp_path):
