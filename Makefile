@@ -16,18 +16,22 @@ export PYTHON VENV
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH \
 	RMW_IMPLEMENTATION LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: demo setup test check bench evaluation lock clean
+.PHONY: demo setup tools test check bench evaluation lock clean
 
 demo: setup
 	$(BIN)/experience demo $(DEMO_ARGS)
 
+# What runs; and what testing and checking need on top.
 setup:
 	@sh tools/setup.sh
 
-test: setup
+tools:
+	@sh tools/setup.sh tools
+
+test: tools
 	$(BIN)/python -m pytest -n 2 --dist worksteal $(TEST_ARGS)
 
-check: setup
+check: tools
 	$(BIN)/ruff check $(CODE)
 	$(BIN)/flake8 $(CODE)
 	$(BIN)/mypy
@@ -35,19 +39,20 @@ check: setup
 	$(BIN)/python tools/check_dependencies.py
 	$(BIN)/python tools/parameter_tables.py --check
 
-bench: setup
+bench: tools
 	$(BIN)/python -m benchmarks.speed $(BENCH_ARGS)
 
-evaluation: setup
+evaluation: tools
 	$(BIN)/python -m benchmarks.evaluation $(EVALUATION_ARGS)
 
 # Only for who changes requirements*.in: find the newest versions for both Pythons and lock them.
 LOCK := $(BIN)/uv pip compile -q --upgrade --universal --python-version 3.11 \
 	--fork-strategy fewest --generate-hashes --no-emit-index-url --no-emit-find-links \
 	--no-annotate --no-header
-lock: setup
+lock: tools
 	$(LOCK) requirements-build.in -o requirements-build.lock
-	$(LOCK) requirements-dev.in -o requirements.lock
+	$(LOCK) requirements.in -o requirements.lock
+	$(LOCK) -c requirements.lock requirements-dev.in -o requirements-dev.lock
 
 clean:
 	rm -rf $(VENV) build install log out .pytest_cache .mypy_cache .ruff_cache \

@@ -47,7 +47,6 @@ KEYS = {
     'ruamel': 'python3-ruamel.yaml',
     'scipy': 'python3-scipy',
     'sensor_msgs': 'sensor_msgs',
-    'sklearn': 'python3-sklearn',
     'std_msgs': 'std_msgs',
     'std_srvs': 'std_srvs',
     'tqdm': 'python3-tqdm',

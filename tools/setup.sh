@@ -1,6 +1,7 @@
 #!/bin/sh
-# Make .venv: the locked dependencies and this project, editable. Does nothing when nothing
-# changed. Called by `make setup`; PYTHON names the interpreter, VENV the folder.
+# Make .venv: the locked dependencies and this project, editable; with the argument `tools` also
+# what testing and checking need. Does nothing when nothing changed. Called by `make setup` and
+# `make tools`; PYTHON names the interpreter, VENV the folder.
 set -eu
 
 cd "$(dirname "$0")/.."
@@ -39,6 +40,10 @@ dependencies_key() {
     pwd -P
 }
 
+tools_key() {
+    cat requirements-dev.lock
+}
+
 # Whether .venv still runs, and on the interpreter that was asked for, if one was.
 fits() {
     which='import sys; print(sys.base_prefix, sys.version)'
@@ -48,7 +53,7 @@ fits() {
 
 # What the installation of this project depends on; its modules and its data stay in the tree.
 project_key() {
-    cat setup.py setup.cfg pyproject.toml
+    cat setup.py setup.cfg pyproject.toml experience_cli/quiet_start.py
 }
 
 key_of() {
@@ -75,22 +80,28 @@ make_venv() {
         "on Debian and Ubuntu 'apt install python3-venv' usually helps"
 }
 
-install_dependencies() {
-    pip="$VENV/bin/python -m pip --disable-pip-version-check --no-input -q"
+pip() {
+    "$VENV/bin/python" -m pip --disable-pip-version-check --no-input -q "$@"
+}
+
+install_builder() {
     echo 'setup: installing the locked dependencies'
-    $pip install --require-hashes -r requirements-build.lock ||
+    pip install --require-hashes -r requirements-build.lock ||
         die "could not install the builder (see above): is a Python package index reachable?"
+}
+
+install_lock() {
     # pip is the way out where only pip is set up for the index.
     UV_LINK_MODE=copy "$VENV/bin/uv" pip install -q --python "$VENV/bin/python" \
-        --compile-bytecode --no-build-isolation --require-hashes -r requirements.lock ||
-        $pip install --no-build-isolation --require-hashes -r requirements.lock ||
+        --compile-bytecode --no-build-isolation --require-hashes -r "$1" ||
+        pip install --no-build-isolation --require-hashes -r "$1" ||
         die "could not install the dependencies (see above)"
 }
 
 install_project() {
     echo 'setup: installing experience_controller'
-    "$VENV/bin/python" -m pip --disable-pip-version-check --no-input -q install --no-deps \
-        --no-build-isolation --editable . || die 'could not install this project (see above)'
+    pip install --no-deps --no-build-isolation --editable . ||
+        die 'could not install this project (see above)'
     # An editable installation leaves out data files; the ament index needs them.
     share="$VENV/share/experience_controller"
     rm -rf "$share"
@@ -102,13 +113,54 @@ install_project() {
         "$VENV/share/ament_index/resource_index/packages/experience_controller"
 }
 
+# Ctrl-C is heard from the first moment on: see experience_cli/quiet_start.py. Python imports what
+# is named in the first .pth file before anything else; and until it does so, the signal waits.
+start_quietly() {
+    for packages in "$VENV"/lib/python3*/site-packages; do
+        if [ -d "$packages" ]; then
+            cat experience_cli/quiet_start.py >"$packages/_experience_quiet_start.py"
+            echo 'import _experience_quiet_start' >"$packages/00_experience_quiet_start.pth"
+        fi
+    done
+    if /usr/bin/env --block-signal=INT /bin/sh -c : 2>/dev/null; then
+        for script in "$VENV/bin/experience" "$VENV"/bin/*_node; do
+            if [ -f "$script" ]; then
+                let_signals_wait "$script"
+            fi
+        done
+    fi
+}
+
+let_signals_wait() {
+    {
+        read -r first
+        case "$first" in
+        '#!/usr/bin/env '*) ;;
+        # A longer line would be cut off by old kernels.
+        '#!'*python*) [ "${#first}" -gt 88 ] ||
+            first="#!/usr/bin/env -S --block-signal=INT ${first#??}" ;;
+        esac
+        echo "$first"
+        cat
+    } <"$1" >"$1.new"
+    cat "$1.new" >"$1"
+    rm "$1.new"
+}
+
 if ! { stamped dependencies_key && fits; }; then
     make_venv
-    install_dependencies
+    install_builder
+    install_lock requirements.lock
     stamp dependencies_key
 fi
 if ! stamped project_key; then
     rm -f "$STAMP-project_key"
     install_project
+    start_quietly
     stamp project_key
+fi
+if [ "${1:-}" = tools ] && ! stamped tools_key; then
+    echo 'setup: installing what testing and checking need'
+    install_lock requirements-dev.lock
+    stamp tools_key
 fi

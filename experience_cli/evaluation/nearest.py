@@ -4,7 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-from sklearn.neighbors import NearestNeighbors
 
 from control_field import compiled
 from control_field.headings import heading_from_step, STEP_COL, STEP_LENGTH, STEP_ROW
@@ -37,14 +36,19 @@ class NearestPrototype:
         """Learn nothing from trials."""
 
     def _ranked(self) -> npt.NDArray[np.int8]:
-        """Return the actions of all prototypes a cell, the nearest first: (n_places, n)."""
+        """
+        Return the actions of all prototypes a cell, the nearest first: (n_places, n).
+
+        Of those that are equally near the one that was shown first stands first.
+        """
         centres = np.array(list(self._action), dtype=np.float64)
         actions = np.array(list(self._action.values()), dtype=np.int8)
-        cells = np.argwhere(np.ones(self.task.grid.shape, dtype=np.bool_)).astype(np.float64)
-        order = NearestNeighbors(n_neighbors=len(centres)).fit(centres).kneighbors(
-            cells, return_distance=False)
-        ranked: npt.NDArray[np.int8] = actions[order]
-        return ranked
+        n_rows, n_cols = self.task.grid.shape
+        ranked = np.empty((n_rows, n_cols, len(centres)), dtype=np.int8)
+        for row in range(n_rows):  # all rows at once would need a number for every pair
+            away = (row - centres[:, 0]) ** 2 + (np.arange(n_cols)[:, None] - centres[:, 1]) ** 2
+            ranked[row] = actions[away.argsort(axis=1, kind='stable')]
+        return ranked.reshape(n_rows * n_cols, -1)
 
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the action of the nearest prototype at every cell."""

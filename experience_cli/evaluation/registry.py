@@ -32,7 +32,6 @@ def make_method(name: str, task: Task, rng: np.random.Generator) -> Method:
     if name == 'eq7':
         return equation_7(task, rng)
     if name == 'nearest_prototype':
-        # scikit-learn takes a second to load: only for whom needs it.
         from experience_cli.evaluation.nearest import NearestPrototype
         return NearestPrototype(task)
     if name == 'replanner':

@@ -10,13 +10,15 @@ from ros_helpers import ROOT, run
 
 UTILITIES = ('sh', 'dirname', 'cat', 'cksum', 'rm', 'mkdir', 'ln', 'mv', 'pwd')
 NEEDED = (
-    'requirements-build.lock', 'requirements.lock', 'setup.py', 'setup.cfg', 'pyproject.toml')
+    'requirements-build.lock', 'requirements.lock', 'requirements-dev.lock', 'setup.py',
+    'setup.cfg', 'pyproject.toml', 'experience_cli/quiet_start.py')
 
 
 @pytest.fixture
 def tree(tmp_path):
     """Return a folder with what setup.sh reads, and `bin` with hardly any programs."""
-    (tmp_path / 'tree/tools').mkdir(parents=True)
+    for folder in ('tools', 'experience_cli'):
+        (tmp_path / 'tree' / folder).mkdir(parents=True)
     for name in (*NEEDED, 'tools/setup.sh'):
         shutil.copy(ROOT / name, tmp_path / 'tree' / name)
     (tmp_path / 'bin').mkdir()
@@ -32,9 +34,9 @@ def program(tree, name, text):
     return path
 
 
-def setup(tree, **env):
+def setup(tree, *arguments, **env):
     env = {'PATH': str(tree.parent / 'bin'), 'PYTHON': '', 'VENV': '.venv', **env}
-    return run(['/bin/sh', 'tools/setup.sh'], tree.parent, env, cwd=tree)
+    return run(['/bin/sh', 'tools/setup.sh', *arguments], tree.parent, env, cwd=tree)
 
 
 def test_no_python_is_one_clear_line(tree):
@@ -72,7 +74,11 @@ if [ "$1" = --version ]; then echo Python stub; exit; fi
 echo "$@" >>{calls}
 if [ -f {tree}/fail ]; then exit 1; fi
 if [ "$2" = venv ]; then
-    mkdir -p "$3/bin" "$3/share/ament_index/resource_index/packages"
+    mkdir -p "$3/bin" "$3/share/ament_index/resource_index/packages" \
+        "$3/lib/python3.12/site-packages"
+    echo '#!/some/bin/python3.12' >"$3/bin/experience"
+    echo 'import of the command' >>"$3/bin/experience"
+    echo '#!/bin/sh' >"$3/bin/sim_node"
     ln -s {stub} "$3/bin/python"
     ln -s {stub} "$3/bin/uv"
 fi
@@ -82,10 +88,10 @@ fi
     return calls
 
 
-def calls_of(tree, calls):
+def calls_of(tree, calls, *arguments):
     """Run the set-up; return its exit code and how many commands it gave."""
     calls.write_text('')
-    code = setup(tree).popen.returncode
+    code = setup(tree, *arguments).popen.returncode
     return code, len(calls.read_text().splitlines())
 
 
@@ -109,9 +115,47 @@ def test_what_failed_is_done_again(tree):
     assert calls_of(tree, calls) == (0, 4)
 
 
+def test_tools_come_on_top_and_only_when_asked_for(tree):
+    calls = make_stub(tree)
+    assert calls_of(tree, calls) == (0, 4)
+    assert 'requirements-dev' not in calls.read_text()
+    assert calls_of(tree, calls, 'tools') == (0, 1)
+    assert 'requirements-dev.lock' in calls.read_text()
+    assert calls_of(tree, calls, 'tools') == calls_of(tree, calls) == (0, 0)
+    with (tree / 'requirements-dev.lock').open('a') as file:
+        file.write('\n# changed\n')
+    assert calls_of(tree, calls) == (0, 0)
+    assert calls_of(tree, calls, 'tools') == (0, 1)
+
+
+def test_scripts_hear_ctrl_c_from_the_first_moment_on(tree):
+    make_stub(tree)
+    setup(tree)
+    for _ in range(2):
+        script = (tree / '.venv/bin/experience').read_text().splitlines()
+        assert script == ['#!/usr/bin/env -S --block-signal=INT /some/bin/python3.12',
+                          'import of the command']
+        (tree / '.venv/setup-stamp-project_key').unlink()
+        setup(tree)
+    assert (tree / '.venv/bin/sim_node').read_text() == '#!/bin/sh\n'
+    packages = tree / '.venv/lib/python3.12/site-packages'
+    [first, module] = sorted(path.name for path in packages.iterdir())
+    assert (packages / first).read_text() == f'import {module.removesuffix(".py")}\n'
+    assert first == '00_experience_quiet_start.pth'
+
+
+def test_what_runs_needs_no_tools():
+    run_lock, dev_lock = ((ROOT / f'requirements{name}.lock').read_text() for name in ('', '-dev'))
+    names = [{line.split()[0] for line in text.splitlines() if '==' in line}
+             for text in (run_lock, dev_lock)]
+    assert names[0] < names[1]  # the very same versions
+    assert not {name.split('==')[0] for name in names[0]} & {
+        'mypy', 'ruff', 'pytest', 'scipy', 'hypothesis', 'networkx', 'colcon-core'}
+
+
 @pytest.mark.parametrize(('name', 'n_calls'), [
     ('requirements.lock', 4), ('requirements-build.lock', 4), ('tools/setup.sh', 4),
-    ('setup.py', 1), ('pyproject.toml', 1),
+    ('setup.py', 1), ('pyproject.toml', 1), ('experience_cli/quiet_start.py', 1),
 ])
 def test_a_change_is_noticed(tree, name, n_calls):
     calls = make_stub(tree)
