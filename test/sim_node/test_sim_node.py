@@ -373,6 +373,7 @@ class TestProcess:
     def test_malformed_map(self, ros_domain, tmp_path):
         path = tmp_path / 'map.yaml'
         path.write_text('image: map.pgm\nresolution: .nan\norigin: [0, 0, 0]\n')
+        (tmp_path / 'map.pgm').write_bytes(b'P5 1 1 255\n\xfe')
         process = self.start(tmp_path, '-p', f'world:={path}')
         assert process.popen.returncode == 2
         line, = process.stderr.splitlines()
