@@ -75,8 +75,17 @@ class DemonstrationReport:
         """Return how many steps from cell to cell are left to learn."""
         return max(self.n_cells - self.n_erased - 1, 0)
 
+    def sentences(self) -> list[str]:
+        """Say what of the drive is not learnt, and where that was."""
+        loops = sentence_from_loops(self.loops, self.n_cells, self.start)
+        return [*([loops] if loops else []), *self.cuts]
+
     def __str__(self) -> str:
-        """Say it; what did not happen is left out."""
+        """Say all of it, numbers first."""
+        return ', '.join([self.numbers(), *self.sentences()])
+
+    def numbers(self) -> str:
+        """Count what became of the poses; what did not happen is left out."""
         parts = [f'{counted(self.n_cells, "cell")} from {counted(self.n_poses, "pose")}']
         for count, noun, what in (
                 (self.n_idle_start, 'pose', 'of standing still at the start dropped'),
@@ -86,9 +95,7 @@ class DemonstrationReport:
                 (self.n_filled, 'cell', 'filled in between poses far apart')):
             if count:
                 parts.append(f'{counted(count, noun)} {what}')
-        if self.loops:
-            parts.append(sentence_from_loops(self.loops, self.n_cells, self.start))
-        return ', '.join([*parts, *self.cuts])
+        return ', '.join(parts)
 
 
 def demonstration_from_poses(

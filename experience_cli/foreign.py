@@ -57,6 +57,7 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
     """
     from control_field.learner import Learner
     from control_field.words import counted
+    from learner_node.lessons import goal_moved
     from msgs_bridge.any_bag import open_bag
     from msgs_bridge.bag_import import roles_of_topics
     from msgs_bridge.episodes import read_foreign_demonstration
@@ -68,12 +69,14 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
         with _remedy_named():
             demonstration, report, notes = read_foreign_demonstration(
                 path, header.grid, topics, number, header.speed_max)
+        before = learner.refresh
         refresh = learner.add_demonstration(demonstration)
         if not arguments.quiet:
             taught = (f'{counted(len(refresh.prototypes), "prototype")}, '
                       f'basin {refresh.certificate.basin:.1%}')
             guessed = _guessed(topics, arguments)
-            print('; '.join([f'{path} demo  {report}', *guessed, *notes, taught]))
+            print('; '.join([f'{path} demo  {report}', *guessed, *notes, taught,
+                             *filter(None, [goal_moved(before, refresh)])]))
     return learner
 
 

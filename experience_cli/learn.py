@@ -146,6 +146,7 @@ def line_from_lesson(lesson: Any) -> str:
     if refresh is None:
         return said
     kept = '' if refresh.pushed else f', not pushed: {refresh.reason}'
+    kept += f'. {lesson.moved}' if lesson.moved else ''
     return (f'{said}; {counted(len(refresh.prototypes), "prototype")}, '
             f'{counted(refresh.reinforcements, "reinforcement")}, '
             f'basin {refresh.certificate.basin:.1%}{kept}')

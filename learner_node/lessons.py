@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 import math
+from typing import Final
 
 import numpy as np
 
+from control_field.breaks import place_text
 from control_field.grid import Grid
 from control_field.headings import heading_from_step
 from control_field.learner import Learner, Refresh
@@ -17,6 +19,8 @@ from msgs_bridge.bag_folder import BagError, EpisodeFolder
 from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
 
 
+#: What a note begins with where a bag taught nothing.
+NOTHING: Final = 'nothing was learnt: '
 #: Places to teach from are at least this many cells apart.
 _APART = 4
 
@@ -36,6 +40,8 @@ class Lesson:
         What was made of it; None if nothing was learnt from it.
     note : str
         What it was, or why nothing was learnt.
+    moved : str
+        A sentence on where the goal is now and was before; empty if it is where it was.
 
     """
 
@@ -43,6 +49,7 @@ class Lesson:
     read: Episode | None
     refresh: Refresh | None
     note: str
+    moved: str = ''
 
 
 class Lessons:
@@ -90,7 +97,7 @@ class Lessons:
         except NothingToLearnError as error:
             # The bag is named where this is said.
             why = str(error).removeprefix(f'{episode.path}: ')
-            return Lesson(episode, None, None, with_remedy(f'nothing was learnt: {why}'))
+            return Lesson(episode, None, None, with_remedy(f'{NOTHING}{why}'))
         except BagError:
             raise
         except ValueError as error:
@@ -100,21 +107,22 @@ class Lessons:
         note = '; '.join([*([str(read.report)] if read.report else []), *read.notes])
         if isinstance(read.record, Trial):
             return self._learn_trial(read, read.record, note)
+        before = self.refresh
         refresh = self._learner.add_demonstration(read.record)
         self.shown_starts.append(start_of(read.record, self.grid))
-        return Lesson(read.folder, read, refresh, note)
+        return Lesson(read.folder, read, refresh, note, goal_moved(before, refresh))
 
     def _learn_trial(self, read: Episode, trial: Trial, note: str) -> Lesson:
         if read.doubt:
-            return Lesson(read.folder, read, None, f'nothing was learnt: {read.doubt}')
+            return Lesson(read.folder, read, None, f'{NOTHING}{read.doubt}')
         steps = counted(trial.n_steps, 'step')
         said = f'{trial.outcome} after {steps}' + (f', {note}' if note else '')
         if trial.outcome is Outcome.ABORTED:
-            return Lesson(read.folder, read, None, f'nothing was learnt: {said}')
+            return Lesson(read.folder, read, None, f'{NOTHING}{said}')
         self.n_trials += 1
         if self.refresh is None:
             return Lesson(read.folder, read, None,
-                          f'nothing was learnt: no demonstration came before it ({said})')
+                          f'{NOTHING}no demonstration came before it ({said})')
         return Lesson(read.folder, read, self._learner.add_trial(trial), said)
 
     def teach_here(self, n: int) -> list[tuple[float, float]]:
@@ -135,6 +143,14 @@ class Lessons:
         if not cells:
             return None
         return StartPose(*self.grid.world_from_cell(*cells[min(rank, len(cells) - 1)]))
+
+
+def goal_moved(before: Refresh | None, after: Refresh | None) -> str:
+    """Say where the goal is now and where it was; empty if it is still there, or was nowhere."""
+    if before is None or after is None or before.field.goal == after.field.goal:
+        return ''
+    now, was = (each.field.grid.world_from_cell(*each.field.goal) for each in (after, before))
+    return f'The goal is now at {place_text(now)} m, it was at {place_text(was)} m'
 
 
 def start_of(demonstration: Demonstration, grid: Grid) -> StartPose:

@@ -9,7 +9,7 @@ from control_field.parameters import Parameters
 from control_field.plausibility import SPEED_MAX
 from control_field.records import ControlField
 from control_field.words import counted
-from learner_node.lessons import Lesson, Lessons
+from learner_node.lessons import goal_moved, Lesson, Lessons
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
 from msgs_bridge.bag_judgement import judge_bag
@@ -192,11 +192,13 @@ class Library:
         return self._relearn_after(f'{last.name} is labelled {label}')
 
     def _relearn_after(self, change: str) -> str:
+        before = self.refresh
         try:
             self.relearn()
         except BagError as error:
             raise BagError(f'{change}, but the control field stays as it was: {error}') from None
-        return f'{change}: {self._standing()}'
+        moved = goal_moved(before, self.refresh)
+        return f'{change}: {self._standing()}' + (f' {moved}.' if moved else '')
 
     def _last(self) -> EpisodeFolder:
         episodes = self.task.episodes()

@@ -35,7 +35,7 @@ from learner_node.topics import Recorded, recorded_topics
 from learner_node.warm_up import warm_up
 from learner_node.worker import result_of, Worker
 from msgs_bridge import qos
-from msgs_bridge.bag_folder import BagError, EpisodeFolder, TaskFolder
+from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.command_line import check_names
 from msgs_bridge.company import CompanyWatch
 from msgs_bridge.complaints import Complaints
@@ -247,7 +247,8 @@ class LearnerNode(Node):
             return
         self._learnt()
         sentence = sentence_from_lesson(self._lesson)
-        self.say(sentence)
+        is_refused = self._lesson.episode.kind is EpisodeKind.DEMO and self._lesson.refresh is None
+        self.say(sentence, is_refused)
         self._desk.answer(self._lesson.refresh is not None, sentence)
 
     def _on_warm(self, future: 'JobFuture[None]') -> None:

@@ -7,11 +7,12 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.learner import Refresh
 from control_field.parameters import Parameters
-from learner_node.lessons import Lesson
+from control_field.words import counted
+from learner_node.lessons import Lesson, NOTHING
 from learner_node.phases import Phase
 from learner_node.session import Session
 from learner_node.settings import Settings
-from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
 from msgs_bridge.command_line import names_of, Program
 
 
@@ -79,10 +80,22 @@ def certificate_values(refresh: Refresh) -> dict[str, str]:
 
 
 def sentence_from_lesson(lesson: Lesson) -> str:
-    """Say in a sentence or two what an episode taught."""
-    parts = [f'{lesson.episode.name}: {lesson.note}']
-    if lesson.refresh is not None:
-        parts.append(lesson.refresh.certificate.sentence())
-        if not lesson.refresh.pushed:
-            parts.append(f'the courses stay: {lesson.refresh.reason}')
-    return '; '.join(parts)
+    """Say what an episode taught: plain sentences first, numbers in brackets at the end."""
+    number = f'{lesson.episode.number:04d}'
+    if lesson.refresh is None and lesson.episode.kind is EpisodeKind.DEMO:
+        return f'Drive {number} is not learnt: {lesson.note.removeprefix(NOTHING)}'
+    if lesson.refresh is None:
+        return f'{lesson.episode.name}: {lesson.note}'
+    numbers = [lesson.note, lesson.refresh.certificate.numbers()]
+    said = [f'{lesson.episode.name}: {lesson.note}']
+    report = lesson.read.report if lesson.read is not None else None
+    if lesson.read is not None and report is not None:
+        said = [f'Drive {number} kept: {counted(report.n_steps, "step")}',
+                lesson.moved, *report.sentences()]
+        numbers[0] = '; '.join([report.numbers(), *lesson.read.notes])
+    else:
+        del numbers[0]
+    said.append(lesson.refresh.certificate.sentence().rstrip('.'))
+    if not lesson.refresh.pushed:
+        said.append(f'The courses stay: {lesson.refresh.reason}')
+    return '. '.join(filter(None, said)) + f'. ({"; ".join(numbers)})'
