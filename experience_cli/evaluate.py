@@ -50,7 +50,15 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     _add_task(parser)
     _add_method(parser)
     _add_output(parser)
+    _add_bag(parser)
     return parser
+
+
+def _add_bag(parser: argparse.ArgumentParser) -> None:
+    from experience_cli.reading import add_frame_option, add_reading_options
+    group = parser.add_argument_group('with --demo-bag', 'How the bag is to be read.')
+    add_reading_options(group)
+    add_frame_option(group, 'that of the world; /tf takes the poses there, if it can (odom)')
 
 
 def _add_task(parser: argparse.ArgumentParser) -> None:
@@ -274,8 +282,9 @@ def _experiment(arguments: argparse.Namespace) -> 'Experiment':
         print(f'--world {note}', file=sys.stderr)
     demonstrations: tuple[Demonstration, ...] = ()
     starts = [_cell(world.grid, point, '--demo-start') for point in arguments.demo_start]
+    _check_reading(arguments)
     if arguments.demo_bag:
-        demonstrations = (_demonstration(arguments.demo_bag, world.grid, arguments.max_speed),)
+        demonstrations = (_demonstration(arguments, world.grid),)
         cells = demonstrations[0].cells
         goal = (int(cells[-1, 0]), int(cells[-1, 1]))
         starts = starts or [(int(cells[0, 0]), int(cells[0, 1]))]
@@ -333,13 +342,31 @@ def _check_places(experiment: 'Experiment') -> None:
             raise UserError(f'{where}: that is the goal itself, start in another cell')
 
 
-def _demonstration(bag: str, grid: Grid, speed_max: float) -> 'Demonstration':
-    from msgs_bridge.episodes import OutsideDriveError, read_foreign_demonstration
+def _check_reading(arguments: argparse.Namespace) -> None:
+    """Refuse options that say how a bag is to be read where there is none."""
+    from experience_cli.reading import READING
+    for option in () if arguments.demo_bag else (*READING, 'frame'):
+        if getattr(arguments, option) is not None:
+            raise UserError(f'--{option.replace("_", "-")}: says how a bag is to be read, name it '
+                            f'with --demo-bag')
+
+
+def _demonstration(arguments: argparse.Namespace, grid: Grid) -> 'Demonstration':
+    from dataclasses import replace
+
+    from experience_cli.reading import guessed, reading_of
+    from msgs_bridge.bag_import import learnt_from
+    from msgs_bridge.episodes import OutsideDriveError
+    from msgs_bridge.foreign_drive import open_drive
+    bag = arguments.demo_bag
     if not Path(bag).exists():
         raise UserError(f'--demo-bag {bag}: there is no such bag, check the path')
+    grid = replace(grid, frame_id=arguments.frame or grid.frame_id)
     try:
-        demonstration, report, notes = read_foreign_demonstration(bag, grid, speed_max=speed_max)
+        drive = open_drive(bag, grid, reading_of(arguments))
+        demonstration, report, notes = learnt_from(drive, grid, speed_max=arguments.max_speed)
     except OutsideDriveError as error:
         raise UserError(f'--demo-bag {error}; it was driven in another world') from error
-    print('; '.join([f'--demo-bag {bag}: {report}', *notes]), file=sys.stderr)
+    said = [f'--demo-bag {bag}: {report}', *guessed(drive, arguments), *notes]
+    print('; '.join(said), file=sys.stderr)
     return demonstration

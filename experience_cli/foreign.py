@@ -8,10 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from experience_cli.errors import UserError
+from experience_cli.reading import add_reading_options, guessed, READING, reading_of
 
-#: Options that name topics, by role.
-_TOPICS: Final = {'odom': 'odom_topic', 'neighbourhood': 'neighbourhood_topic',
-                  'cmd_vel': 'cmd_vel_topic'}
 #: Options that describe the workspace, and what they are where nothing is said.
 _WORKSPACE: Final = {'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0, 0.0),
                      'frame': 'odom'}
@@ -20,17 +18,16 @@ _WORKSPACE: Final = {'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0,
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how a bag of another recorder is to be read."""
     group = parser.add_argument_group(
-        'bags of other recorders', 'Drives that were recorded by `ros2 bag record` or the like, '
-        'MCAP or sqlite3; each is one demonstration.')
-    for role, option in _TOPICS.items():
-        group.add_argument('--' + option.replace('_', '-'), metavar='TOPIC',
-                           help=f'which topic is {role} (the one that is called so)')
+        'bags of other recorders', 'Drives that were recorded by `ros2 bag record`, `rosbag '
+        'record` or the like, MCAP, sqlite3 or ROS 1; each is one demonstration.')
+    add_reading_options(group)
     group.add_argument('--rows', type=int, metavar='N', help='of the workspace (20)')
     group.add_argument('--cols', type=int, metavar='N', help='of the workspace (20)')
     group.add_argument('--resolution', type=float, metavar='M', help='side of a cell (0.25 m)')
     group.add_argument('--origin', type=float, nargs=2, metavar=('X', 'Y'),
                        help='lower left corner of the workspace (0 0)')
-    group.add_argument('--frame', metavar='NAME', help='of the workspace and the poses (odom)')
+    group.add_argument('--frame', metavar='NAME',
+                       help='of the workspace; /tf takes the poses there, if it can (odom)')
     group.add_argument('--max-speed', type=speed, metavar='M/S',
                        help='a drive that is faster is no robot, and not learnt (3 m/s)')
     group.add_argument('--like', type=Path, metavar='BAG',
@@ -41,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def is_wanted(arguments: argparse.Namespace) -> bool:
     """Tell whether the bags are said to be those of other recorders."""
-    options = (*_TOPICS.values(), *_WORKSPACE, 'like', 'into', 'max_speed')
+    options = (*READING, *_WORKSPACE, 'like', 'into', 'max_speed')
     return any(getattr(arguments, option) is not None for option in options)
 
 
@@ -58,25 +55,24 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
     from control_field.learner import Learner
     from control_field.words import counted
     from learner_node.lessons import goal_moved
-    from msgs_bridge.any_bag import open_bag
-    from msgs_bridge.bag_import import roles_of_topics
-    from msgs_bridge.episodes import read_foreign_demonstration
+    from msgs_bridge.bag_import import learnt_from
+    from msgs_bridge.foreign_drive import open_drive
 
     header = _header(arguments, None)
     learner = Learner(header.grid, header.parameters)
     for number, path in enumerate(arguments.bags, start=1):
-        topics = roles_of_topics(open_bag(_there(path)), _names(arguments))
         with _remedy_named():
-            demonstration, report, notes = read_foreign_demonstration(
-                path, header.grid, topics, number, header.speed_max)
+            drive = open_drive(_there(path), header.grid, reading_of(arguments))
+            demonstration, report, notes = learnt_from(
+                drive, header.grid, number, header.speed_max)
         before = learner.refresh
         refresh = learner.add_demonstration(demonstration)
         if not arguments.quiet:
             taught = (f'{counted(len(refresh.prototypes), "prototype")}, '
                       f'basin {refresh.certificate.basin:.1%}')
-            guessed = _guessed(topics, arguments)
-            print('; '.join([f'{path} demo  {report}', *guessed, *notes, taught,
-                             *filter(None, [goal_moved(before, refresh)])]))
+            print('; '.join(
+                [f'{path} demo  {report}', *guessed(drive, arguments), *notes, taught,
+                 *filter(None, [goal_moved(before, refresh)])]))
     return learner
 
 
@@ -92,7 +88,6 @@ def import_all(arguments: argparse.Namespace) -> Path:
     """
     from dataclasses import replace
 
-    from msgs_bridge.any_bag import notes_on
     from msgs_bridge.bag_folder import changing, TaskFolder
     from msgs_bridge.bag_import import check_drive, import_demonstration
     from msgs_bridge.bag_making import NewBags
@@ -103,8 +98,9 @@ def import_all(arguments: argparse.Namespace) -> Path:
     with changing(task.path, make=True):
         header = _header(arguments, task)
         # All of them before the first is kept: half of them is not what was asked for.
+        reading = reading_of(arguments)
         with _remedy_named():
-            drives = [check_drive(_there(path), header.grid, _names(arguments), header.speed_max)
+            drives = [check_drive(_there(path), header.grid, reading, header.speed_max)
                       for path in arguments.bags]
         with NewBags(task) as bags:
             for drive in drives:
@@ -113,7 +109,7 @@ def import_all(arguments: argparse.Namespace) -> Path:
         for drive, episode in zip(drives, episodes, strict=True):
             if not arguments.quiet:
                 print('; '.join([f'{drive.path} is kept as {episode.path}',
-                                 *_guessed(drive.topics, arguments), *notes_on(drive.bag)]))
+                                 *guessed(drive, arguments), *drive.notes]))
     return folder
 
 
@@ -169,18 +165,6 @@ def _there(path: Path) -> Path:
     if not path.exists():
         raise UserError(f'there is no bag {path}')
     return path
-
-
-def _names(arguments: argparse.Namespace) -> dict[str, str]:
-    named = {role: getattr(arguments, option) for role, option in _TOPICS.items()}
-    return {role: name for role, name in named.items() if name is not None}
-
-
-def _guessed(topics: dict[str, str], arguments: argparse.Namespace) -> list[str]:
-    """Say which topic was taken for odom by its type alone."""
-    odom = topics['odom']
-    is_named = arguments.odom_topic is not None or odom.rpartition('/')[2] == 'odom'
-    return [] if is_named else [f'odom is {odom}, the only one of its type']
 
 
 def _header(arguments: argparse.Namespace, task: Any) -> Any:

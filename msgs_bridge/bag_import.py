@@ -1,93 +1,40 @@
 """Drives that other recorders recorded, taken over as demonstrations of a task."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+import json
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
 from control_field.grid import Grid
 from control_field.plausibility import SPEED_MAX
-from msgs_bridge.any_bag import open_bag
 from msgs_bridge.bag_file import BagWriter
-from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_making import NewBags
 from msgs_bridge.bag_records import Bag
+from msgs_bridge.drives import Drive
 from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import read_foreign_demonstration
-
-#: Types that a topic may have to stand for a role, the most likely first.
-ROLES: Final = {
-    'odom': ('nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseStamped',
-             'geometry_msgs/msg/PoseWithCovarianceStamped'),
-    'neighbourhood': ('nav_msgs/msg/OccupancyGrid',),
-    'cmd_vel': ('geometry_msgs/msg/Twist', 'geometry_msgs/msg/TwistStamped')}
+from msgs_bridge.episodes import demonstration_of_bag
+from msgs_bridge.foreign_drive import ForeignDrive, open_drive, Reading
 
 
-def roles_of_topics(bag: Bag, names: Mapping[str, str]) -> dict[str, str]:
+def learnt_from(
+    drive: ForeignDrive, grid: Grid, number: int = 0, speed_max: float = SPEED_MAX,
+) -> Drive:
     """
-    Return which topic of a bag stands for which role.
-
-    A role that is not named is played by the topic whose name ends in it, `odom` also by the
-    only Odometry, or else the only one of its types.
-
-    Parameters
-    ----------
-    bag : Bag
-    names : mapping of str to str
-        Topics by role, see `ROLES`; with or without the leading slash.
+    Return what a foreign drive teaches in a workspace, what of it was dropped, and notes.
 
     Raises
     ------
     BagError
-        If there is no such topic, it has another type, or nobody knows which one is `odom`; the
-        message names those there are.
+        If nothing is left to learn.
 
     """
-    found = {role: _named(bag, role, name) for role, name in names.items()}
-    for role in ROLES.keys() - names.keys():
-        fitting = _fitting(bag, role)
-        ending = [topic for topic in fitting if topic.rpartition('/')[2] == role]
-        picked = ending or (_likely(bag, fitting) if role == 'odom' else [])
-        if len(picked) == 1:
-            found[role] = picked[0]
-        elif role == 'odom' and fitting:
-            raise BagError(f'{bag.path}: which topic is odom? Name one of {_choices(bag, role)} '
-                           f'with --odom-topic')
-        elif role == 'odom':
-            raise BagError(f'{bag.path}: no topic is odom, there are {_choices(bag, role)}')
-    return found
-
-
-def _likely(bag: Bag, topics: list[str]) -> list[str]:
-    """Leave only those of the likeliest type that there is for `odom`."""
-    odometry = [topic for topic in topics if bag.topics[topic] == ROLES['odom'][0]]
-    return odometry or topics
-
-
-@dataclass(frozen=True, eq=False)
-class ForeignDrive:
-    """
-    A drive that another recorder recorded, and that teaches something.
-
-    Parameters
-    ----------
-    path : Path
-        As it was named.
-    bag : Bag
-    topics : dict of str to str
-        Topics by role.
-
-    """
-
-    path: Path
-    bag: Bag
-    topics: dict[str, str]
+    return demonstration_of_bag(
+        drive.bag, drive.path, drive.topics, grid, number, drive.notes, speed_max)
 
 
 def check_drive(
-    path: Path | str, grid: Grid, names: Mapping[str, str], speed_max: float = SPEED_MAX,
+    path: Path | str, grid: Grid, reading: Reading, speed_max: float = SPEED_MAX,
 ) -> ForeignDrive:
     """
     Make sure that a foreign bag teaches something in a workspace.
@@ -95,10 +42,10 @@ def check_drive(
     Parameters
     ----------
     path : Path
-        The foreign bag, see `open_bag`.
+        The foreign bag, see `any_bag.open_bag`.
     grid : Grid
-    names : mapping of str to str
-        Topics by role, see `roles_of_topics`.
+    reading : Reading
+        How it is to be read.
     speed_max : float, [m/s]
         A robot that drives faster is none.
 
@@ -108,15 +55,17 @@ def check_drive(
         If it cannot be read, or teaches nothing in that workspace.
 
     """
-    bag = open_bag(path)
-    topics = roles_of_topics(bag, names)
-    read_foreign_demonstration(path, grid, topics, speed_max=speed_max)
-    return ForeignDrive(Path(path), bag, topics)
+    drive = open_drive(path, grid, reading)
+    learnt_from(drive, grid, speed_max=speed_max)
+    return drive
 
 
 def import_demonstration(drive: ForeignDrive, bags: NewBags, header: EpisodeHeader) -> None:
     """
-    Write what matters of a foreign bag into the next bag of a task, bytes as they are.
+    Write what matters of a foreign bag into the next bag of a task.
+
+    What was recorded keeps its bytes; what was made of it (poses from `/tf`, sight from scans) is
+    written as it was made, so that the field stays a function of this bag.
 
     Parameters
     ----------
@@ -137,7 +86,8 @@ def import_demonstration(drive: ForeignDrive, bags: NewBags, header: EpisodeHead
         header.kind, header.task, header.grid, header.parameters, drive.topics,
         header.speed_max).to_mapping()
     _copy(drive.bag, drive.topics,
-          bags.begin(header.kind, {**values, 'imported_from': drive.path.name}))
+          bags.begin(header.kind, {**values, 'imported_from': drive.path.name,
+                                   'imported_notes': json.dumps(drive.notes)}))
 
 
 def _copy(bag: Bag, topics: Mapping[str, str], writer: BagWriter) -> None:
@@ -149,33 +99,3 @@ def _copy(bag: Bag, topics: Mapping[str, str], writer: BagWriter) -> None:
     for place in np.argsort(times, kind='stable').tolist():
         table = tables[which[place]]
         writer.write(table.topic, table.type_name, table[int(rows[place])], int(times[place]))
-
-
-def _named(bag: Bag, role: str, name: str) -> str:
-    topic = name if name in bag.topics else f'/{name.lstrip("/")}'
-    if topic not in bag.topics:
-        raise BagError(f'{bag.path} has no topic {name} ({role}), there are '
-                       f'{_choices(bag, role)}')
-    if not bag.counts[topic]:
-        raise BagError(f'{bag.path}: there is no message on {topic} ({role}), there are '
-                       f'{_choices(bag, role)}')
-    if bag.topics[topic] not in ROLES[role]:
-        raise BagError(f'{bag.path}: {topic} is {bag.topics[topic]}, {role} must be '
-                       f'{" or ".join(ROLES[role])}; there are {_choices(bag, role)}')
-    return topic
-
-
-def _fitting(bag: Bag, role: str) -> list[str]:
-    return sorted(topic for topic, kind in bag.topics.items()
-                  if kind in ROLES[role] and bag.counts[topic])
-
-
-def _choices(bag: Bag, role: str) -> str:
-    fitting = [f'{topic} ({bag.topics[topic].rpartition("/")[2]})'
-               for topic in _fitting(bag, role)]
-    if fitting:
-        return ', '.join(fitting)
-    others = ', '.join(f'{topic} ({kind})' for topic, kind in sorted(bag.topics.items())
-                       if bag.counts[topic])
-    others = others or 'none at all'
-    return f'none of type {" or ".join(ROLES[role])} (topics: {others})'

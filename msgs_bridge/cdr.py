@@ -33,6 +33,10 @@ POSE_WITH_COVARIANCE_STAMPED: Final[Fields] = (*POSE_STAMPED, ('covariance', 'f8
 OCCUPANCY_GRID: Final[Fields] = (
     *_HEADER, ('load_sec', 'i4'), ('load_nanosec', 'u4'), ('resolution', 'f4'),
     ('width', 'u4'), ('height', 'u4'), *_POSE, ('data', 'i1[]'))
+LASER_SCAN: Final[Fields] = (
+    *_HEADER, *((name, 'f4') for name in (
+        'angle_min', 'angle_max', 'angle_increment', 'time_increment', 'scan_time', 'range_min',
+        'range_max')), ('ranges', 'f4[]'), ('intensities', 'f4[]'))
 POINT_CLOUD: Final[Fields] = (
     *_HEADER, ('height', 'u4!'), ('width', 'u4!'),
     ('fields', (('name', 'str'), ('offset', 'u4'), ('datatype', 'u1'), ('count', 'u4'))),

@@ -200,15 +200,40 @@ def read_foreign_demonstration(
         if name not in bag.topics:
             raise BagError(f'{path} has no topic {name} ({role}), '
                            f'there are: {", ".join(sorted(bag.topics)) or "none"}')
-    missing = notes_on(bag)
+    return demonstration_of_bag(bag, path, names, grid, number, notes_on(bag), speed_max)
+
+
+def demonstration_of_bag(
+    bag: Bag, path: Path, names: Mapping[str, str], grid: Grid, number: int,
+    said: tuple[str, ...] = (), speed_max: float = SPEED_MAX,
+) -> Drive:
+    """
+    Learn from an opened bag of another recorder; see `read_foreign_demonstration`.
+
+    Parameters
+    ----------
+    bag : Bag
+    path : Path
+        What an error calls it.
+    names : mapping of str to str
+        Topics by role.
+    grid : Grid
+    number : int
+        Number of the episode it becomes.
+    said : tuple of str
+        Sentences on how it was opened; they end the notes, and an error.
+    speed_max : float, [m/s]
+        A robot that drives faster is none.
+
+    """
     try:
         record, report, notes = _read_drive(InLogOrder(bag), names, grid, number, speed_max)
-        return record, report, (*notes, *missing)
+        return record, report, (*notes, *said)
     except OutsideWorkspaceError as error:
-        raise OutsideDriveError(f'{path}: {error}', error.fitting) from None
+        raise OutsideDriveError('; '.join([f'{path}: {error}', *said]), error.fitting) from None
     except ValueError as error:
         where = '' if isinstance(error, BagError) else f'{path}: '
-        raise BagError('; '.join([f'{where}{error}', *missing])) from None
+        raise BagError('; '.join([f'{where}{error}', *said])) from None
 
 
 def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -> str:

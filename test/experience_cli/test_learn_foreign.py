@@ -21,6 +21,7 @@ from msgs_bridge.bag_folder import TaskFolder
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.episodes import read_episode, read_header
 from msgs_bridge.tables import field_from_cloud
+from robot_bags import robot_bag
 from ros_helpers import collect, start_node, wait_until
 from sample_helpers import files_of
 
@@ -331,3 +332,56 @@ def test_a_topic_without_messages_is_neither_taken_nor_offered(tmp_path, capsys)
     assert '9 cells from 200 poses' in capsys.readouterr().out
     line = mistake(capsys, tmp_path / 'void.mcap', '--odom-topic', '/odom')
     assert 'there is no message on /odom (odom), there are /robot/odom (Odometry)' in line
+
+
+class TestWhatIsMade:
+    """Poses from `/tf` and sight from scans go into the bag that is kept, as messages."""
+
+    @pytest.mark.parametrize('frame', ['odom', 'map'])
+    def test_the_bag_that_is_kept_teaches_what_the_foreign_one_does(
+            self, tmp_path, capsys, frame):
+        bag = robot_bag(tmp_path / 'tour.bag', ros1=True, odometry=False, to_map=True)
+        shas = []
+        for options in ((), ('--into', tmp_path / 'bags' / 'kitchen')):
+            assert learn(bag, '--frame', frame, *options) == 0
+            said = capsys.readouterr().out
+            assert f'poses are those of base_footprint in {frame}, from /tf' in said
+            assert 'sight is made from 60 scans on /scan' in said
+            shas.append(said.split()[-1])
+        bag.unlink()
+        assert learn(tmp_path / 'bags' / 'kitchen') == 0
+        assert {*shas} == {capsys.readouterr().out.split()[-1]}
+        [episode] = TaskFolder(tmp_path / 'bags', 'kitchen').episodes()
+        kept = BagReader(episode.bag)
+        assert kept.topics == {
+            '/odom': 'geometry_msgs/msg/PoseStamped', '/neighbourhood': OCCUPANCY}
+        assert read_episode(episode.path).record.blocked.any()
+        [(_, header), *_] = kept.metadata
+        assert 'sight is made from' in header['imported_notes']
+
+    def test_taken_over_twice_the_bytes_are_the_same(self, tmp_path):
+        bag = robot_bag(tmp_path / 'bag', to_map=True)
+        for task in ('a', 'b'):
+            assert learn(bag, '--frame', 'map', '--into', tmp_path / 'bags' / task, '--quiet') == 0
+        first, second = ([(channel.topic, message) for channel, _, _, message in BagReader(
+            TaskFolder(tmp_path / 'bags', task).find(1).bag).records()] for task in ('a', 'b'))
+        assert first == second
+
+    def test_where_the_laser_sits_can_be_said(self, tmp_path, capsys):
+        bag = robot_bag(tmp_path / 'bag', said_mount=False)
+        assert learn(bag) == 0
+        assert 'no sight from /scan: nothing says where' in capsys.readouterr().out
+        assert learn(bag, '--laser', -0.03, 0.02, 0.17, 3.14159265, 0, 0.4) == 0
+        assert 'turned by 0.40 rad, upside down' in capsys.readouterr().out
+        assert 'six finite numbers' in mistake(capsys, bag, '--laser', 0, 0, 0, 'nan', 0, 0)
+
+    def test_evaluate_takes_the_same_options(self, tmp_path, capsys):
+        bag = robot_bag(tmp_path / 'bag', odometry=False, to_map=True)
+        arguments = ['evaluate', '--world', 'task1', '--trials', '0', '--seeds', '1']
+        for options, words in (
+                (['--frame', 'map'], 'poses are those of base_footprint in map, from /tf'),
+                (['--odom-topic', '/tf'], 'poses are those of base_footprint in odom')):
+            main([*arguments, '--demo-bag', str(bag), *options])
+            assert words in capsys.readouterr().err
+        assert main([*arguments, '--goal', '3,3', '--demo-start', '1,1', '--frame', 'map']) == 2
+        assert '--frame: says how a bag is to be read' in capsys.readouterr().err

@@ -1,0 +1,86 @@
+"""How a bag of another recorder is to be read: the options of every command that takes one."""
+
+import argparse
+import math
+from typing import Any, Final
+
+from experience_cli.errors import UserError
+
+#: Options that name topics, by role.
+_TOPICS: Final = {'odom': 'odom_topic', 'neighbourhood': 'neighbourhood_topic',
+                  'scan': 'scan_topic', 'cmd_vel': 'cmd_vel_topic'}
+#: What else says how, all of them None where nothing is said.
+_OTHERS: Final = ('base_frame', 'laser', 'robot_radius', 'zero_is_no_return')
+#: The names of all of them.
+READING: Final = (*_TOPICS.values(), *_OTHERS)
+_HELP: Final = {
+    'odom': 'which topic says where the robot was: Odometry, a pose, or /tf (the one called odom)',
+    'neighbourhood': 'which one is its 3x3 sight (the one called so)',
+    'scan': 'which one to make the 3x3 sight from (the one called so, or the only LaserScan)',
+    'cmd_vel': 'which one is cmd_vel (the one called so)'}
+
+
+def add_reading_options(group: Any) -> None:
+    """Add the options that say what the topics of a bag of others are."""
+    for role, option in _TOPICS.items():
+        group.add_argument('--' + option.replace('_', '-'), metavar='TOPIC', help=_HELP[role])
+    group.add_argument('--base-frame', metavar='NAME',
+                       help="the robot's middle in /tf (base_footprint or base_link)")
+    group.add_argument('--laser', type=float, nargs=6,
+                       metavar=('X', 'Y', 'Z', 'ROLL', 'PITCH', 'YAW'),
+                       help='where the laser sits on the robot, [m], [rad] (as /tf_static says)')
+    group.add_argument('--robot-radius', type=_radius, metavar='M',
+                       help='what is nearer to its middle is the robot itself (0.105 m)')
+    group.add_argument('--zero-is-no-return', action='store_const', const=True,
+                       help="the laser's driver writes 0 where nothing is in range")
+
+
+def add_frame_option(group: Any, text: str) -> None:
+    """Add the option that names the frame of the workspace."""
+    group.add_argument('--frame', metavar='NAME', help=text)
+
+
+def reading_of(arguments: argparse.Namespace) -> Any:
+    """
+    Return how a bag is to be read.
+
+    Raises
+    ------
+    UserError
+        If a number is none.
+
+    """
+    from msgs_bridge.foreign_drive import Reading
+    from msgs_bridge.laser_mount import Mount
+    from msgs_bridge.laser_sight import Body
+
+    names = {role: getattr(arguments, option) for role, option in _TOPICS.items()}
+    values: dict[str, Any] = {
+        'names': {role: name for role, name in names.items() if name is not None},
+        'base_frame': arguments.base_frame or '',
+        'zero_is_no_return': bool(arguments.zero_is_no_return)}
+    if arguments.laser is not None:
+        if not all(map(math.isfinite, arguments.laser)):
+            raise UserError('--laser: must be six finite numbers')
+        x, y, z, roll, pitch, yaw = arguments.laser
+        values['mount'] = Mount(x, y, yaw, z, roll, pitch)
+    if arguments.robot_radius is not None:
+        values['body'] = Body(arguments.robot_radius)
+    return Reading(**values)
+
+
+def guessed(drive: Any, arguments: argparse.Namespace) -> list[str]:
+    """Say which topic was taken for odom by its type alone."""
+    odom = drive.read_from
+    is_named = arguments.odom_topic is not None or odom.rpartition('/')[2] in ('odom', 'tf')
+    return [] if is_named else [f'odom is {odom}, the only one of its type']
+
+
+def _radius(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value <= 2.0:
+        raise argparse.ArgumentTypeError(f'{text!r} is no radius, must be 0 to 2 m')
+    return value

@@ -1,0 +1,177 @@
+"""Where the robot was under way, in the frame of the workspace: from odometry, poses or `/tf`."""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.words import counted
+from msgs_bridge.bag_columns import read_columns
+from msgs_bridge.bag_folder import BagError
+from msgs_bridge.bag_records import RawMessages
+from msgs_bridge.cdr_write import pose_stamped_to_cdr
+from msgs_bridge.poses import QUATERNION_TOLERANCE
+from msgs_bridge.rigid import Motions
+from msgs_bridge.transforms import Edge, Transforms
+
+_PLACE: Final = ('x', 'y', 'z')
+_TURN: Final = ('qx', 'qy', 'qz', 'qw')
+#: A correction is kept for so long without a word, [s].
+_SILENT: Final = 1.0
+
+Integers = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class DrivePoses:
+    """
+    Where the robot's middle was in a frame.
+
+    Parameters
+    ----------
+    frame_id, base : str
+        The frame, and that of the robot's middle (empty where the messages do not name it).
+    stamps_ns, log_times : ndarray of int64, shape (n,), [ns]
+    motions : Motions
+
+    """
+
+    frame_id: str
+    base: str
+    stamps_ns: Integers
+    log_times: Integers
+    motions: Motions
+
+    def messages(self, topic: str) -> RawMessages:
+        """Return them as PoseStamped messages."""
+        rows = zip(self.stamps_ns.tolist(), self.motions.shift.tolist(),
+                   self.motions.yaw.tolist(), strict=True)
+        return RawMessages.of(topic, 'geometry_msgs/msg/PoseStamped', [
+            pose_stamped_to_cdr(stamp, self.frame_id, x, y, yaw) for stamp, (x, y, _), yaw in rows
+        ], self.log_times.tolist())
+
+
+def poses_from_messages(messages: RawMessages) -> DrivePoses:
+    """
+    Read odometry or poses; only those in the frame of the first, and what is a place at all.
+
+    Raises
+    ------
+    CdrError
+        If the messages are of another type.
+
+    """
+    is_odometry = messages.type_name == 'nav_msgs/msg/Odometry'
+    columns = read_columns(messages, dict.fromkeys(('sec', 'nanosec', *_PLACE, *_TURN), 1))
+    frames = [frame.lstrip('/') for frame in columns.texts('frame_id')]
+    bases = [base.lstrip('/') for base in columns.texts('child_frame_id')] if is_odometry else []
+    values = columns.values
+    shift = np.stack([values[name] for name in _PLACE], axis=1)
+    turn = np.stack([values[name] for name in _TURN], axis=1)
+    with np.errstate(invalid='ignore', over='ignore'):
+        length = np.linalg.norm(turn, axis=1)
+        sound = columns.accepted & np.isfinite(shift).all(axis=1) & (values['sec'] >= 0)
+        sound &= np.abs(length - 1.0) <= QUATERNION_TOLERANCE
+    sound &= np.isin(columns.layout, [i for i, frame in enumerate(frames) if frame == frames[0]])
+    stamps = values['sec'].astype(np.int64) * 1_000_000_000 + values['nanosec'].astype(np.int64)
+    return DrivePoses(
+        frames[0] if frames else '', bases[0] if bases else '', stamps[sound],
+        messages.log_times[sound], Motions(shift[sound], turn[sound] / length[sound, np.newaxis]))
+
+
+def poses_from_frames(
+    tree: Transforms, base: str, frame_id: str, topic: str,
+) -> tuple[DrivePoses, list[str]]:
+    """
+    Return where a frame was in one above it, whenever the fastest joint between them was said.
+
+    Parameters
+    ----------
+    tree : Transforms
+    base : str
+        The robot's middle; the one that is called so if it is empty.
+    frame_id : str
+        The workspace's frame.
+    topic : str
+        What an error calls it all.
+
+    Raises
+    ------
+    BagError
+        If there is no such chain, or nothing moves in it.
+
+    """
+    base, chain = _chain(tree, base, frame_id, topic)
+    fastest = max(chain, key=lambda edge: len(edge.stamps_ns))
+    if len(fastest.stamps_ns) < 2:
+        raise BagError(f'{topic}: {base} does not move in {frame_id}')
+    before = chain[:chain.index(fastest)]
+    after = chain[chain.index(fastest) + 1:]
+    poses = DrivePoses(frame_id, base, fastest.stamps_ns, fastest.log_times, fastest.motions)
+    for edge in after:
+        poses = replace(poses, motions=poses.motions.then(edge.at(poses.stamps_ns)))
+    poses, notes = _brought(poses, before, frame_id, topic)
+    names = ' -> '.join([frame_id, *(edge.child for edge in chain)])
+    return poses, [f'poses are those of {base} in {frame_id}, from {topic} ({names})', *notes]
+
+
+def brought_to_frame(
+    poses: DrivePoses, tree: Transforms, frame_id: str, topic: str,
+) -> tuple[DrivePoses, list[str]] | None:
+    """Take poses to a frame above theirs; None if there is no way to it."""
+    chain = tree.chain(poses.frame_id, frame_id)
+    if not chain:
+        return None
+    found, notes = _brought(poses, chain, frame_id, topic)
+    return found, [f'poses are taken from {poses.frame_id} to {frame_id} by {topic}', *notes]
+
+
+def _brought(
+    poses: DrivePoses, chain: list[Edge], frame_id: str, topic: str,
+) -> tuple[DrivePoses, list[str]]:
+    """Put the edges above a frame before its poses; drop those before anything was said."""
+    notes: list[str] = []
+    moving = [edge for edge in chain if len(edge.stamps_ns) > 1]
+    known = np.ones(len(poses.stamps_ns), dtype=np.bool_)
+    for edge in moving:
+        known &= poses.stamps_ns >= edge.stamps_ns[0]
+    if not known.any():
+        raise BagError(f'{topic}: nothing says where {poses.frame_id} is in {frame_id} at the '
+                       f'time of the poses')
+    if n_early := int((~known).sum()):
+        notes.append(f'{counted(n_early, "pose")} before {topic} says anything of {frame_id} '
+                     f'dropped')
+    stamps = poses.stamps_ns[known]
+    for edge in moving:
+        silent = float(stamps.max() - edge.stamps_ns[-1]) * 1e-9
+        if silent > _SILENT:
+            notes.append(f'in the last {silent:.1f} s nothing new is said of {edge.child} in '
+                         f'{edge.parent}: what was said last is kept')
+    motions = poses.motions.at(known.nonzero()[0])
+    for edge in reversed(chain):
+        motions = edge.at(stamps).then(motions)
+    return DrivePoses(frame_id, poses.base, stamps, poses.log_times[known], motions), notes
+
+
+def _chain(
+    tree: Transforms, base: str, frame_id: str, topic: str,
+) -> tuple[str, list[Edge]]:
+    """Return the robot's middle and the edges above it."""
+    bases = [base.lstrip('/')] if base else tree.bases()
+    if not bases:
+        raise BagError(f'{topic}: no frame is called base_link or base_footprint, there are '
+                       f'{_names(sorted(tree.edges))}: name that of the robot with --base-frame')
+    for each in bases:
+        if chain := tree.chain(each, frame_id.lstrip('/')):
+            return each, chain
+    above = [frame for frame in tree.above(bases[0])[1:] if frame not in bases]
+    if not above:
+        raise BagError(f'{topic}: nothing says where {bases[0]} is, there are '
+                       f'{_names(sorted(tree.edges))}')
+    raise BagError(f'{topic}: {bases[0]} is not under {frame_id!r} but under {_names(above)}: '
+                   f'learn it with --frame {above[-1]}')
+
+
+def _names(frames: list[str]) -> str:
+    return ', '.join(frames[:8]) or 'none'

@@ -1,0 +1,258 @@
+"""
+A drive that another recorder recorded, made ready to be learnt from.
+
+What is missing of it and follows from what was recorded is made here, once: poses in the frame of
+the workspace from `/tf`, the 3x3 sight from laser scans. It goes into the bag of ours as messages
+like any others, so that the field stays a function of that bag.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from control_field.grid import Grid
+from msgs_bridge.any_bag import notes_on, open_bag
+from msgs_bridge.bag_folder import BagError
+from msgs_bridge.bag_records import Bag, RawMessages
+from msgs_bridge.bag_roles import roles_of_topics, scans_in
+from msgs_bridge.drive_poses import (
+    brought_to_frame, DrivePoses, poses_from_frames, poses_from_messages)
+from msgs_bridge.laser_mount import Mount, mount_from_transform
+from msgs_bridge.laser_sight import Body
+from msgs_bridge.scan_sights import described, read_scans, sights_from_scans
+from msgs_bridge.transforms import BASES, read_transforms, TF_TYPE, topics_of, Transforms
+
+
+@dataclass(frozen=True)
+class Reading:
+    """
+    How a bag of others is to be read.
+
+    Parameters
+    ----------
+    names : mapping of str to str
+        Topics by role, see `bag_roles.ROLES`.
+    base_frame : str
+        The frame of the robot's middle; empty: the one that is called so.
+    mount : Mount or None
+        Where the laser sits; None: as `/tf_static` says.
+    body : Body
+        The robot's size, and how far its scans are trusted.
+    zero_is_no_return : bool
+        Whether the laser's driver writes 0 where nothing is in range.
+
+    """
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    base_frame: str = ''
+    mount: Mount | None = None
+    body: Body = field(default_factory=lambda: Body(0.105))
+    zero_is_no_return: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class ForeignDrive:
+    """
+    A drive that another recorder recorded.
+
+    Parameters
+    ----------
+    path : Path
+        As it was named.
+    bag : Bag
+        With what was made of it.
+    topics : dict of str to str
+        Topics of ``bag`` by role, without those that only something was made from.
+    notes : tuple of str
+        What it was made from, and what of the bag was not read.
+    read_from : str
+        The topic that poses come from.
+
+    """
+
+    path: Path
+    bag: Bag
+    topics: dict[str, str]
+    notes: tuple[str, ...]
+    read_from: str
+
+
+class CompletedBag:
+    """
+    A bag with topics that were made from others.
+
+    Parameters
+    ----------
+    bag : Bag
+    made : mapping of str to RawMessages
+        By topic; they stand for those of the same name.
+
+    """
+
+    def __init__(self, bag: Bag, made: Mapping[str, RawMessages]) -> None:
+        self.path, self._bag, self._made = bag.path, bag, made
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic."""
+        return {**self._bag.topics,
+                **{topic: messages.type_name for topic, messages in self._made.items()}}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return {**self._bag.counts,
+                **{topic: len(messages) for topic, messages in self._made.items()}}
+
+    def messages(self, topic: str) -> RawMessages:
+        """Return the messages of a topic; none if it is not in the bag."""
+        made = self._made.get(topic)
+        return self._bag.messages(topic) if made is None else made
+
+
+def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> ForeignDrive:
+    """
+    Open a bag of others for a workspace.
+
+    Parameters
+    ----------
+    path : Path
+        See `any_bag.open_bag`.
+    grid : Grid
+        The workspace, whose frame the poses are taken to where `/tf` says how.
+    reading : Reading, optional
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, a named topic is not in it, or nothing says where the robot was.
+
+    """
+    bag, reading = open_bag(path), reading or Reading()
+    roles = _Roles(bag, grid, reading)
+    made: dict[str, RawMessages] = {}
+    poses = roles.find_poses(made)
+    if roles.wants_scan:
+        roles.make_sight(made, poses)
+    topics = {role: topic for role, topic in roles.topics.items() if role != 'scan'}
+    return ForeignDrive(Path(path), CompletedBag(bag, made) if made else bag, topics,
+                        (*roles.notes, *notes_on(bag)), roles.read_from)
+
+
+class _Roles:
+    """Finds out what a bag's topics are good for."""
+
+    def __init__(self, bag: Bag, grid: Grid, reading: Reading) -> None:
+        self.bag, self.grid, self.reading = bag, grid, reading
+        self.notes: list[str] = []
+        self.topics = roles_of_topics(bag, reading.names)
+        home = self.topics['odom'].rpartition('/')[0]
+        found, self._no_frames = topics_of(bag, home)
+        self._tree: Transforms | None = None
+        self._tf = found
+        self.read_from = self.topics['odom']
+
+    @property
+    def tree(self) -> Transforms:
+        """What is said of frames; read when it is asked for, there may be much of it."""
+        if self._tree is None:
+            self._tree = read_transforms(self.bag, self._tf)
+        return self._tree
+
+    @property
+    def wants_scan(self) -> bool:
+        """Whether a sight is to be made: one that was recorded goes before."""
+        return 'scan' in self.reading.names or 'neighbourhood' not in self.topics
+
+    def find_poses(self, made: dict[str, RawMessages]) -> DrivePoses:
+        """Find the poses; where they are made, they become `odom`."""
+        try:
+            found, notes = self._poses()
+        except BagError:
+            if 'odom' in self.reading.names or self.bag.topics[self.topics['odom']] != TF_TYPE:
+                raise
+            # Perhaps there are poses of another kind.
+            try:
+                self.topics = roles_of_topics(self.bag, self.reading.names, with_frames=False)
+            except BagError:
+                pass
+            else:
+                return self.find_poses(made)
+            raise
+        self.read_from = self.topics['odom']
+        if notes:
+            self.notes += notes
+            self.topics['odom'] = self._free_name('odom')
+            made[self.topics['odom']] = found.messages(self.topics['odom'])
+        return found
+
+    def _poses(self) -> tuple[DrivePoses, list[str]]:
+        topic, frame_id = self.topics['odom'], self.grid.frame_id
+        if self.bag.topics[topic] == TF_TYPE:
+            if not self._tf:
+                raise BagError(f'{self.bag.path}: {self._no_frames}, name one with --odom-topic')
+            return poses_from_frames(self.tree, self.reading.base_frame, frame_id, topic)
+        found = poses_from_messages(self.bag.messages(topic))
+        if found.frame_id != frame_id.lstrip('/') and self._tf:
+            return brought_to_frame(
+                found, self.tree, frame_id.lstrip('/'), self._tf[0]) or (found, [])
+        return found, []
+
+    def make_sight(self, made: dict[str, RawMessages], poses: DrivePoses) -> None:
+        """Make the sight from laser scans if there are any; say why not."""
+        topic = self.topics.get('scan')
+        if topic is None:
+            if lasers := scans_in(self.bag):
+                self.notes.append(f'no sight: it may be made from {" or ".join(lasers)}, name one '
+                                  f'with --scan-topic')
+            return
+        scans = read_scans(self.bag.messages(topic), self.reading.zero_is_no_return)
+        if not scans.scans:
+            self.notes.append(f'no sight: no scan on {topic} makes sense, {scans.refusal}')
+            return
+        mount = self._mount(scans.frame_id, poses)
+        problem = mount.problem if mount else (
+            f'nothing says where {scans.frame_id!r} sits on the robot, say so with --laser X Y Z '
+            f'ROLL PITCH YAW')
+        if mount is None or problem:
+            self.notes.append(f'no sight from {topic}: {problem}')
+            return
+        if not len(poses.stamps_ns) or poses.frame_id != self.grid.frame_id.lstrip('/'):
+            return
+        name = self._free_name('neighbourhood')
+        made[name] = sights_from_scans(scans, poses, mount, self.grid, self.reading.body, name)
+        self.topics['neighbourhood'] = name
+        self.notes.append(described(scans, mount, self._base(poses)))
+
+    def _base(self, poses: DrivePoses) -> str:
+        return self.reading.base_frame.lstrip('/') or poses.base
+
+    def _mount(self, laser: str, poses: DrivePoses) -> Mount | None:
+        """Return where the laser sits on the robot, and how high above the floor."""
+        if self.reading.mount is not None:
+            return self.reading.mount
+        base = self._base(poses)
+        bases = [base, *(each for each in self.tree.bases() if each != base)]
+        for each in filter(None, bases):
+            if each == laser:
+                return Mount()
+            found = self.tree.fixed(laser, each)
+            if found is not None:
+                return mount_from_transform(found.matrix())._replace(z=self._height(laser))
+        return None
+
+    def _height(self, laser: str) -> float:
+        """Return the laser's height above the floor, where base_footprint is; 0 if not known."""
+        floor = [each for each in self.tree.bases() if each.rpartition('/')[2] == BASES[0]]
+        found = self.tree.fixed(laser, floor[0]) if floor else None
+        return 0.0 if found is None else max(float(np.round(found.shift[0, 2], 6)), 0.0)
+
+    def _free_name(self, role: str) -> str:
+        """Return a name that no topic has that is kept for another role."""
+        taken = {topic for other, topic in self.topics.items() if other != role}
+        name = f'/{role}'
+        while name in taken:
+            name += '_made'
+        return name
