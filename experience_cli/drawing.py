@@ -26,6 +26,7 @@ PROTOTYPE: Final = '#2a9d8f'
 PATH: Final = '#d1495b'
 GOAL: Final = '#e9b44c'
 SINK: Final = '#8b1e3f'
+CUT: Final = '#5e6472'
 _BASIN: Final = '#e3f1e4'
 _UNSEEN: Final = '#eceff4'
 _FAINT: Final = '#d8dee9'
@@ -96,7 +97,35 @@ def draw_path(axes: Axes, path: npt.NDArray[np.float64], label: str, colour: str
     if len(path):
         axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=2.2, label=label, zorder=3,
                   solid_capstyle='round')
-        axes.plot(*path[0], marker='o', color=colour, markersize=6, zorder=3)
+        driven = path[np.isfinite(path).all(axis=1)]
+        axes.plot(*driven[0], marker='o', color=colour, markersize=6, zorder=3)
+
+
+def draw_cut_out(
+    axes: Axes, path: npt.NDArray[np.float64], loops: npt.NDArray[np.bool_],
+    left_out: npt.NDArray[np.float64],
+) -> None:
+    """
+    Draw what of a drive is not learnt.
+
+    Parameters
+    ----------
+    axes : Axes
+    path : ndarray, shape (n, 2), [m]
+        Where the robot drove.
+    loops : ndarray of bool, shape (n,)
+        Which of that only led back to where it had been.
+    left_out : ndarray, shape (m, 2), [m]
+        Poses that are none of this drive.
+
+    """
+    if loops.any():
+        pieces = np.where(loops[:, np.newaxis], path, np.nan)
+        axes.plot(pieces[:, 0], pieces[:, 1], color=CUT, linewidth=2.0, linestyle=(0, (1, 1.2)),
+                  label='a loop, cut out: not learnt', zorder=2.9)
+    if len(left_out):
+        axes.plot(left_out[:, 0], left_out[:, 1], marker='+', color=CUT, linestyle='none',
+                  markersize=9, markeredgewidth=1.6, label='pose far off, left out', zorder=3)
 
 
 def draw_goal(axes: Axes, field: ControlField) -> None:

@@ -58,10 +58,8 @@ def inspection_figure(lesson: Any, lessons: Any) -> Any:
 
     """
     from experience_cli import drawing
-    from experience_cli.report import driven_path
 
     refresh, grid = lessons.refresh, lessons.grid
-    path = driven_path(lesson.episode)[1]
     figure = drawing.new_figure(13.0, 7.4)
     left, right = figure.subplots(1, 2)
     for axes, title in ((left, f'Field after {lesson.episode.name} ({lesson.episode.kind})'),
@@ -74,9 +72,35 @@ def inspection_figure(lesson: Any, lessons: Any) -> Any:
     drawing.draw_known(right, refresh.field)
     drawing.draw_prototypes(right, grid, refresh)
     for axes in (left, right):
-        drawing.draw_path(axes, path, f'driven in {lesson.episode.name}')
+        _draw_drive(axes, lesson)
         drawing.draw_goal(axes, refresh.field)
     drawing.draw_legend(figure)
     certificate = refresh.certificate
     figure.suptitle(f'{certificate.sentence()}\n{certificate.numbers()}', fontsize=10.5)
     return figure
+
+
+def _draw_drive(axes: Any, lesson: Any) -> None:
+    """Draw where the robot drove, and in a style of its own what of that is not learnt."""
+    import numpy as np
+
+    from control_field.plausibility import DriveLimits, whole_drive
+    from experience_cli import drawing
+    from experience_cli.report import driven_path
+
+    stamps, path = driven_path(lesson.episode)
+    label, report = f'driven in {lesson.episode.name}', lesson.read.report
+    if report is None:
+        drawing.draw_path(axes, path, label)
+        return
+    header = lesson.read.header
+    kept = whole_drive(stamps, path, DriveLimits(header.grid.resolution, header.speed_max)).kept
+    left_out = np.delete(path, kept, axis=0)
+    stamps, path = stamps[kept], path[kept]
+    loops = np.zeros(len(stamps), dtype=np.bool_)
+    for loop in report.loops:
+        loops |= (stamps >= loop.first) & (stamps <= loop.last)
+    # The last pose of a loop is the first of what goes on from there, so that no gap is drawn.
+    goes_on = loops & ~np.append(loops[1:], False)
+    drawing.draw_path(axes, np.where((loops & ~goes_on)[:, np.newaxis], np.nan, path), label)
+    drawing.draw_cut_out(axes, path, loops, left_out)

@@ -141,7 +141,12 @@ def _content_lines(about: dict[str, Any]) -> list[str]:
     if 'demonstration' in about:
         shown = about['demonstration']
         start, goal = tuple(shown['start_cell']), tuple(shown['goal_cell'])
-        return ['', f'demonstration from cell {start} to {goal}']
+        loops = [f'  {loop["first"] - about["start"]:7.2f} s to '
+                 f'{loop["last"] - about["start"]:.2f} s  a loop of '
+                 f'{counted(loop["n_cells"], "cell")}, {loop["length"]:.1f} m, from '
+                 f'({loop["place"][0]:.2f}, {loop["place"][1]:.2f}) m back to it: cut out'
+                 for loop in shown['report']['loops']]
+        return ['', f'demonstration from cell {start} to {goal}', *loops]
     if 'decisions' not in about:
         return []
     made = about['decisions']

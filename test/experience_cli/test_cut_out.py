@@ -1,0 +1,56 @@
+"""What of a drive is not learnt is drawn and listed."""
+
+import numpy as np
+import pytest
+
+from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_odometry
+from control_field.parameters import Parameters
+from experience_cli.inspection import inspection_figure
+from experience_cli.main import main
+from learner_node.lessons import Lessons
+from msgs_bridge.bag_file import start_bag
+from msgs_bridge.bag_folder import episode_from_path, TaskFolder
+from msgs_bridge.episode_header import EpisodeHeader
+
+LOOP, SPIKE = 'a loop, cut out: not learnt', 'pose far off, left out'
+CORNERS = [(0.6, 0.6), (2.1, 0.6), (2.1, 2.1), (1.1, 2.1), (1.1, 0.6), (1.1, 0.1)]
+
+
+def record(root, corners, spike=False):
+    legs = [np.linspace(first, last, 60, endpoint=False)
+            for first, last in zip(corners[:-1], corners[1:], strict=True)]
+    way = np.concatenate(legs)
+    if spike:
+        way[30] = 4.0, 4.0
+    header = EpisodeHeader('demo', 'task1', GRID).to_mapping()
+    with start_bag(TaskFolder(root, 'task1'), 'demo', header) as bag:
+        for i, (x, y) in enumerate(way.tolist()):
+            bag.write('/odom', ODOMETRY, raw_odometry(i / 10, x, y), nanoseconds(i / 10))
+    return episode_from_path(bag.folder)
+
+
+@pytest.mark.parametrize(('corners', 'spike', 'drawn'), [
+    (CORNERS[:3], False, set()), (CORNERS, False, {LOOP}), (CORNERS, True, {LOOP, SPIKE})])
+def test_it_is_drawn_in_a_style_of_its_own(tmp_path, corners, spike, drawn):
+    lessons = Lessons(GRID, Parameters())
+    lesson = lessons.learn(record(tmp_path, corners, spike))
+    figure = inspection_figure(lesson, lessons)
+    for axes in figure.axes:
+        lines = {line.get_label(): line for line in axes.lines}
+        assert lines.keys() & {LOOP, SPIKE} == drawn
+        path = lines[f'driven in {lesson.episode.name}'].get_xydata()
+        assert not (np.abs(path - 4.0) < 1e-6).all(axis=1).any()
+        if LOOP in drawn:
+            in_loop = np.isfinite(lines[LOOP].get_xydata()).all(axis=1)
+            assert 0.6 < in_loop.mean() < 0.95
+            assert (in_loop & np.isfinite(path).all(axis=1)).sum() == 1
+    [legend] = figure.legends
+    assert drawn <= {text.get_text() for text in legend.get_texts()}
+
+
+def test_show_lists_every_loop(tmp_path, capsys):
+    record(tmp_path, CORNERS)
+    assert main(['show', '--bags', str(tmp_path), 'task1/0001']) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert 's  a loop of ' in last
+    assert last.endswith('m back to it: cut out')
