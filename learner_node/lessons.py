@@ -129,8 +129,9 @@ class Lessons:
         """Return where one more demonstration would help most, (x, y) [m]; a few cells apart."""
         chosen: list[tuple[int, int]] = []
         for cell in self._learner.teach_here(self.grid.n_rows * self.grid.n_cols):
-            if len(chosen) < n and all(
-                    max(abs(cell[0] - row), abs(cell[1] - col)) >= _APART for row, col in chosen):
+            if len(chosen) == n:
+                break
+            if all(max(abs(cell[0] - row), abs(cell[1] - col)) >= _APART for row, col in chosen):
                 chosen.append(cell)
         return [self.grid.world_from_cell(*cell) for cell in chosen]
 

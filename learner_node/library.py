@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from typing import Final
 
 from control_field.grid import Grid
 from control_field.learner import Refresh
@@ -19,6 +20,9 @@ from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import read_header
 from msgs_bridge.safe_files import draft_beside
 from msgs_bridge.trial_status import Label
+
+#: Places to teach from that are told of.
+_N_PLACES: Final = 5
 
 
 class Library:
@@ -52,6 +56,8 @@ class Library:
         self.speed_max = SPEED_MAX
         #: Lines for people to heed, of the last time that all bags were learnt from.
         self.doubts: list[str] = []
+        #: Where trials start, ``x y yaw``, and where to teach next, ``x y; x y``, [m, rad].
+        self.places: Mapping[str, str] = {}
         self._has_compared = False
         self.lessons = Lessons(grid, parameters)
         self._starts = starts
@@ -162,6 +168,15 @@ class Library:
         last = self._last()
         take_away(self.task, [last.number])
         return self._relearn_after(f'{last.name} is dropped ({UNDO})')
+
+    def find_places(self) -> None:
+        """Note where trials start and where one more demonstration would help most."""
+        starts = [*self._starts, *self.lessons.shown_starts][:1]
+        spots = self.lessons.teach_here(_N_PLACES) if self.refresh is not None else []
+        self.places = {
+            'start': ' '.join(f'{value:.3f}' for pose in starts
+                              for value in (pose.x, pose.y, pose.yaw)),
+            'teach_here': '; '.join(f'{x:.3f} {y:.3f}' for x, y in spots)}
 
     def undo(self) -> str:
         """

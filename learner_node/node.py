@@ -90,6 +90,7 @@ class LearnerNode(Node):
         self._lesson: Lesson | None = None
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
+        self._named: dict[str, str] = {}
         self._company = CompanyWatch(self, 'learner')
         self._company.state(workspace_from_grid(grid), method_from_parameters(parameters))
         self._session.why_not = self._company.why_not
@@ -168,11 +169,17 @@ class LearnerNode(Node):
         self.carry_out(self._session.saw_peers(self._requests.peers(), time.monotonic()))
 
     def _tell(self) -> None:
+        self._name_trial()
         status = diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh,
-            self._hearing.heard)
+            self._hearing.heard, {**self._library.places, **self._named})
         self._company.add_to(status)
         self._publications.tell(status, self.get_clock().now().to_msg())
+
+    def _name_trial(self) -> None:
+        """Note in which bag the controller's trial is recorded: people look for it there."""
+        if self._session.trial:
+            self._named = {'trial': str(self._session.trial), 'bag': self._performer.bag}
 
     # What others ask of the node
 
@@ -201,6 +208,7 @@ class LearnerNode(Node):
 
     def learn(self, episode: EpisodeFolder) -> None:
         """Learn from a bag that was recorded."""
+        self._name_trial()
         self._worker.do(lambda: self._library.learn(episode), self._on_lesson)
 
     def change_trials(self, change: Callable[[float], to.Effects], now: float) -> to.Effects:
@@ -264,6 +272,8 @@ class LearnerNode(Node):
         """Push the field, then let the session go on with it."""
         self._publish_field(self._session.n_left > 1)
         self._go_on()
+        # Aside, after what somebody waits for.
+        self._worker.do(self._library.find_places, self._on_warm)
 
     def _go_on(self) -> None:
         refresh = self._library.refresh

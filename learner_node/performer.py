@@ -41,6 +41,7 @@ class Performer:
         self._recorder = recorder
         self._publications, self._requests = publications, requests
         self._frame_check = frame_check
+        self.bag = ''  #: name of what is recorded, or was last
 
     def carry_out(self, effects: to.Effects) -> None:
         """Do what the session wants done, in order."""
@@ -78,6 +79,7 @@ class Performer:
 
     def _record(self, kind: EpisodeKind) -> None:
         episode = self._recorder.start(kind, self._node.now())
+        self.bag = episode.name
         if kind is EpisodeKind.DEMO:
             self._frame_check.is_due = True
             self._write_status(State.RUNNING, 0)

@@ -1,6 +1,6 @@
 """What the learner says about itself: on `/diagnostics`, in the log, in answers."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -35,7 +35,7 @@ def sentence_at_start(settings: Settings, task: TaskFolder, refresh: Refresh | N
 
 def diagnostic_from_session(
     name: str, session: Session, lesson: Lesson | None, refresh: Refresh | None,
-    heard: Iterable[str],
+    heard: Iterable[str], places: Mapping[str, str],
 ) -> DiagnosticStatus:
     """
     Write how the learner stands, with the certificate of the field in force.
@@ -51,12 +51,14 @@ def diagnostic_from_session(
         What is in force.
     heard : iterable of str
         Topics that something has arrived on.
+    places : mapping
+        Where trials start, where to teach next, in which bag which trial is.
 
     """
     values: dict[str, Any] = {
         'task': session.settings.task, 'phase': session.phase, 'trials_left': session.n_left,
         'revision': session.revision, 'episode': lesson.episode.number if lesson else 0,
-        'doing': session.describe(), 'heard': ' '.join(sorted(heard)),
+        'doing': session.describe(), 'heard': ' '.join(sorted(heard)), **places,
         **(certificate_values(refresh) if refresh else {})}
     return DiagnosticStatus(
         level=DiagnosticStatus.OK if refresh or session.phase is not Phase.IDLE
@@ -84,10 +86,13 @@ def sentence_from_lesson(lesson: Lesson) -> str:
     number = f'{lesson.episode.number:04d}'
     if lesson.refresh is None and lesson.episode.kind is EpisodeKind.DEMO:
         return f'Drive {number} is not learnt: {lesson.note.removeprefix(NOTHING)}'
+    # People hear of a trial by the number that the controller counts, and look for its bag.
+    status = lesson.read.status if lesson.read is not None else None
+    trial = f' (trial {status.trial})' if status is not None and status.trial else ''
     if lesson.refresh is None:
-        return f'{lesson.episode.name}: {lesson.note}'
+        return f'{lesson.episode.name}{trial}: {lesson.note}'
     numbers = [lesson.note, lesson.refresh.certificate.numbers()]
-    said = [f'{lesson.episode.name}: {lesson.note}']
+    said = [f'{lesson.episode.name}{trial}: {lesson.note}']
     report = lesson.read.report if lesson.read is not None else None
     if lesson.read is not None and report is not None:
         said = [f'Drive {number} kept: {counted(report.n_steps, "step")}',
@@ -98,4 +103,6 @@ def sentence_from_lesson(lesson: Lesson) -> str:
     said.append(lesson.refresh.certificate.sentence().rstrip('.'))
     if not lesson.refresh.pushed:
         said.append(f'The courses stay: {lesson.refresh.reason}')
+    if report is not None:
+        said.append('Press t in teleop_node to let the robot try')
     return '. '.join(filter(None, said)) + f'. ({"; ".join(numbers)})'

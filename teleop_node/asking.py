@@ -11,7 +11,7 @@ from teleop_node.teaching import Answer, PATIENCE
 #: Services of the learner that actions ask for, beside that which records.
 _LEARNER: Final = (
     'discard_demonstration', 'drop_last', 'label_success', 'label_failure', 'run_trials',
-    'stop_trials')
+    'stop_trials', 'undo')
 _CONTROLLER: Final = ('start_trial', 'stop_trial')
 
 

@@ -35,6 +35,10 @@ class Gathered:
         self._controller = f'{controller.lstrip("/")}: controller'
         self._facts = Facts()
         self._heard = self._told = self._began = -math.inf
+        self._bag = 0, ''
+        #: Where trials start, (x, y, yaw), and where to teach next, (x, y), [m, rad].
+        self.start: tuple[float, ...] = ()
+        self.teach_here: list[tuple[float, ...]] = []
 
     def saw_trial(self, status: TrialStatus) -> None:
         """Take in how the trial stands; how the last one ended stays, until there is another."""
@@ -84,6 +88,10 @@ class Gathered:
 
     def _saw_learner(self, values: Mapping[str, str], now: float) -> None:
         self._saw_phase(values.get('phase', ''), now)
+        self._bag = int(_number(values, 'trial', 0.0)), values.get('bag', '')
+        self.start = _place(values.get('start', ''), 3)
+        places = (_place(text, 2) for text in values.get('teach_here', '').split(';'))
+        self.teach_here = [place for place in places if place]
         self._facts = replace(
             self._facts, trials_left=int(_number(values, 'trials_left', 0.0)),
             prototypes=int(_number(values, 'prototypes', -1.0)),
@@ -100,6 +108,9 @@ class Gathered:
         """Return the facts at a time."""
         facts = replace(self._facts, speeds=speeds, problem=problem, seconds=(
             now - self._began if self._facts.phase == 'demonstration' else 0.0))
+        trial, bag = self._bag
+        if trial == facts.trial:
+            facts = replace(facts, bag=bag)
         if now - self._told > SILENCE:
             facts = replace(facts, held='')
         return replace(facts, phase='') if now - self._heard > SILENCE else facts
@@ -112,6 +123,15 @@ def _number(values: Mapping[str, str], key: str, missing: float) -> float:
     except (KeyError, ValueError):
         return missing
     return number if abs(number) < 1e9 else missing
+
+
+def _place(text: str, n: int) -> tuple[float, ...]:
+    """Return so many finite numbers of a text, none where it has others."""
+    try:
+        numbers = tuple(map(float, text.split()))
+    except ValueError:
+        return ()
+    return numbers if len(numbers) == n and all(map(math.isfinite, numbers)) else ()
 
 
 def problem_with_readers(topic: str, mine: str, readers: Iterable[Any]) -> tuple[str, str]:

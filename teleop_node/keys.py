@@ -22,26 +22,33 @@ class Action(StrEnum):
     START = 'start_demonstration'
     KEEP = 'keep'
     REDO = 'redo'
+    CANCEL = 'cancel'
     DROP_LAST = 'drop_last'
+    UNDO = 'undo'
     LABEL_SUCCESS = 'label_success'
     LABEL_FAILURE = 'label_failure'
     RUN_TRIALS = 'run_trials'
+    SET_BACK = 'set_back'
+    TEACH_HERE = 'teach_here'
     STOP = 'stop'
     QUIT = 'quit'
 
 
 ACTIONS: Final[Mapping[str, Action]] = {
-    's': Action.START, 'n': Action.KEEP, 'r': Action.REDO, 'd': Action.DROP_LAST,
-    'y': Action.LABEL_SUCCESS, 'f': Action.LABEL_FAILURE, 't': Action.RUN_TRIALS,
+    's': Action.START, 'n': Action.KEEP, 'r': Action.REDO, 'a': Action.CANCEL,
+    'd': Action.DROP_LAST, 'b': Action.UNDO, 'y': Action.LABEL_SUCCESS,
+    'f': Action.LABEL_FAILURE, 't': Action.RUN_TRIALS, 'g': Action.SET_BACK,
+    'h': Action.TEACH_HERE,
     ' ': Action.STOP, ESCAPE: Action.QUIT}
 
 HELP: Final = """\
-drive (hold to move)     teach
-  u  i  o                s  start a demonstration    y  it was a success
-  j  k  l                n  keep it                  f  it was a failure
-  m  ,  .                r  redo it                  t  run trials
-space or k: stop         d  drop the last one        Esc  quit
-faster, slower: q/z both, w/x straight, e/c turning"""
+drive (hold to move)     teach                     afterwards
+  u  i  o                s  start a demonstration  t  let the robot try
+  j     l                n  keep it                y  that was a success
+  m  ,  .                r  redo it                f  that was a failure
+space or k: stop         a  abandon it             d  drop the last drive
+faster, slower: q/z      g  go back to the start   b  bring back what went
+  w/x ahead, e/c turn    h  go where to teach      Esc  quit"""
 
 
 class KeyParser:

@@ -33,7 +33,7 @@ from teleop_node.driving import changed_speeds, FACTORS, MOVES, STANDING
 from teleop_node.facts import Gathered, problem_with_readers
 from teleop_node.keys import Action, ACTIONS, HELP, KeyParser, Presses
 from teleop_node.lifecycle import Signals
-from teleop_node.placing import Placing
+from teleop_node.placing import Placing, where_to_teach
 from teleop_node.settings import FIXED, Settings
 from teleop_node.status_line import line_from_facts, line_over, message_over
 from teleop_node.teaching import Answer, PATIENCE, Teaching
@@ -261,15 +261,27 @@ class TeleopNode(Node):
         self._gathered.saw_answer(on, answer.success, time.monotonic())
         if service.endswith('/stop_trials') and answer.success:
             self._gathered.saw_end_of_series()
+        if service.endswith('/discard_demonstration'):
+            self._gathered.saw_answer(False, answer.success, time.monotonic())
         return answer
 
     async def is_simulated(self) -> bool:
         """Ask the learner whether it may set the robot back."""
         return await self._asking.is_simulated()
 
-    async def set_back(self) -> Answer:
-        """Set a simulated robot back to where the demonstration began."""
+    async def set_back(self, to_start: bool) -> Answer:
+        """Set a simulated robot to where trials start, or where the demonstration began."""
+        if to_start:
+            return await self._placing.set_to_start(self._gathered.start)
         return await self._placing.set_back()
+
+    async def set_where_to_teach(self) -> Answer:
+        """Set a simulated robot to the next place where a demonstration would help."""
+        return await self._placing.set_to_next(self._gathered.teach_here)
+
+    def where_to_teach(self) -> Answer:
+        """Say where a demonstration would help most."""
+        return where_to_teach(self._gathered.teach_here)
 
     def is_trying(self) -> bool:
         """Tell whether a trial runs."""

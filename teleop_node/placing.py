@@ -1,5 +1,7 @@
 """Where the robot is, where a demonstration began, and setting a simulated robot somewhere."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 import math
 import time
 from typing import Any, Final
@@ -15,6 +17,9 @@ from teleop_node.teaching import Answer
 #: How near its place a robot that was set there is, [m], and how long that may take, [s].
 _NEAR: Final = 0.05
 _SET_BACK_TIME: Final = 3.0
+#: Where the learner names no place to teach from.
+NOWHERE: Final = ('no place is known where a demonstration would help: show the way first (s), or '
+                  'the robot gets to the goal from everywhere it has seen')
 
 
 class Placing:
@@ -36,6 +41,9 @@ class Placing:
         self._asking = asking
         self._pose: Pose | None = None
         self._began: Pose | None = None
+        self._first: Pose | None = None
+        self._offered: list[Sequence[float]] = []
+        self._n_offered = 0
         self._arrivals: list[Any] = []
         self._places = node.create_publisher(PoseWithCovarianceStamped, 'initialpose', qos.POSE)
         node.create_subscription(Odometry, 'odom', self._on_odometry, (
@@ -47,6 +55,7 @@ class Placing:
             self._pose = pose_from_odometry(msg)
         except ValueError:
             return  # others say so
+        self._first = self._first or self._pose
         while self._arrivals:
             self._arrivals.pop().set_result(True)
 
@@ -59,13 +68,57 @@ class Placing:
         began = self._began
         if began is None:
             return Answer(True, '')
-        self._places.publish(initialpose_from_pose(began))
+        return await self.set_to(began.x, began.y, began.yaw)
+
+    async def set_to_start(self, start: Sequence[float]) -> Answer:
+        """
+        Set a simulated robot to where trials start: x, y, yaw, [m, rad].
+
+        Before anything was learnt that is where the last demonstration began, or where the robot
+        was first seen.
+        """
+        known = self._began or self._first
+        if start:
+            return await self.set_to(*start)
+        if known is None:
+            return Answer(False, 'no odometry has arrived yet: is the simulator there?')
+        return await self.set_to(known.x, known.y, known.yaw)
+
+    async def set_to_next(self, places: Sequence[Sequence[float]]) -> Answer:
+        """Set a simulated robot to the next of some places, (x, y) [m]."""
+        if not places:
+            return Answer(False, NOWHERE)
+        if places != self._offered:
+            self._offered, self._n_offered = list(places), 0
+        place = places[self._n_offered % len(places)]
+        self._n_offered += 1
+        answer = await self.set_to(*place, self._pose.yaw if self._pose else 0.0)
+        more = f'h again goes to the next of {len(places)}' if len(places) > 1 else ''
+        if not answer.success:
+            return Answer(False, '; '.join(filter(None, (answer.message, more))))
+        return Answer(True, '; '.join(filter(None, (
+            f'{answer.message}: a drive from here helps most, s starts it', more))))
+
+    async def set_to(self, x: float, y: float, yaw: float) -> Answer:
+        """Set a simulated robot to a place, [m, rad], and wait until odometry shows it there."""
+        if self._pose is None:
+            return Answer(False, 'no odometry has arrived yet: is the simulator there?')
+        self._places.publish(initialpose_from_pose(
+            replace(self._pose, x=x, y=y, yaw=yaw, v=0.0, w=0.0)))
         deadline = time.monotonic() + _SET_BACK_TIME
         while time.monotonic() < deadline:
             arrival = self._asking.future()
             self._arrivals.append(arrival)
             await self._asking.within(arrival, _SET_BACK_TIME)
-            if self._pose is not None and math.hypot(
-                    self._pose.x - began.x, self._pose.y - began.y) < _NEAR:
-                return Answer(True, '')
-        return Answer(False, 'the robot was not set back')
+            if math.hypot(self._pose.x - x, self._pose.y - y) < _NEAR:
+                return Answer(True, f'the robot stands at ({x:.2f}, {y:.2f}) m')
+        return Answer(False, f'the robot was not set to ({x:.2f}, {y:.2f}) m: is something there?')
+
+
+def where_to_teach(places: Sequence[Sequence[float]]) -> Answer:
+    """Say to which places a real robot may be driven, (x, y) [m]."""
+    if not places:
+        return Answer(False, NOWHERE)
+    named = ', '.join(f'({x:.2f}, {y:.2f})' for x, y in places)
+    return Answer(True, f'a drive from one of these places helps most, (x, y) in metres: {named}; '
+                        f'drive the robot there, then s')

@@ -49,6 +49,8 @@ class Facts:
         What a person has to mend before the robot moves.
     held : str
         Why the gate lets it stand that is told to drive.
+    bag : str
+        In which the last trial is recorded; empty where that is not known.
 
     """
 
@@ -66,6 +68,7 @@ class Facts:
     speeds: Velocity = (0.0, 0.0)
     problem: str = ''
     held: str = ''
+    bag: str = ''
 
 
 def line_from_facts(facts: Facts, width: int) -> str:
@@ -108,7 +111,8 @@ def _trial(facts: Facts) -> str:
     how = facts.outcome or facts.trial_state
     if facts.trial_state == 'paused' and facts.reason:
         how += f' ({facts.reason})'
-    return f'trial {facts.trial} {how}, {counted(facts.steps, "step")}'
+    bag = f' ({facts.bag})' if facts.bag else ''
+    return f'trial {facts.trial} {how}, {counted(facts.steps, "step")}{bag}'
 
 
 def _field(facts: Facts) -> str:

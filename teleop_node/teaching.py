@@ -5,8 +5,9 @@ from typing import Final, NamedTuple, Protocol
 
 from teleop_node.keys import Action
 
-_RECORDED: Final = ('cannot run a trial now: a demonstration is recorded; n keeps it, r begins it '
-                    'anew')
+_RECORDED: Final = ('cannot {} now: a demonstration is recorded; n keeps it, r begins it anew, a '
+                    'abandons it')
+_TRYING: Final = 'cannot {} now: the robot tries; space stops it'
 
 
 #: Longest wait for an answer, [s]: learning takes a while; what stops the robot does not.
@@ -32,8 +33,14 @@ class Peers(Protocol):
     async def is_simulated(self) -> bool:
         """Tell whether the learner may set the robot back."""
 
-    async def set_back(self) -> Answer:
-        """Set a simulated robot back to where the demonstration began."""
+    async def set_back(self, to_start: bool) -> Answer:
+        """Set a simulated robot to where trials start, or where the demonstration began."""
+
+    async def set_where_to_teach(self) -> Answer:
+        """Set a simulated robot to the next place where a demonstration would help."""
+
+    def where_to_teach(self) -> Answer:
+        """Say where a demonstration would help most."""
 
     def is_trying(self) -> bool:
         """Tell whether a trial runs."""
@@ -78,11 +85,14 @@ class Teaching:
         self._busy = ''
         self._plain: Final = {
             Action.KEEP: (f'{learner}/record_demonstration', False),
+            Action.CANCEL: (f'{learner}/discard_demonstration', None),
             Action.DROP_LAST: (f'{learner}/drop_last', None),
+            Action.UNDO: (f'{learner}/undo', None),
             Action.LABEL_SUCCESS: (f'{learner}/label_success', None),
             Action.LABEL_FAILURE: (f'{learner}/label_failure', None)}
         self._steps: Final[dict[Action, Callable[[], Awaitable[Answer]]]] = {
             Action.START: self._start, Action.REDO: self._redo,
+            Action.SET_BACK: self._set_back, Action.TEACH_HERE: self._teach_here,
             Action.RUN_TRIALS: self._run_trials, Action.STOP: self._stop,
             Action.QUIT: self._quit}
 
@@ -111,15 +121,42 @@ class Teaching:
         return answer
 
     async def _redo(self) -> Answer:
-        """Throw the running one away and begin anew; a simulated robot is set back for it."""
+        """
+        Throw the running one away and begin anew; a simulated robot is set back for it.
+
+        A real one has to be driven back first, and that is no part of the way.
+        """
         answer = await self._peers.ask(f'{self._learner}/discard_demonstration')
         if not answer.success:
             return answer
-        if await self._peers.is_simulated():
-            back = await self._peers.set_back()
-            if not back.success:
-                return back
-        return await self._start()
+        if not await self._peers.is_simulated():
+            return Answer(True, f'{answer.message}; drive the robot back to the start, then s')
+        then = await self._peers.set_back(to_start=False)
+        if then.success:
+            then = await self._start()
+        return then._replace(message=f'{answer.message}; {then.message}')
+
+    def _refusal(self, what: str) -> str:
+        """Say why the robot must stay where it is; empty if it may be set elsewhere."""
+        if self._peers.is_recording():
+            return _RECORDED.format(what)
+        return _TRYING.format(what) if self._peers.is_trying() or self._peers.has_series() else ''
+
+    async def _set_back(self) -> Answer:
+        """Set a simulated robot back to the start."""
+        if refusal := self._refusal('set the robot back'):
+            return Answer(False, refusal)
+        if not await self._peers.is_simulated():
+            return Answer(False, 'a real robot is not set back: drive it back by the keys')
+        return await self._peers.set_back(to_start=True)
+
+    async def _teach_here(self) -> Answer:
+        """Set a simulated robot to where to teach next; of a real one say where that is."""
+        if refusal := self._refusal('set the robot elsewhere'):
+            return Answer(False, refusal)
+        if not await self._peers.is_simulated():
+            return self._peers.where_to_teach()
+        return await self._peers.set_where_to_teach()
 
     async def _run_trials(self) -> Answer:
         """Run trials; with a real robot one, from where it was put."""
@@ -127,7 +164,7 @@ class Teaching:
             return await self._peers.ask(f'{self._learner}/run_trials')
         if self._peers.is_recording():
             # The controller does not know of it, and what it drives would be recorded.
-            return Answer(False, _RECORDED)
+            return Answer(False, _RECORDED.format('run a trial'))
         return await self._peers.ask(f'{self._controller}/start_trial')
 
     async def _stop(self) -> Answer:

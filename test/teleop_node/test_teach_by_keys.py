@@ -139,7 +139,7 @@ def test_teach_redo_keep_try_label_drop(person):
     person.holds('i', lambda pose: pose.x > 1.2, 'the wrong way')
     person.types('r', 'redo')
     person.wait(lambda: person.is_at(*START), 'the robot set back')
-    assert person.episodes() == ['0001_demo']
+    assert person.episodes() == ['0002_demo']
 
     person.holds('i', lambda pose: pose.x > 2.55, 'the turn')
     person.holds('j', lambda pose: pose.yaw > 1.45, 'the other direction')
@@ -155,14 +155,23 @@ def test_teach_redo_keep_try_label_drop(person):
     assert person.is_at(*goal, 0.25)
     person.wait(lambda: f'trial {N_TRIALS} goal' in person.terminal.read(), 'the status line')
     person.wait(lambda: len(person.episodes()) == 1 + N_TRIALS, 'the bags')
-    assert person.episodes()[1:] == ['0002_trial', '0003_trial']
+    assert person.episodes()[1:] == ['0003_trial', '0004_trial']
+    person.wait(lambda: f'trial {N_TRIALS} goal, ' in person.terminal.read() and (
+        '(drive/0004)' in person.terminal.lines()[-1]), 'the bag of the trial')
 
     person.types('f', 'label failure')
-    assert read_label(person.folder / 'bags/drive/0003_trial') is Label.FAILURE
+    assert read_label(person.folder / 'bags/drive/0004_trial') is Label.FAILURE
     person.types('y', 'label success')
-    assert read_label(person.folder / 'bags/drive/0003_trial') is Label.SUCCESS
+    assert read_label(person.folder / 'bags/drive/0004_trial') is Label.SUCCESS
     person.types('d', 'drop last')
-    assert person.episodes() == ['0001_demo', '0002_trial']
+    assert person.episodes() == ['0002_demo', '0003_trial']
+    person.types('b', 'undo')
+    assert person.episodes() == ['0002_demo', '0003_trial', '0004_trial']
+
+    person.types('g', 'set back')
+    assert person.is_at(*START)
+    person.types('h', 'teach here')
+    assert not person.is_at(*START)
 
     person.terminal.type('\x1b')
     assert person.terminal.wait() == 0
@@ -185,9 +194,9 @@ def test_every_action_is_a_service_that_answers_and_keeps_no_key_waiting(person)
     person.wait(lambda: 'ready' in person.terminal.lines()[-1], 'the learner')
     for action, label in (('label_failure', Label.FAILURE), ('label_success', Label.SUCCESS)):
         assert person.asks(action).success
-        assert read_label(person.folder / 'bags/drive/0003_trial') is label
+        assert read_label(person.folder / 'bags/drive/0004_trial') is label
     assert person.asks('drop_last').success
-    assert person.episodes() == ['0001_demo', '0002_trial']
+    assert person.episodes() == ['0002_demo', '0003_trial']
     assert person.asks('stop').success
     assert not person.asks('keep').success
     person.holds('l', lambda pose: pose.yaw < -0.5, 'a turn')
@@ -231,7 +240,7 @@ def test_who_does_not_drive_does_not_disturb_a_trial(person):
     person.types('t', 'run trials')
     person.wait(lambda: person.statuses[-1].state is State.RUNNING and person.pose.x > 0.8,
                 'a trial')
-    for key in 'snrdyftqzwxec':
+    for key in 'snradbyftghqzwxec':
         person.terminal.type(key)
     person.wait(lambda: 1 in person.ended(), 'the end of the trial')
     assert person.terminal.read().count('not done') >= 1

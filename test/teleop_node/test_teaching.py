@@ -25,9 +25,16 @@ class Here:
     async def is_simulated(self):
         return self.simulated
 
-    async def set_back(self):
-        self.asked.append('set back')
+    async def set_back(self, to_start):
+        self.asked.append('set to the start' if to_start else 'set back')
         return Answer('set back' not in self.refused, 'set back says so')
+
+    async def set_where_to_teach(self):
+        self.asked.append('set where to teach')
+        return Answer(True, 'there')
+
+    def where_to_teach(self):
+        return Answer(True, 'drive there')
 
     def is_trying(self):
         return self.trying
@@ -66,7 +73,11 @@ RECORD, DISCARD = 'l/record_demonstration', 'l/discard_demonstration'
     (Action.START, [f'{RECORD} True', 'began']),
     (Action.KEEP, [f'{RECORD} False']),
     (Action.REDO, [DISCARD, 'set back', f'{RECORD} True', 'began']),
+    (Action.CANCEL, [DISCARD]),
     (Action.DROP_LAST, ['l/drop_last']),
+    (Action.UNDO, ['l/undo']),
+    (Action.SET_BACK, ['set to the start']),
+    (Action.TEACH_HERE, ['set where to teach']),
     (Action.LABEL_SUCCESS, ['l/label_success']),
     (Action.LABEL_FAILURE, ['l/label_failure']),
     (Action.RUN_TRIALS, ['l/run_trials']),
@@ -80,8 +91,26 @@ def test_every_action_lets_go_of_the_keys_and_asks(action, asked):
 
 def test_a_real_robot_is_not_set_back_and_tries_once():
     here = Here(simulated=False)
-    perform(here, Action.REDO, Action.RUN_TRIALS)
-    assert here.asked == ['let go', DISCARD, f'{RECORD} True', 'began', 'let go', 'c/start_trial']
+    redone, tried, back, there = perform(
+        here, Action.REDO, Action.RUN_TRIALS, Action.SET_BACK, Action.TEACH_HERE)
+    # Its drive back is no part of the way.
+    assert here.asked == ['let go', DISCARD, 'let go', 'c/start_trial', 'let go', 'let go']
+    assert redone == (True, f'{DISCARD} says so; drive the robot back to the start, then s')
+    assert tried.success
+    assert back == (False, 'a real robot is not set back: drive it back by the keys')
+    assert there == (True, 'drive there')
+
+
+@pytest.mark.parametrize(('state', 'words'), [
+    ({'recording': True}, 'a demonstration is recorded; n keeps it, r begins it anew, a abandons'),
+    ({'trying': True}, 'the robot tries; space stops it'), ({'series': True}, 'the robot tries')])
+@pytest.mark.parametrize('action', [Action.SET_BACK, Action.TEACH_HERE])
+def test_a_robot_that_is_recorded_or_tries_stays_where_it_is(state, words, action):
+    here = Here(**state)
+    answer, = perform(here, action)
+    assert here.asked == ['let go']
+    assert not answer.success
+    assert words in answer.message
 
 
 def test_a_real_robot_does_not_try_while_a_demonstration_is_recorded():
@@ -126,7 +155,8 @@ def test_redo_goes_no_farther_than_it_is_let(refused, asked):
     here = Here(refused=(refused,))
     answer, = perform(here, Action.REDO)
     assert here.asked == ['let go', *asked]
-    assert answer == (False, f'{refused} says so')
+    assert not answer.success
+    assert answer.message.endswith(f'{refused} says so')
 
 
 def test_one_at_a_time_but_stopping_never_waits():

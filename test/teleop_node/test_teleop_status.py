@@ -100,6 +100,22 @@ class TestGathered:
         assert (some.prototypes, some.basin, some.fidelity) == (34, 0.9876, 1.0)
         assert (some.speeds, some.problem) == ((0.1, 1.0), 'p')
 
+    def test_a_trial_is_named_with_its_bag(self):
+        gathered = gathered_in('/a')
+        gathered.saw_diagnostics(diagnostics(phase='idle', trial=2, bag='kitchen/0005'), 1.0)
+        for trial, bag in ((1, ''), (2, ' (kitchen/0005)')):
+            gathered.saw_trial(TrialStatus(State.ENDED, trial, Outcome.GOAL, steps=9))
+            line = line_from_facts(gathered.at(1.0, (0, 0), ''), 99)
+            assert line.split(' | ')[1] == f'trial {trial} goal, 9 steps{bag}'
+
+    @pytest.mark.parametrize(('start', 'places', 'known'), [
+        ('1.5 2.0 0.1', '1 2; 3.5 -4', ((1.5, 2.0, 0.1), [(1.0, 2.0), (3.5, -4.0)])),
+        ('', '', ((), [])), ('1 2', '1; nan 2; x y; 5 6', ((), [(5.0, 6.0)]))])
+    def test_where_to_start_and_to_teach(self, start, places, known):
+        gathered = gathered_in('/a')
+        gathered.saw_diagnostics(diagnostics(start=start, teach_here=places), 1.0)
+        assert (gathered.start, gathered.teach_here) == known
+
     def test_another_robots_learner_does_not(self):
         gathered = gathered_in('/a')
         gathered.saw_diagnostics(diagnostics('b/learner_node: learner', phase='idle'), 1.0)
