@@ -231,6 +231,8 @@ class ControlField:
         Remembered map: 0 free, 100 blocked, -1 never seen.
     flags : ndarray of uint8, shape (n_rows, n_cols)
         Bits of `CellFlag`.
+    memory : str
+        Name of the task and of what its memory holds; empty where nobody says.
 
     Raises
     ------
@@ -248,6 +250,7 @@ class ControlField:
     q: npt.NDArray[np.float32]
     known: npt.NDArray[np.int8]
     flags: npt.NDArray[np.uint8]
+    memory: str = ''
 
     def __post_init__(self) -> None:
         """Check shapes and the goal."""

@@ -79,7 +79,7 @@ class Outbox:
         """Publish how the trial stands when that has changed."""
         status = self._supervisor.status
         now = (status.state, status.trial, status.outcome, status.reason, status.decisions,
-               status.revision)
+               status.revision, status.memory)
         if now != self._told:
             self._told = now
             self.trials.publish(status_from_trial(status, self._settings.robot_id))

@@ -109,14 +109,15 @@ class Supervisor:
             why, reason = words.why_idle(self.field, self.refusal)
             return self._ended or TrialStatus(
                 State.IDLE, self._trial, reason=why, stop_reason=reason,
-                revision=-1 if self.field is None else self.field.revision)
+                revision=-1 if self.field is None else self.field.revision,
+                memory='' if self.field is None else self.field.memory)
         problem = self.problem
         return TrialStatus(
             State.RUNNING if problem is None else State.PAUSED, run.trial,
             reason='' if problem is None else problem.told(self._detail), stop_reason=problem,
             steps=run.policy.n_steps, decisions=run.policy.n_decisions,
             reinforcements=run.policy.n_reinforcements, revision=run.revision,
-            stamp=self._stamp)
+            stamp=self._stamp, memory=run.memory)
 
     @property
     def _stamp(self) -> float:
@@ -140,8 +141,9 @@ class Supervisor:
         else:
             # Whoever waits to start the next trial sees by the revision that it is here.
             self._ended = None
-        if tells and (old is None or field.revision != old.revision):
-            self._log('info', f'control field revision {field.revision}')
+        if tells and (old is None or (field.revision, field.memory) != (
+                old.revision, old.memory)):
+            self._log('info', words.of_field(field))
         return True
 
     def refuse_field(self, why: str) -> None:
@@ -179,7 +181,7 @@ class Supervisor:
         self._ended = TrialStatus(
             State.ENDED, run.trial, move.outcome, move.reason, run.policy.n_steps,
             run.policy.n_decisions, run.policy.n_reinforcements, run.revision, self._stamp,
-            stop_reason=move.stop)
+            stop_reason=move.stop, memory=run.memory)
         self.run, self.problem, self.ended_by, self.held = None, None, move.stop, ''
         self._log('info' if move.stop is None else 'warning', self._ended.sentence)
         if silent:

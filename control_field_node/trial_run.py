@@ -95,6 +95,11 @@ class TrialRun:
         """Return the revision of the field it drives on."""
         return self.policy.field.revision
 
+    @property
+    def memory(self) -> str:
+        """Return whose field it drives on."""
+        return self.policy.field.memory
+
     def refresh(self, control_field: ControlField) -> None:
         """Take over a field of the same grid at the next decision."""
         self._fresh = control_field

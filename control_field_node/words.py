@@ -7,6 +7,7 @@ from control_field.grid import Grid
 from control_field.records import ControlField
 from control_field.watch import StopReason
 from control_field_node.seen import Seen
+from msgs_bridge.memory_identity import task_of
 from msgs_bridge.poses import problem_with_frame
 
 #: Of a person's commands before there is anything to judge them by.
@@ -27,6 +28,12 @@ def idle_sender(names: Sequence[str], topic: str) -> str:
     return (f'{person(names, topic) or topic}: standstill is sent without anybody driving. That '
             f'takes no trial over, but the robot obeys it between our commands: end that '
             f'program, or have it publish on cmd_vel_teleop')
+
+
+def of_field(field: ControlField) -> str:
+    """Say which control field has come."""
+    task = task_of(field.memory)
+    return f'control field revision {field.revision}' + (f' of task {task}' if task else '')
 
 
 def why_idle(field: ControlField | None, refusal: str) -> tuple[str, StopReason | None]:

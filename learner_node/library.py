@@ -18,6 +18,7 @@ from msgs_bridge.bag_repair import repair_task
 from msgs_bridge.bag_undo import bring_back, names_of, take_away, UNDO
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import read_header
+from msgs_bridge.memory_identity import memory_of, NOTHING
 from msgs_bridge.safe_files import draft_beside
 from msgs_bridge.trial_status import Label
 
@@ -60,6 +61,8 @@ class Library:
         self.places: Mapping[str, str] = {}
         self._has_compared = False
         self.lessons = Lessons(grid, parameters)
+        #: Whose field is in force, see `memory_identity`.
+        self.memory = NOTHING
         self._starts = starts
         self._n_asked = 0
         _check_writable(task)
@@ -87,7 +90,8 @@ class Library:
     def header(self, kind: EpisodeKind) -> Mapping[str, str]:
         """Return the header of a bag that is recorded now."""
         return EpisodeHeader(kind, self.task.task, self.grid, self.lessons.parameters,
-                             self.topics, self.speed_max).to_mapping()
+                             self.topics, self.speed_max,
+                             self.memory if kind is EpisodeKind.TRIAL else '').to_mapping()
 
     def relearn(self) -> list[str]:
         """
@@ -112,6 +116,7 @@ class Library:
         lessons = [fold.learn(episode) for episode in self.task.episodes()]
         # Only now: until all of them are learnt from, and if that fails, the field stays.
         self.lessons, self._n_asked = fold, 0
+        self._name_memory()
         lines += [f'{lesson.episode.name}: {lesson.note}'
                   for lesson in lessons if lesson.refresh is None]
         if lessons:
@@ -153,7 +158,14 @@ class Library:
     def learn(self, episode: EpisodeFolder) -> Lesson:
         """Learn from one bag, see `Lessons.learn`."""
         self._n_asked = 0
-        return self.lessons.learn(episode)
+        lesson = self.lessons.learn(episode)
+        self._name_memory()
+        return lesson
+
+    def _name_memory(self) -> None:
+        refresh = self.refresh
+        self.memory = NOTHING if refresh is None else memory_of(
+            self.task.task, refresh.field, refresh.prototypes)
 
     def drop_last(self) -> str:
         """

@@ -278,7 +278,8 @@ class LearnerNode(Node):
     def _go_on(self) -> None:
         refresh = self._library.refresh
         self.carry_out(self._session.learnt(
-            -1 if refresh is None else refresh.field.revision, time.monotonic()))
+            -1 if refresh is None else refresh.field.revision, time.monotonic(),
+            self._library.memory))
         missing = self._settings.auto_trials - self._library.n_trials
         if (self._settings.auto_start and missing > 0 and refresh is not None
                 and self._session.phase is Phase.IDLE):
@@ -293,7 +294,7 @@ class LearnerNode(Node):
             self._recorder.in_force = []
             return
         field = self._library.field(more_trials and self._settings.starts == 'spread')
-        messages = self._publications.publish_field(field, refresh)
+        messages = self._publications.publish_field(field, refresh, self._library.memory)
         self._recorder.in_force = [self._performer.raw(*message) for message in messages.items()]
 
     def close(self) -> None:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
+from msgs_bridge.memory_identity import difference
 from msgs_bridge.trial_status import State, TrialStatus
 
 #: A recording ends when nothing has come for so long, [s]: what is under way still belongs to it.
@@ -127,7 +128,7 @@ class Arrival:
 
 
 def obstacle(
-    peers: Peers, status: TrialStatus | None, revision: int, controller: str,
+    peers: Peers, status: TrialStatus | None, revision: int, controller: str, memory: str = '',
 ) -> str:
     """
     Return what keeps the next trial from being started; empty if nothing does.
@@ -141,6 +142,8 @@ def obstacle(
         Of the field that was pushed.
     controller : str
         Its name.
+    memory : str
+        Whose field was pushed.
 
     """
     if not peers.controller or status is None:
@@ -149,6 +152,7 @@ def obstacle(
         return 'no robot publishes odometry'
     if status.state in (State.RUNNING, State.PAUSED):
         return f'trial {status.trial} is still running'
-    if status.revision != revision:
+    problem = difference(status.memory, memory)
+    if status.revision != revision and not (problem and status.memory):
         return f'the controller has field revision {status.revision}, not {revision}'
-    return ''
+    return f'the controller {problem}' if problem else ''

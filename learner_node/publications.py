@@ -1,6 +1,7 @@
 """What the learner publishes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -41,9 +42,15 @@ class Publications:
         self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._places = node.create_publisher(PoseWithCovarianceStamped, 'initialpose', qos.POSE)
 
-    def publish_field(self, field: ControlField, refresh: Refresh) -> dict[str, PointCloud2]:
-        """Publish a field with its prototypes; return what the bags hold of it, by topic."""
-        return self._publish(field, refresh.prototypes)
+    def publish_field(
+        self, field: ControlField, refresh: Refresh, memory: str,
+    ) -> dict[str, PointCloud2]:
+        """
+        Publish a field with its prototypes; return what the bags hold of it, by topic.
+
+        ``memory`` says whose it is, also where it was changed for a single trial.
+        """
+        return self._publish(replace(field, memory=memory), refresh.prototypes)
 
     def publish_nothing(self, grid: Grid) -> None:
         """Publish that nothing was learnt: what was published before is no longer in force."""

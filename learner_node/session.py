@@ -15,6 +15,7 @@ from learner_node.phases import (
     RETRY, SessionError, silence)
 from learner_node.teaching import Teaching
 from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.memory_identity import difference
 from msgs_bridge.statements import Deed
 from msgs_bridge.trial_status import State, TrialStatus
 
@@ -149,6 +150,9 @@ class Session(Teaching):
             if status.revision != self.revision:
                 return self._break_off(
                     f'it runs on field revision {status.revision}, not {self.revision}', now)
+        if self.phase is Phase.TRIAL and status.trial == self.trial and (
+                foreign := difference(status.memory, self.memory)):
+            return self._break_off(f'the controller {foreign}', now)
         return self._cut_off(now) or self._take_up(now)
 
     def _take_up(self, now: float) -> Effects:
@@ -156,6 +160,8 @@ class Session(Teaching):
         if self.phase is not Phase.IDLE or not self._tally.is_whole(self._status):
             return []
         assert self._status is not None
+        if difference(self._status.memory, self.memory):
+            return []  # another learner's; what lasts is said by the tick
         self.trial = self._status.trial
         self._go(Phase.TRIAL, now)
         return [Record(EpisodeKind.TRIAL)]
@@ -166,7 +172,7 @@ class Session(Teaching):
         if self.phase is Phase.STARTING and self._tally[status.trial] > 0:
             self.trial = status.trial  # it ended before it was seen to run
         if self.phase not in IN_TRIAL or status.trial != self.trial:
-            missed = self._tally.missed(status, before, self.phase)
+            missed = self._tally.missed(status, before, self.phase, self.memory)
             return [*([Say(missed, warns=True)] if missed else []), *self._proceed(now)]
         self._go(Phase.FINISHING, now)
         return self._finish(now)
@@ -180,6 +186,9 @@ class Session(Teaching):
                 self._stamp < status.stamp
                 and now - self._began < patience(self.settings.lockstep)):
             return []
+        if status.outcome is not Outcome.ABORTED and (
+                foreign := difference(status.memory, self.memory)):
+            return self._break_off(f'the controller {foreign}', now)
         if status.outcome is Outcome.ABORTED:
             return self._break_off(status.reason or 'the controller aborted it', now, told=True)
         if status.reason.startswith(_ENDS_SERIES):
@@ -196,9 +205,9 @@ class Session(Teaching):
             return []
         return self._break_off(f'the controller does not start it: {message}', now)
 
-    def learnt(self, revision: int, now: float) -> Effects:
+    def learnt(self, revision: int, now: float, memory: str = '') -> Effects:
         """Take in that the closed bag was learnt from, or could not be (revision as before)."""
-        self.revision = revision
+        self.revision, self.memory = revision, memory
         if self.phase is not Phase.LEARNING:
             return []
         self.n_left = max(self.n_left - 1, 0) if self.trial else self.n_left
@@ -220,7 +229,7 @@ class Session(Teaching):
     def tick(self, now: float) -> Effects:
         """Look whether something has not come for too long; call it about every 50 ms."""
         if self.phase is Phase.IDLE:
-            lost = self._tally.loss(self._status)
+            lost = self._tally.loss(self._status, self.memory)
             return [Say(lost, warns=True)] if lost else []
         if self.phase is Phase.SETTLING:
             return self._settle(now)

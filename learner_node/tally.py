@@ -4,6 +4,7 @@ from collections import Counter
 from typing import Final, TypeGuard
 
 from learner_node.phases import Phase, SessionError
+from msgs_bridge.memory_identity import difference
 from msgs_bridge.trial_status import State, TrialStatus
 
 #: Ticks after which decisions that have not arrived are lost; ticks for the reason of `LOST`.
@@ -32,6 +33,7 @@ class Tally:
         """Start with none."""
         self._counts: Counter[int] = Counter()
         self._passed = self._short = self._n_short = 0
+        self._told = ''
 
     def __getitem__(self, trial: int) -> int:
         """Return how many decisions of a trial have arrived."""
@@ -59,22 +61,30 @@ class Tally:
         return (is_running(status) and status.trial != self._passed
                 and self._counts[status.trial] >= status.decisions)
 
-    def loss(self, status: TrialStatus | None) -> str:
+    def loss(self, status: TrialStatus | None, memory: str = '') -> str:
         """Say, once, that a trial runs that cannot be recorded any more; call it every tick."""
-        if not is_running(status) or status.trial == self._passed or self.is_whole(status):
+        if not is_running(status) or status.trial == self._passed or (
+                self.is_whole(status) and status.memory == memory):
             self._n_short = 0
             return ''
         self._n_short = self._n_short + 1 if status.trial == self._short else 1
         self._short = status.trial
         if self._n_short < _LATE:
             return ''
-        n = self._counts[status.trial]
         self._passed = status.trial
+        if foreign := difference(status.memory, memory):
+            return self._foreign(status.trial, foreign)
+        n = self._counts[status.trial]
         return (f'trial {status.trial} is not recorded: {n} of its {status.decisions} decisions '
                 f'arrived here, it began before the learner could hear it')
 
+    def _foreign(self, trial: int, why: str) -> str:
+        """Say, once a kind, that a trial is none of this learner's."""
+        told, self._told = self._told, why
+        return '' if told == why else f'trial {trial} is not recorded: the controller {why}'
+
     def missed(
-        self, status: TrialStatus, before: TrialStatus | None, phase: Phase,
+        self, status: TrialStatus, before: TrialStatus | None, phase: Phase, memory: str = '',
     ) -> str:
         """
         Say that a trial has ended that was not recorded, if people do not know it yet.
@@ -87,12 +97,16 @@ class Tally:
             The one before; what was not seen to run may have ended long ago.
         phase : Phase
             What the session was doing meanwhile.
+        memory : str
+            Whose field is in force.
 
         """
         if (before is None or not is_running(before) or before.trial != status.trial
                 or status.trial == self._passed):
             return ''
         self._passed = status.trial
+        if foreign := difference(status.memory, memory):
+            return self._foreign(status.trial, foreign)
         why = _BUSY.get(phase, 'the learner runs trials itself')
         return f'trial {status.trial} is not recorded: {why}'
 

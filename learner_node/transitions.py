@@ -30,6 +30,8 @@ class Transitions:
         self.phase = Phase.IDLE
         self.n_left = 0
         self.revision = -1
+        #: Whose field is in force, see `memory_identity`.
+        self.memory = ''
         self.trial = 0
         #: Returns why something must not be done now, such as what does not fit in the suite.
         self.why_not: Callable[[Deed], str] = lambda deed: ''
@@ -92,7 +94,7 @@ class Transitions:
 
     def _obstacle(self) -> str:
         return self.why_not(Deed.DRIVE) or obstacle(
-            self._peers, self._status, self.revision, self.settings.controller)
+            self._peers, self._status, self.revision, self.settings.controller, self.memory)
 
     def _learn(self, now: float) -> Effects:
         self._go(Phase.LEARNING, now)

@@ -42,6 +42,8 @@ class EpisodeHeader:
         recorded; what is not named is found by the last part of its name.
     speed_max : float, [m/s]
         A drive that is faster is not this robot's; old bags do not say.
+    memory : str
+        Whose field was in force, see `memory_identity`; empty where nobody says, as in old bags.
 
     """
 
@@ -51,6 +53,7 @@ class EpisodeHeader:
     parameters: Parameters = field(default_factory=Parameters)
     topics: Mapping[str, str] = field(default_factory=dict)
     speed_max: float = SPEED_MAX
+    memory: str = ''
 
     def to_mapping(self) -> dict[str, str]:
         """Return the texts that the MCAP metadata record holds."""
@@ -58,7 +61,8 @@ class EpisodeHeader:
             'version': str(VERSION), 'kind': str(self.kind), 'task': self.task,
             'grid': json.dumps(asdict(self.grid)), 'topics': json.dumps(dict(self.topics)),
             'parameters': json.dumps(asdict(self.parameters)),
-            'speed_max': repr(float(self.speed_max))}
+            'speed_max': repr(float(self.speed_max)),
+            **({'memory': self.memory} if self.memory else {})}
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, str]) -> 'EpisodeHeader':
@@ -79,7 +83,8 @@ class EpisodeHeader:
                 kind=EpisodeKind(values['kind']), task=values['task'],
                 grid=Grid(**_object(values, 'grid')),
                 parameters=Parameters.from_mapping(_object(values, 'parameters')),
-                topics=_texts(_object(values, 'topics')), speed_max=_speed(values))
+                topics=_texts(_object(values, 'topics')), speed_max=_speed(values),
+                memory=values.get('memory', ''))
         except KeyError as error:
             raise BagError(f'the header of the bag has no {error.args[0]}') from None
         except (ValueError, TypeError, RecursionError) as error:

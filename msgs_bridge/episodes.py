@@ -23,6 +23,7 @@ from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table, pose_table, statuses
 from msgs_bridge.drives import Drive, NothingToLearnError, read_drive, remedy_for_own
 from msgs_bridge.episode_header import EpisodeHeader, HEADER_NAME
+from msgs_bridge.memory_identity import difference
 from msgs_bridge.trial_status import Label, State, TrialStatus
 
 
@@ -351,6 +352,7 @@ def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Epi
     rows, n_refused, refusal = decision_table(
         _messages(bag, 'experience', header.topics), header.grid)
     number, ended = own_trial(_messages(bag, 'trial', header.topics), rows)
+    _check_memory(episode, header, ended)
     own = rows[rows['trial'] == number]
     notes = [f'{counted(n_refused, "message")} refused, the first: {refusal}'] if n_refused else []
     if ended is not None and ended.decisions > len(own):
@@ -379,6 +381,17 @@ def _doubt(
                             ('stamp', ended.stamp)):
             claimed[name][-1] = value
     return doubt_about_trial(claimed, poses.stamps, poses.xy, header.grid, header.speed_max)
+
+
+def _check_memory(
+    episode: EpisodeFolder, header: EpisodeHeader, ended: TrialStatus | None,
+) -> None:
+    """Refuse a trial on the field of another memory; old bags do not say which one it was."""
+    if not header.memory or ended is None or ended.outcome is Outcome.ABORTED:
+        return
+    problem = difference(ended.memory, header.memory)
+    if problem:
+        raise NothingToLearnError(f'{episode.path}: the controller {problem}')
 
 
 def own_trial(

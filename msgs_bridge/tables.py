@@ -4,7 +4,7 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from sensor_msgs.msg import PointCloud2
+from sensor_msgs.msg import PointCloud2, PointField
 
 from control_field.grid import Grid
 from control_field.headings import N_HEADINGS, UNIT
@@ -31,6 +31,9 @@ PROTOTYPE_DTYPE: Final[np.dtype[np.void]] = np.dtype([
 #: One point a decision.
 EXPERIENCE_DTYPE: Final[np.dtype[np.void]] = np.dtype(
     [*_XYZ, *((name, DECISION_DTYPE[name]) for name in DECISION_DTYPE.names or ())], align=True)
+#: What the name of the column that names the memory begins with, and how long that name may be.
+_MEMORY: Final = 'memory:'
+_LONGEST: Final = 100
 _VERSION_DTYPE: Final[np.dtype[np.void]] = np.dtype([('version', 'u1')])
 
 
@@ -39,7 +42,12 @@ class OtherVersionError(TableError):
 
 
 def cloud_from_field(field: ControlField) -> PointCloud2:
-    """Write a control field, organised rows x cols; equal fields give equal bytes."""
+    """
+    Write a control field, organised rows x cols; equal fields give equal bytes.
+
+    Its memory is the name of one more column, which lies on that of the version: readers that do
+    not know it pass it over, and the bytes of the table are the same with and without.
+    """
     grid = field.grid
     table = np.zeros(grid.shape, dtype=FIELD_DTYPE)
     rows, cols = np.indices(grid.shape)
@@ -52,7 +60,12 @@ def cloud_from_field(field: ControlField) -> PointCloud2:
     # The record keeps the goal beside the flags; on the wire the flag is all there is.
     table['flags'] &= 0xFF ^ CellFlag.GOAL
     table['flags'][field.goal] |= CellFlag.GOAL
-    return cloud_from_table(table, grid.frame_id)
+    msg = cloud_from_table(table, grid.frame_id)
+    if field.memory:
+        [version] = (column for column in msg.fields if column.name == 'version')
+        msg.fields.append(PointField(name=_MEMORY + field.memory, offset=version.offset,
+                                     datatype=version.datatype, count=1))
+    return msg
 
 
 def field_from_cloud(msg: Any) -> ControlField:
@@ -77,7 +90,15 @@ def field_from_cloud(msg: Any) -> ControlField:
     columns = {name: np.ascontiguousarray(table[name])
                for name in ('vx', 'vy', 'coherence', 'q', 'known', 'flags')}
     return ControlField(grid=grid, revision=int(table['revision'].flat[0]),
-                        goal=(int(goals[0, 0]), int(goals[0, 1])), **columns)
+                        goal=(int(goals[0, 0]), int(goals[0, 1])), memory=_memory(msg),
+                        **columns)
+
+
+def _memory(msg: Any) -> str:
+    """Return whose field it is; empty where nobody says, or more than one."""
+    found = [column.name.removeprefix(_MEMORY) for column in msg.fields
+             if column.name.startswith(_MEMORY)]
+    return found[0][:_LONGEST] if len(found) == 1 and found[0].isprintable() else ''
 
 
 def cloud_from_prototypes(prototypes: Prototypes, grid: Grid) -> PointCloud2:

@@ -14,6 +14,8 @@ from control_field.words import counted
 
 #: ``name`` of the status.
 NAME: Final = 'trial'
+#: Of the name of a memory.
+_LONGEST: Final = 100
 
 
 class State(StrEnum):
@@ -65,6 +67,8 @@ class TrialStatus:
         What a person said of it.
     stop_reason : StopReason, optional
         The name of the reason.
+    memory : str
+        Whose field it drives on, see `memory_identity`; empty where nobody says.
 
     Raises
     ------
@@ -84,6 +88,7 @@ class TrialStatus:
     stamp: float = 0.0
     label: Label = Label.NONE
     stop_reason: StopReason | None = None
+    memory: str = ''
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -128,8 +133,9 @@ def status_from_trial(status: TrialStatus, hardware_id: str = '') -> DiagnosticS
         'reinforcements': status.reinforcements, 'revision': status.revision,
         'stamp': repr(float(status.stamp)), 'stop_reason': status.stop_reason or '',
     }
-    if status.label:
-        values['label'] = status.label
+    for name in ('label', 'memory'):
+        if getattr(status, name):
+            values[name] = getattr(status, name)
     return DiagnosticStatus(
         level=status.level, name=NAME, message=status.sentence, hardware_id=hardware_id,
         values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
@@ -156,6 +162,7 @@ def trial_from_status(msg: Any) -> TrialStatus:
         label=_choice({'label': ''} | values, 'label', Label),
         stop_reason=_choice(values, 'stop_reason', StopReason) if values.get(
             'stop_reason') else None,
+        memory=values.get('memory', '')[:_LONGEST],
         **{name: _number(values, name, int) for name in (
             'trial', 'steps', 'decisions', 'reinforcements', 'revision')})
 

@@ -16,39 +16,10 @@ from learner_node.effects import (
 )
 from learner_node.phases import LOST, MAX_REQUESTS, Peers, Phase, SessionError, SIGHT_PATIENCE
 from learner_node.session import Session
-from learner_node.settings import Settings, StartPose
+from learner_node.settings import Settings
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.trial_status import State, TrialStatus
-
-START = StartPose(0.625, 0.875, 0.0)
-HERE = (START.x, START.y, START.yaw)
-
-
-class Play:
-    """A session with a clock, and a log of all its effects."""
-
-    def __init__(self, **changes):
-        self.now = 0.0
-        settings = Settings(simulation=True, **changes)
-        self.session = Session(settings, lambda: START)
-        self.log = []
-
-    def __call__(self, name, *arguments):
-        effects = getattr(self.session, name)(*arguments, self.now) or []
-        self.log += effects
-        return effects
-
-    def wait(self, seconds):
-        """Let time pass, tick by tick; return the effects."""
-        found = []
-        for _ in range(round(seconds / 0.05)):
-            self.now += 0.05
-            found += self('tick')
-        return found
-
-    @property
-    def phase(self):
-        return self.session.phase
+from session_helpers import HERE, Play, START
 
 
 def idle(revision=1, trial=0):

@@ -1,0 +1,34 @@
+"""A learner's session that a test tells what happens."""
+
+from learner_node.session import Session
+from learner_node.settings import Settings, StartPose
+
+START = StartPose(0.625, 0.875, 0.0)
+HERE = (START.x, START.y, START.yaw)
+
+
+class Play:
+    """A session with a clock, and a log of all its effects."""
+
+    def __init__(self, **changes):
+        self.now = 0.0
+        settings = Settings(simulation=True, **changes)
+        self.session = Session(settings, lambda: START)
+        self.log = []
+
+    def __call__(self, name, *arguments):
+        effects = getattr(self.session, name)(*arguments, self.now) or []
+        self.log += effects
+        return effects
+
+    def wait(self, seconds):
+        """Let time pass, tick by tick; return the effects."""
+        found = []
+        for _ in range(round(seconds / 0.05)):
+            self.now += 0.05
+            found += self('tick')
+        return found
+
+    @property
+    def phase(self):
+        return self.session.phase
