@@ -5,6 +5,7 @@ import json
 import math
 from typing import Any
 
+from experience_cli import foreign
 from experience_cli.errors import UserError
 from experience_cli.references import add_bag
 
@@ -38,22 +39,23 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         parser.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='X',
                             help=f"the robot's {what}, [{unit}]; a bag does not say it, and a "
                             f"TurtleBot3 Burger's is taken")
+    foreign.add_options(parser)
     return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command; return 1 if the shares do not make up the field's vector."""
+    from experience_cli.borrowing import bag_of
     from experience_cli.cuts import say_cut
     from experience_cli.explanation import Moment
     from experience_cli.recording import Recording
-    from experience_cli.references import find_readable_bag
 
     if not math.isfinite(arguments.at):
         raise UserError(f'--at {arguments.at}: must be a number of seconds')
     limits = _limits(arguments)
-    recording = Recording(find_readable_bag(arguments.bag, arguments.bags))
-    about = about_moment(Moment(recording, arguments.at, limits))
-    say_cut('explain', recording.episode)
+    with bag_of(arguments, 'explain') as episode:
+        about = about_moment(Moment(Recording(episode), arguments.at, limits))
+        say_cut('explain', episode)
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 1 if about['course'] and not about['course']['adds_up'] else 0
 

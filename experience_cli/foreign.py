@@ -15,8 +15,8 @@ _WORKSPACE: Final = {'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0,
                      'frame': 'odom'}
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that say how a bag of another recorder is to be read."""
+def add_options(parser: argparse.ArgumentParser, keeping: bool = False) -> None:
+    """Add the options that say how a bag of another recorder is to be read, and kept."""
     group = parser.add_argument_group(
         'bags of other recorders', 'Drives that were recorded by `ros2 bag record`, `rosbag '
         'record` or the like, MCAP, sqlite3 or ROS 1; each is one demonstration.')
@@ -32,14 +32,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
                        help='a drive that is faster is no robot, and not learnt (3 m/s)')
     group.add_argument('--like', type=Path, metavar='BAG',
                        help='workspace and parameters are those of this bag, or task')
-    group.add_argument('--into', type=Path, metavar='TASK_FOLDER',
-                       help='keep each as the next demonstration of a task, and relearn that')
+    if keeping:
+        group.add_argument('--into', type=Path, metavar='TASK_FOLDER',
+                           help='keep each as the next demonstration of a task, and relearn that')
 
 
 def is_wanted(arguments: argparse.Namespace) -> bool:
     """Tell whether the bags are said to be those of other recorders."""
+    return bool(wanted_option(arguments))
+
+
+def wanted_option(arguments: argparse.Namespace) -> str:
+    """Return the first option that says so, as it is written; empty for none."""
     options = (*READING, *_WORKSPACE, 'like', 'into', 'max_speed')
-    return any(getattr(arguments, option) is not None for option in options)
+    return next((f'--{option.replace("_", "-")}' for option in options
+                 if getattr(arguments, option, None) is not None), '')
 
 
 def learn_foreign(arguments: argparse.Namespace) -> Any:
@@ -86,6 +93,23 @@ def import_all(arguments: argparse.Namespace) -> Path:
         If an argument is wrong, or a bag cannot be read, teaches nothing or cannot be kept.
 
     """
+    for drive, episode in take_over(arguments):
+        if not arguments.quiet:
+            print('; '.join([f'{drive.path} is kept as {episode.path}',
+                             *guessed(drive, arguments), *drive.notes]))
+    return Path(arguments.into.absolute())
+
+
+def take_over(arguments: argparse.Namespace) -> list[tuple[Any, Any]]:
+    """
+    Keep the bags as demonstrations of a task; return each as `ForeignDrive` and `EpisodeFolder`.
+
+    Raises
+    ------
+    UserError, BagError
+        See `import_all`.
+
+    """
     from dataclasses import replace
 
     from msgs_bridge.bag_folder import changing, TaskFolder
@@ -105,12 +129,7 @@ def import_all(arguments: argparse.Namespace) -> Path:
         with NewBags(task) as bags:
             for drive in drives:
                 import_demonstration(drive, bags, replace(header, task=task.task))
-            episodes = bags.keep()
-        for drive, episode in zip(drives, episodes, strict=True):
-            if not arguments.quiet:
-                print('; '.join([f'{drive.path} is kept as {episode.path}',
-                                 *guessed(drive, arguments), *drive.notes]))
-    return folder
+            return list(zip(drives, bags.keep(), strict=True))
 
 
 @contextmanager

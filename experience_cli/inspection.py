@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from experience_cli import foreign
 from experience_cli.errors import UserError
 
 
@@ -16,24 +17,39 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     parser.add_argument('bag', type=Path, metavar='BAG_OR_TASK_FOLDER')
     parser.add_argument('--out', type=Path, metavar='FILE.png',
                         help='where to write it (beside the bag)')
+    foreign.add_options(parser)
     return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
+    from experience_cli.borrowing import borrowed, is_borrowed
+    from experience_cli.episodes import episodes_from_paths
+
+    if is_borrowed(arguments, arguments.bag):
+        path = arguments.bag.resolve()
+        with borrowed(arguments, arguments.bag, 'inspect') as episode:
+            _inspect(arguments, episode, path.with_name(f'{path.name}.png'))
+    else:
+        last = episodes_from_paths([arguments.bag])[-1]
+        _inspect(arguments, last, last.path.parent / f'{last.path.name}.png')
+    return 0
+
+
+def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
+    """Draw what the bags up to one have taught, and say it."""
     from experience_cli.cuts import say_cuts
-    from experience_cli.episodes import episodes_from_paths, episodes_up_to
+    from experience_cli.episodes import episodes_up_to
     from experience_cli.output import write_output
     from experience_cli.relearning import fold
 
-    last = episodes_from_paths([arguments.bag])[-1]
     episodes = episodes_up_to(last)
     lessons, each = fold(episodes)
     say_cuts('inspect', episodes)
     if lessons is None or lessons.refresh is None:
         raise UserError(f'{arguments.bag}: nothing was learnt up to there')
     lesson = [lesson for lesson in each if lesson.read is not None][-1]
-    out = arguments.out or last.path.parent / f'{last.path.name}.png'
+    out = arguments.out or beside
     write_output(out, partial(inspection_figure(lesson, lessons).savefig, format='png'))
     certificate = lessons.refresh.certificate
     print(f'{last.name}: {certificate.sentence()}')
@@ -42,7 +58,6 @@ def run(arguments: argparse.Namespace) -> int:
     if places:
         print(f'one more demonstration would help most from {places} m')
     print(out)
-    return 0
 
 
 def inspection_figure(lesson: Any, lessons: Any) -> Any:

@@ -24,7 +24,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     parser.add_argument('--check', action='store_true',
                         help='compare with the fields that the live learner published')
     parser.add_argument('--quiet', action='store_true', help='print the last line only')
-    foreign.add_options(parser)
+    foreign.add_options(parser, keeping=True)
     return parser
 
 

@@ -10,7 +10,7 @@ from experience_cli.errors import UserError
 _TOPICS: Final = {'odom': 'odom_topic', 'neighbourhood': 'neighbourhood_topic',
                   'scan': 'scan_topic', 'cmd_vel': 'cmd_vel_topic'}
 #: What else says how, all of them None where nothing is said.
-_OTHERS: Final = ('base_frame', 'laser', 'robot_radius', 'zero_is_no_return')
+_OTHERS: Final = ('base_frame', 'laser', 'body_radius', 'zero_is_no_return')
 #: The names of all of them.
 READING: Final = (*_TOPICS.values(), *_OTHERS)
 _HELP: Final = {
@@ -29,7 +29,7 @@ def add_reading_options(group: Any) -> None:
     group.add_argument('--laser', type=float, nargs=6,
                        metavar=('X', 'Y', 'Z', 'ROLL', 'PITCH', 'YAW'),
                        help='where the laser sits on the robot, [m], [rad] (as /tf_static says)')
-    group.add_argument('--robot-radius', type=_radius, metavar='M',
+    group.add_argument('--body-radius', type=_radius, metavar='M',
                        help='what is nearer to its middle is the robot itself (0.105 m)')
     group.add_argument('--zero-is-no-return', action='store_const', const=True,
                        help="the laser's driver writes 0 where nothing is in range")
@@ -64,8 +64,8 @@ def reading_of(arguments: argparse.Namespace) -> Any:
             raise UserError('--laser: must be six finite numbers')
         x, y, z, roll, pitch, yaw = arguments.laser
         values['mount'] = Mount(x, y, yaw, z, roll, pitch)
-    if arguments.robot_radius is not None:
-        values['body'] = Body(arguments.robot_radius)
+    if arguments.body_radius is not None:
+        values['body'] = Body(arguments.body_radius)
     return Reading(**values)
 
 

@@ -51,6 +51,10 @@ def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
         raise UserError(f'{text} leads out of the bags folder, must be like task1/0003 (--bags '
                         f'names the folder)')
     match = _NUMBER.fullmatch(path.name)
+    if match is None and _is_foreign(Path(text)):
+        raise UserError(f'{text} is a bag of another recorder, which stays as it is: keep it as a '
+                        f'demonstration first, `experience learn {shlex.quote(text)} --into '
+                        f'{BAGS}/TASK`')
     if match is None or not path.parent.name:
         raise UserError(f'{text!r} names no bag, must be like task1/0003')
     task, folder = path.parent.name, path.parent.parent
@@ -59,6 +63,16 @@ def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
     elif bags is not None and folder.resolve() != bags.resolve():
         raise UserError(f'{text} lies outside {bags}')
     return TaskFolder(folder, check_task_name(task)), int(match[1]), match[2] or ''
+
+
+def _is_foreign(path: Path) -> bool:
+    from experience_cli.episodes import is_foreign
+    from msgs_bridge.bag_folder import BagError
+
+    try:
+        return path.exists() and is_foreign(path)
+    except BagError:
+        return False
 
 
 def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:

@@ -4,6 +4,7 @@ import argparse
 import json
 from typing import Any
 
+from experience_cli import foreign
 from experience_cli.references import add_bag
 
 
@@ -15,17 +16,22 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         'decisions of the trial in it.')
     add_bag(parser)
     parser.add_argument('--json', action='store_true', help='print a JSON object instead')
+    foreign.add_options(parser)
     return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from experience_cli.cuts import say_cut
-    from experience_cli.references import find_readable_bag
+    from pathlib import Path
 
-    episode = find_readable_bag(arguments.bag, arguments.bags)
-    about = about_bag(episode)
-    say_cut('show', episode)
+    from experience_cli.borrowing import bag_of, is_borrowed
+    from experience_cli.cuts import say_cut
+
+    with bag_of(arguments, 'show') as episode:
+        about = about_bag(episode)
+        say_cut('show', episode)
+    if is_borrowed(arguments, Path(arguments.bag)):
+        about['path'] = str(arguments.bag)
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 0
 
@@ -50,9 +56,25 @@ def about_bag(folder: Any) -> dict[str, Any]:
     return {
         **summary_of(folder).to_json(), 'start': recording.start,
         'grid': asdict(header.grid), 'parameters': asdict(header.parameters),
+        'imported': _imported(recording.reader.metadata),
         'topics': [{'topic': topic, 'type': recording.reader.topics[topic], 'messages': n}
                    for topic, n in recording.counts.items()],
         **_content(folder, recording.start)}
+
+
+def _imported(metadata: list[tuple[str, dict[str, str]]]) -> str:
+    """Say from which bag of another recorder a bag was taken over, and what was made of it."""
+    from msgs_bridge.episode_header import HEADER_NAME
+
+    values = next((values for name, values in metadata if name == HEADER_NAME), {})
+    if 'imported_from' not in values:
+        return ''
+    try:
+        notes = json.loads(values.get('imported_notes', '[]'))
+    except (ValueError, RecursionError):
+        notes = []
+    said = [note for note in notes if isinstance(note, str)] if isinstance(notes, list) else []
+    return '; '.join([f'from {values["imported_from"]}', *said])
 
 
 def _content(folder: Any, start: float) -> dict[str, Any]:
@@ -117,6 +139,7 @@ def lines_from(about: dict[str, Any]) -> list[str]:
         ('drive', f'{about["duration"]:.2f} s, stamps from {about["start"]:.3f} s'),
         ('workspace', grid_text(Grid(**grid))),
         ('parameters', ', '.join(changed) or 'defaults'),
+        *([('taken over', about['imported'])] if about['imported'] else []),
         *([('outcome', about['outcome'])] if about['outcome'] else []),
         *([('label', about['label'])] if about['label'] else []),
         *([('note', about['note'])] if about['note'] else [])]

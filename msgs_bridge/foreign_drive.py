@@ -69,6 +69,8 @@ class ForeignDrive:
         What it was made from, and what of the bag was not read.
     read_from : str
         The topic that poses come from.
+    recorded : dict of str to int
+        The topics that were recorded, and how many messages.
 
     """
 
@@ -77,6 +79,7 @@ class ForeignDrive:
     topics: dict[str, str]
     notes: tuple[str, ...]
     read_from: str
+    recorded: dict[str, int]
 
 
 class CompletedBag:
@@ -138,7 +141,7 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
         roles.make_sight(made, poses)
     topics = {role: topic for role, topic in roles.topics.items() if role != 'scan'}
     return ForeignDrive(Path(path), CompletedBag(bag, made) if made else bag, topics,
-                        (*roles.notes, *notes_on(bag)), roles.read_from)
+                        (*roles.notes, *notes_on(bag)), roles.read_from, bag.counts)
 
 
 class _Roles:

@@ -385,3 +385,56 @@ class TestWhatIsMade:
             assert words in capsys.readouterr().err
         assert main([*arguments, '--goal', '3,3', '--demo-start', '1,1', '--frame', 'map']) == 2
         assert '--frame: says how a bag is to be read' in capsys.readouterr().err
+
+
+class TestOtherCommands:
+    """Bags of others are looked into like those of ours, with the same options."""
+
+    def run(self, capsys, *arguments):
+        code = main([str(argument) for argument in arguments])
+        return code, *capsys.readouterr()
+
+    def test_show(self, tmp_path, capsys):
+        bag = robot_bag(tmp_path / 'tour', to_map=True)
+        code, out, err = self.run(capsys, 'show', bag, '--frame', 'map')
+        assert code == 0
+        assert 'tour/0001 (demo, kept)' in out
+        assert f'folder      {bag}, ' in out
+        assert 'poses are taken from odom to map by /tf' in out
+        [line] = err.splitlines()
+        assert line.startswith(f'experience show: {bag} is a bag of another recorder, read as ')
+        assert line.endswith('its topics: /odom (120), /scan (60), /tf (144), /tf_static (1)')
+        code, out, _ = self.run(capsys, 'show', bag, '--json', '--odom-topic', '/tf')
+        assert code == 0
+        assert '"goal_cell"' in out
+
+    def test_inspect_draws_beside_the_bag(self, tmp_path, capsys):
+        bag = robot_bag(tmp_path / 'tour.bag', ros1=True, odometry=False)
+        code, out, err = self.run(capsys, 'inspect', bag)
+        assert code == 0
+        assert out.splitlines()[-1] == str(tmp_path / 'tour.bag.png')
+        assert (tmp_path / 'tour.bag.png').stat().st_size
+        assert 'sight is made from 60 scans' in err
+
+    def test_explain(self, tmp_path, capsys):
+        bag = robot_bag(tmp_path / 'tour', odometry=False)
+        code, out, err = self.run(capsys, 'explain', bag, '--at', 2)
+        assert code == 0
+        assert 'robot at (1.400, 1.100) m' in out
+        assert 'poses are those of base_footprint in odom' in err
+
+    def test_what_would_change_it_says_how_to_keep_it_first(self, tmp_path, capsys):
+        bag = robot_bag(tmp_path / 'tour')
+        before = files_of(tmp_path)
+        for command in (['trim', bag, '--to', 2], ['forget', bag], ['label', bag, 'failure']):
+            code, _, err = self.run(capsys, *command)
+            assert code == 2
+            assert f'keep it as a demonstration first, `experience learn {bag} --into' in err
+        assert files_of(tmp_path) == before
+
+    def test_options_for_others_are_no_options_for_ours(self, capsys):
+        for command in ('show', 'explain'):
+            more = ['--at', '1'] if command == 'explain' else []
+            code, _, err = self.run(capsys, command, 'sample/0001', *more, '--frame', 'map')
+            assert code == 2
+            assert '--frame: says how a bag of another recorder is to be read' in err
