@@ -1,5 +1,7 @@
 """What of a drive is not learnt is drawn and listed."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,7 @@ CORNERS = [(0.6, 0.6), (2.1, 0.6), (2.1, 2.1), (1.1, 2.1), (1.1, 0.6), (1.1, 0.1
 
 def record(root, corners, spike=False):
     legs = [np.linspace(first, last, 60, endpoint=False)
-            for first, last in zip(corners[:-1], corners[1:], strict=True)]
+            for first, last in pairwise(corners)]
     way = np.concatenate(legs)
     if spike:
         way[30] = 4.0, 4.0
