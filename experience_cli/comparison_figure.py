@@ -46,7 +46,7 @@ def _draw_side(axes: Axes, side: Side, colour: str) -> None:
     drawing.draw_frame(axes, field.grid, side.title)
     axes.set_title(side.title, loc='left', fontsize=11, fontweight='bold', color=colour)
     drawing.draw_basin(axes, field, side.parameters)
-    drawing.draw_cells(axes, field.grid, field.known == 100, drawing.WALL)
+    drawing.draw_cells(axes, field.grid, field.known == 100, drawing.WALL, 'known to be blocked')
     drawing.draw_field(axes, field)
     drawing.draw_sinks(axes, field.grid, side.certificate.sinks)
     xy = field.grid.world_from_cells(side.prototypes.cells)
@@ -59,7 +59,7 @@ def _draw_difference(axes: Axes, found: Comparison) -> None:
     grid = found.first.field.grid
     drawing.draw_frame(axes, grid, 'Where they differ')
     walls = (found.first.field.known == 100) & (found.second.field.known == 100)
-    drawing.draw_cells(axes, grid, found.turned, _TINT)
+    drawing.draw_cells(axes, grid, found.turned, _TINT, 'here they differ')
     drawing.draw_cells(axes, grid, walls, drawing.WALL)
     for side, colour in ((found.first, FIRST), (found.second, SECOND)):
         only = (side.field.known == 100) & ~walls

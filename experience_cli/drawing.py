@@ -27,7 +27,7 @@ PATH: Final = '#d1495b'
 GOAL: Final = '#e9b44c'
 SINK: Final = '#8b1e3f'
 CUT: Final = '#5e6472'
-_BASIN: Final = '#e3f1e4'
+BASIN: Final = '#e3f1e4'
 _UNSEEN: Final = '#eceff4'
 _FAINT: Final = '#d8dee9'
 
@@ -55,8 +55,13 @@ def draw_frame(axes: Axes, grid: Grid, title: str) -> None:
     axes.set_axisbelow(True)
 
 
-def draw_cells(axes: Axes, grid: Grid, mask: npt.NDArray[np.bool_], colour: str) -> None:
-    """Fill the cells of a mask."""
+def draw_cells(
+    axes: Axes, grid: Grid, mask: npt.NDArray[np.bool_], colour: str, label: str = '',
+) -> None:
+    """Fill the cells of a mask; if there are any and there is a label, the legend has it."""
+    if label and mask.any():
+        axes.plot([], [], marker='s', markersize=9, color=colour, markeredgecolor=WALL,
+                  markeredgewidth=0.4, linestyle='none', label=label)
     clear = to_rgba(colour, 0.0)
     axes.imshow(mask, origin='lower', extent=_extent(grid), interpolation='nearest',
                 cmap=ListedColormap([clear, to_rgba(colour)]), vmin=0, vmax=1, zorder=0.5)
@@ -78,6 +83,8 @@ def draw_field(
     axes.quiver(xy[:, 0], xy[:, 1], field.vx[keep], field.vy[keep], color=colours, pivot='middle',
                 angles='xy', scale_units='xy', scale=1.0 / (0.62 * step * grid.resolution),
                 width=0.0035, headwidth=4.5, headlength=4.5, headaxislength=4.0, zorder=2)
+    axes.plot([], [], marker=r'$\rightarrow$', markersize=13, color=ARROW, linestyle='none',
+              label='course (faint: prototypes disagree)')
 
 
 def draw_prototypes(axes: Axes, grid: Grid, refresh: Refresh) -> None:
@@ -98,7 +105,8 @@ def draw_path(axes: Axes, path: npt.NDArray[np.float64], label: str, colour: str
         axes.plot(path[:, 0], path[:, 1], color=colour, linewidth=2.2, label=label, zorder=3,
                   solid_capstyle='round')
         driven = path[np.isfinite(path).all(axis=1)]
-        axes.plot(*driven[0], marker='o', color=colour, markersize=6, zorder=3)
+        axes.plot(*driven[0], marker='o', color=WALL, markersize=6, zorder=3, linestyle='none',
+                  label='start')
 
 
 def draw_cut_out(
@@ -141,40 +149,57 @@ def draw_sinks(axes: Axes, grid: Grid, sinks: npt.NDArray[np.integer[Any]]) -> N
     if len(sinks):
         xy = grid.world_from_cells(sinks)
         axes.plot(xy[:, 0], xy[:, 1], marker='x', color=SINK, linestyle='none', markersize=8,
-                  markeredgewidth=2.0, label='sink', zorder=3)
+                  markeredgewidth=2.0, label='sink: a flow ends here', zorder=3)
 
 
 def draw_known(axes: Axes, field: ControlField) -> None:
     """Draw the remembered map: blocked, free, never seen."""
-    draw_cells(axes, field.grid, field.known < 0, _UNSEEN)
-    draw_cells(axes, field.grid, field.known == 100, WALL)
+    draw_cells(axes, field.grid, field.known < 0, _UNSEEN, 'never seen')
+    draw_cells(axes, field.grid, field.known == 100, WALL, 'known to be blocked')
 
 
 def draw_basin(axes: Axes, field: ControlField, parameters: Parameters) -> None:
     """Tint the cells whose flow reaches the goal on the remembered map."""
     state = compiled.flow_basin(
         field.known, headings_from_vectors(field.vx, field.vy), *field.goal, rules_of(parameters))
-    draw_cells(axes, field.grid, state == 1, _BASIN)
+    draw_cells(axes, field.grid, state == 1, BASIN, 'leads to the goal')
 
 
 def draw_legend(figure: Figure) -> None:
     """Put one legend for all axes below them."""
     entries = {label: handle for axes in figure.axes
                for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    figure.legend(list(entries.values()), list(entries), loc='outside lower center', ncol=6,
-                  frameon=False, fontsize=8.5, handletextpad=0.5, columnspacing=1.4)
+    # As wide as the widest word needs: a long one takes the place of two.
+    letters = max(map(len, entries), default=1)
+    n_columns = max(1, int(figure.get_figwidth() * 13.0 / (letters + 6)))
+    figure.legend(list(entries.values()), list(entries), loc='outside lower center',
+                  ncol=n_columns, frameon=False, fontsize=8.5, handletextpad=0.5,
+                  columnspacing=1.4)
 
 
 def draw_history(
-    axes: Axes, series: Sequence[tuple[str, Sequence[float]]], what: str,
+    axes: Axes, series: Sequence[tuple[str, Sequence[float]]], what: str, first: int = 1,
 ) -> None:
-    """Draw a number by trial, the first task broken and the second solid, as the paper does."""
+    """
+    Draw a number by trial, the first task broken and the second solid, as the paper does.
+
+    Parameters
+    ----------
+    axes : Axes
+    series : sequence of (str, sequence of float)
+        Tasks, each with its numbers.
+    what : str
+        Stands beside the axis.
+    first : int
+        The trial that the first number belongs to.
+
+    """
     styles = (('--', 'o', PATH), ('-', 's', ARROW), ('-.', '^', PROTOTYPE), (':', 'v', GOAL))
     for index, (name, values) in enumerate(series):
         line, marker, colour = styles[index % len(styles)]
         # Where two lines are one, the broken one lies on top and both markers are seen.
-        axes.plot(range(1, len(values) + 1), values, linestyle=line, marker=marker, color=colour,
-                  linewidth=2.0, markersize=10.0 - 4.0 * (index % 2), label=name,
+        axes.plot(range(first, len(values) + first), values, linestyle=line, marker=marker,
+                  color=colour, linewidth=2.0, markersize=10.0 - 4.0 * (index % 2), label=name,
                   markerfacecolor='none' if index % 2 == 0 else colour,
                   zorder=3.0 - 0.1 * index)
     axes.set_xlabel('trial')

@@ -1,4 +1,4 @@
-"""The paper's figures 2 to 7, from the reports of a demo."""
+"""The paper's figures 2 to 7, and what was learnt, from the reports of a demo."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -18,6 +18,7 @@ from experience_cli.drawing import (
     SHOWN,
     WALL,
 )
+from experience_cli.learning_figures import before_and_after_figure, learning_figure
 from experience_cli.report import TaskReport
 
 #: Numbers of the figures of final fields, one a task.
@@ -31,7 +32,7 @@ _HISTORIES = (
 
 
 def draw_figures(out: Path, reports: Sequence[TaskReport]) -> list[Path]:
-    """Write ``figure_2.png`` to ``figure_7.png`` into a folder; return their paths."""
+    """Write ``figure_2.png`` to ``figure_7.png`` and the rest into a folder; return the paths."""
     paths = []
     for name, figure in figures_of(reports):
         paths.append(out / f'{name}.png')
@@ -49,6 +50,9 @@ def figures_of(reports: Sequence[TaskReport]) -> Iterator[tuple[str, Figure]]:
         yield f'figure_{report.name}', final_figure('', report)
     for number, what, field in _HISTORIES:
         yield f'figure_{number}', history_figure(number, what, field, reports)
+    for report in reports:
+        yield f'learning_{report.name}', before_and_after_figure(report)
+    yield 'learning', learning_figure(reports)
 
 
 def demonstrated_figure(report: TaskReport) -> Figure:
@@ -73,7 +77,7 @@ def final_figure(number: str, report: TaskReport) -> Figure:
     grid = refresh.field.grid
     draw_frame(axes, grid, f'{number}Final control field of {report.name}')
     blocked = report.world.occupancy == 100
-    draw_cells(axes, grid, blocked, WALL)
+    draw_cells(axes, grid, blocked, WALL, 'wall')
     draw_field(axes, refresh.field, blocked)
     draw_prototypes(axes, grid, refresh)
     draw_path(axes, report.demonstration, 'demonstration', SHOWN)

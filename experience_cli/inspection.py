@@ -75,13 +75,13 @@ def inspection_figure(lesson: Any, lessons: Any) -> Any:
     from experience_cli import drawing
 
     refresh, grid = lessons.refresh, lessons.grid
-    figure = drawing.new_figure(13.0, 7.4)
+    figure = drawing.new_figure(13.0, 8.0)
     left, right = figure.subplots(1, 2)
     for axes, title in ((left, f'Field after {lesson.episode.name} ({lesson.episode.kind})'),
                         (right, 'Remembered map and prototypes')):
         drawing.draw_frame(axes, grid, title)
     drawing.draw_basin(left, refresh.field, lessons.parameters)
-    drawing.draw_cells(left, grid, refresh.field.known == 100, drawing.WALL)
+    drawing.draw_cells(left, grid, refresh.field.known == 100, drawing.WALL, 'known to be blocked')
     drawing.draw_field(left, refresh.field)
     drawing.draw_sinks(left, grid, refresh.certificate.sinks)
     drawing.draw_known(right, refresh.field)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.learner import Refresh
-from control_field.records import ControlField, Outcome, Trial
+from control_field.records import ControlField, Kind, Outcome, Trial
 from control_field.simulation import GridWorld
 from control_field.words import counted
 from learner_node.lessons import Lesson, Lessons
@@ -40,6 +40,10 @@ class TrialReport:
         Of simulated or real time, whatever the robot lived in.
     path : ndarray, shape (n, 2), [m]
         Where the robot drove.
+    corrected : ndarray, shape (m, 2), [m]
+        Centres of the cells in which the field led into something that the sight had seen.
+    home : ndarray of bool, shape (n_rows, n_cols)
+        Cells from which the field alone, without sight, then leads to the goal in the true world.
 
     """
 
@@ -51,6 +55,8 @@ class TrialReport:
     outcome: str
     seconds: float
     path: npt.NDArray[np.float64]
+    corrected: npt.NDArray[np.float64]
+    home: npt.NDArray[np.bool_]
 
     def to_json(self) -> dict[str, Any]:
         """Return what `report.json` has of it."""
@@ -71,6 +77,10 @@ class TaskReport:
         After the demonstration and in the end.
     demonstration : ndarray, shape (n, 2), [m]
         Where the person drove.
+    home : ndarray of bool, shape (n_rows, n_cols)
+        As of a trial, but after the demonstration.
+    reachable : ndarray of bool, shape (n_rows, n_cols)
+        Cells of the true world from which there is a way to the goal, without the goal itself.
     trials : sequence of TrialReport
     n_aborted : int
         Trials that were broken off and run again.
@@ -85,16 +95,28 @@ class TaskReport:
     demonstrated: Refresh
     final: Refresh
     demonstration: npt.NDArray[np.float64]
+    home: npt.NDArray[np.bool_]
+    reachable: npt.NDArray[np.bool_]
     trials: Sequence[TrialReport]
     n_aborted: int
     other_starts: Mapping[str, Any]
     world: World
+
+    def field_success(self) -> list[float]:
+        """
+        Return from which share of all places the field alone leads to the goal.
+
+        After the demonstration and after each trial; without sight, in the true world.
+        """
+        return [float(home[self.reachable].mean()) if self.reachable.any() else 1.0
+                for home in (self.home, *(trial.home for trial in self.trials))]
 
     def to_json(self) -> dict[str, Any]:
         """Return what `report.json` has of it."""
         certificate = self.final.certificate
         return {
             'trials': [trial.to_json() for trial in self.trials],
+            'field_success': self.field_success(),
             'aborted': self.n_aborted,
             'other_starts': dict(self.other_starts),
             'certificate': {
@@ -137,21 +159,31 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
     demonstrated = next((lesson for lesson in lessons if lesson.refresh is not None), None)
     if demonstrated is None:
         raise BagError(f'{task.path} holds no demonstration that was kept')
+    truth = GridWorld(world.occupancy, fold.parameters)
     trials: list[TrialReport] = []
     for lesson in lessons:
         if lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is not None:
-            trials.append(_trial_report(len(trials) + 1, lesson))
+            trials.append(_trial_report(len(trials) + 1, lesson, truth))
     assert demonstrated.refresh is not None
     assert fold.refresh is not None
     n_aborted = sum(lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is None
                     for lesson in lessons)
     start = header.grid.cell_from_world(*trials[0].path[0]) if trials else (0, 0)
+    field = fold.refresh.field
     return TaskReport(
         task.task, demonstrated.refresh, fold.refresh, driven_path(demonstrated.episode)[1],
-        trials, n_aborted, other_starts(fold.refresh.field, fold, world, start, seed), world)
+        truth.flow_home(demonstrated.refresh.field), places_of(truth, field), trials, n_aborted,
+        other_starts(field, fold, world, start, seed), world)
 
 
-def _trial_report(number: int, lesson: Lesson) -> TrialReport:
+def places_of(truth: GridWorld, field: ControlField) -> npt.NDArray[np.bool_]:
+    """Return the cells of the true world from which there is a way to the goal, without it."""
+    reachable = np.isfinite(truth.cost_to(field.goal))
+    reachable[field.goal] = False
+    return reachable
+
+
+def _trial_report(number: int, lesson: Lesson, truth: GridWorld) -> TrialReport:
     assert lesson.read is not None
     assert lesson.refresh is not None
     trial, status = lesson.read.record, lesson.read.status
@@ -161,10 +193,13 @@ def _trial_report(number: int, lesson: Lesson) -> TrialReport:
         # The robot's last tick may come before or after the word that the trial is over.
         driven = stamps <= status.stamp
         stamps, path = stamps[driven], path[driven]
+    blocked = trial.decisions[trial.decisions['kind'] == Kind.BLOCKED]
+    cells = np.stack([blocked['row'], blocked['col']], axis=1)
     return TrialReport(
         number, trial.n_steps, len(lesson.refresh.prototypes), lesson.refresh.reinforcements,
         n_contacts(lesson.episode), str(trial.outcome),
-        round(float(stamps[-1] - stamps[0]), 3) if len(stamps) else 0.0, path)
+        round(float(stamps[-1] - stamps[0]), 3) if len(stamps) else 0.0, path,
+        lesson.refresh.field.grid.world_from_cells(cells), truth.flow_home(lesson.refresh.field))
 
 
 def driven_path(episode: EpisodeFolder) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -187,8 +222,8 @@ def other_starts(
 ) -> dict[str, Any]:
     """Try a field, sight on, from every free cell with a way to the goal, but for the taught."""
     grid = GridWorld(world.occupancy, fold.parameters)
-    reachable = np.isfinite(grid.cost_to(field.goal))
-    reachable[field.goal] = reachable[taught] = False
+    reachable = places_of(grid, field)
+    reachable[taught] = False
     cells = np.argwhere(reachable)
     runs = grid.trials(field, cells, seed)
     reached = runs.outcome == 0

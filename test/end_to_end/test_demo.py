@@ -90,7 +90,8 @@ def test_the_figures_are_there(shown, number):
 def test_it_ends_with_a_table_and_the_paths(shown):
     out, process = shown
     assert 'hidden neurons' in process.stdout
-    for name in ('report.json', 'figure_7.png', 'bags/task1'):
+    for name in ('report.json', 'figure_7.png', 'learning_task2.png', 'learning.png',
+                 'bags/task1'):
         assert str(out / name) in process.stdout
     assert '\r' not in process.stdout
 

@@ -1,8 +1,10 @@
 """What is reported of a task, and drawn of several."""
 
 from dataclasses import replace
+from io import BytesIO
 import shutil
 
+import numpy as np
 import pytest
 
 from experience_cli.figures import figures_of
@@ -45,6 +47,40 @@ def test_a_third_tasks_picture_has_no_number_of_the_papers(task):
     report = report_from_bags(task, WORLD, 0)
     reports = [replace(report, name=name) for name in ('task1', 'task2', 'mine')]
     titles = {name: figure.axes[0].get_title(loc='left').split('  ')[0]
-              for name, figure in figures_of(reports)}
+              for name, figure in figures_of(reports) if not name.startswith('learning')}
     assert titles.pop('figure_mine') == 'Final control field of mine'
     assert titles == {f'figure_{number}': f'Figure {number}' for number in range(2, 8)}
+
+
+def test_what_was_learnt_is_drawn_and_counted(task):
+    report = report_from_bags(task, WORLD, 0)
+    shares = report.field_success()
+    assert len(shares) == 1 + len(report.trials)
+    assert all(0.0 <= share <= 1.0 for share in shares)
+    assert report.to_json()['field_success'] == shares
+    figures = dict(figures_of([report]))
+    before, after = figures[f'learning_{report.name}'].axes
+    for axes, share in ((before, shares[0]), (after, shares[-1])):
+        n_home = round(share * int(report.reachable.sum()))
+        assert f'from {n_home} of {int(report.reachable.sum())} places' in axes.get_title('left')
+    [line] = figures['learning'].axes[0].lines
+    np.testing.assert_allclose(line.get_ydata(), np.multiply(shares, 100.0))
+    assert line.get_xdata()[0] == 0
+
+
+def test_every_mark_stands_in_the_legend(task):
+    report = report_from_bags(task, WORLD, 0)
+    always = {'course (faint: prototypes disagree)', 'goal', 'start', 'demonstration'}
+    own = {'figure_2': {'prototype, shown'}, 'figure_3': {'wall', 'prototype, shown'},
+           f'learning_{report.name}': {'wall', 'the arrows lead to the goal'}}
+    figures = dict(figures_of([report]))
+    for name, marks in own.items():
+        [legend] = figures[name].legends
+        labels = {text.get_text() for text in legend.get_texts()}
+        assert always | marks <= labels
+        # No picture has to be cut for it, nor does it cover the axes.
+        figures[name].savefig(BytesIO())
+        box = legend.get_window_extent()
+        assert box.x0 >= 0.0
+        assert box.x1 <= figures[name].bbox.x1
+        assert all(box.y1 <= axes.get_window_extent().y0 for axes in figures[name].axes)
