@@ -5,7 +5,8 @@ import shlex
 import sys
 
 from msgs_bridge.bag_cut import has_its_end, missing_of_bag
-from msgs_bridge.bag_folder import EpisodeFolder
+from msgs_bridge.bag_folder import BagError, EpisodeFolder
+from msgs_bridge.bag_gaps import gaps_in
 from msgs_bridge.bag_lock import is_in_use
 
 
@@ -34,3 +35,14 @@ def say_cut(command: str, episode: EpisodeFolder) -> None:
         advice = 'it is being recorded or changed just now'
     print(f'experience {command}: {episode.path} was not closed: {missing}; {advice}',
           file=sys.stderr)
+
+
+def say_gaps(command: str, episode: EpisodeFolder) -> bool:
+    """Say, in a line on stderr, what is missing in the middle of a bag; tell whether anything."""
+    try:
+        gaps = gaps_in(episode.path)
+    except BagError:
+        return False  # what cannot be read at all is said where it is learnt from
+    if gaps:
+        print(f'experience {command}: {episode.name}: {gaps}', file=sys.stderr)
+    return bool(gaps)

@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import sys
 from typing import Any
 
 from experience_cli import foreign
@@ -54,10 +55,28 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f'--at {arguments.at}: must be a number of seconds')
     limits = _limits(arguments)
     with bag_of(arguments, 'explain') as episode:
-        about = about_moment(Moment(Recording(episode), arguments.at, limits))
+        recording = Recording(episode)
+        gaps = _gaps(recording, arguments.at)
+        about = about_moment(Moment(recording, arguments.at, limits))
         say_cut('explain', episode)
+        if gaps:
+            print(f'experience explain: {episode.name}: {gaps}', file=sys.stderr)
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 1 if about['course'] and not about['course']['adds_up'] else 0
+
+
+def _gaps(recording: Any, at: float) -> Any:
+    """Return what is missing in a bag; UserError if that is just what is asked for."""
+    from msgs_bridge.bag_gaps import gaps_in
+
+    gaps = gaps_in(recording.episode.path)
+    # What lies past the end of the drive may be a stamp.
+    second = at if at <= recording.duration + 1e-6 else at - recording.start
+    hole = gaps.hole_at(second)
+    if hole is not None:
+        raise UserError(f'{recording.episode.name} at {second:.2f} s: there is nothing to '
+                        f'explain, the recording is incomplete: {hole}')
+    return gaps
 
 
 def _limits(arguments: argparse.Namespace) -> Any:

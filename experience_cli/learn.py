@@ -29,7 +29,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the command; return 1 if a recorded field differs from the relearnt one."""
+    """Run the command; return 1 if a check finds another field, or an incomplete bag."""
     if arguments.save is not None and arguments.save.suffix != '.npz':
         raise UserError(f'--save {arguments.save}: must end in .npz')
     if not foreign.is_wanted(arguments) and not _are_foreign(arguments.bags):
@@ -58,7 +58,7 @@ def _are_foreign(paths: list[Path]) -> bool:
 
 def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     """Learn from bags of ours."""
-    from experience_cli.cuts import say_cuts
+    from experience_cli.cuts import say_cuts, say_gaps
     from experience_cli.episodes import episodes_from_paths
     from experience_cli.relearning import last_header
     from experience_cli.workspace import odd_one_named
@@ -72,7 +72,7 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     if header is None:
         raise UserError(f'nothing was learnt: {episodes[-1].path} holds nothing to learn from')
     lessons = Lessons(header.grid, header.parameters)
-    differing, n_compared = [], 0
+    differing, n_compared, n_gaps = [], 0, 0
     with odd_one_named(episodes):
         for episode in _with_progress(episodes):
             if arguments.check and episode.bag.exists():
@@ -82,16 +82,30 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
                     differing.append(episode)
             lesson = lessons.learn(episode)
             say_cuts('learn', [episode])
+            n_gaps += say_gaps('learn', episode)
             if not arguments.quiet:
                 _print(line_from_lesson(lesson))
     if lessons.refresh is None:
         raise UserError('nothing was learnt: there is no demonstration in these bags')
     _finish(arguments, lessons.refresh, lessons.field())
-    if arguments.check and not differing and not arguments.quiet:
+    return _checked(arguments, episodes, differing, n_compared, n_gaps) if arguments.check else 0
+
+
+def _checked(
+    arguments: argparse.Namespace, episodes: list[Any], differing: list[Any], n_compared: int,
+    n_gaps: int,
+) -> int:
+    """Say what a check has found; return 1 if a field differs or a bag is incomplete."""
+    from control_field.words import counted
+
+    if not differing and not arguments.quiet:
         print(f'experience learn: {_agreement(n_compared)}', file=sys.stderr)
     if differing:
         print(f'experience learn: {_difference(episodes, differing)}', file=sys.stderr)
-    return 1 if differing else 0
+    if n_gaps:
+        print(f'experience learn: --check: {counted(n_gaps, "bag")} of these '
+              f'{"is" if n_gaps == 1 else "are"} incomplete, see above', file=sys.stderr)
+    return 1 if differing or n_gaps else 0
 
 
 def _agreement(n_compared: int) -> str:

@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     print('\n'.join(table_lines([_TITLES, *map(_row, summaries)], _RIGHT)))
     for summary in summaries:
-        if summary.state in ('cut', 'unreadable', 'not kept', 'aborted'):
+        if summary.state in ('cut', 'unreadable', 'not kept', 'aborted', 'incomplete'):
             print(f'{summary.bag}: {summary.note}')
     return 0
 

@@ -50,11 +50,13 @@ def about_bag(folder: Any) -> dict[str, Any]:
 
     from experience_cli.recording import Recording
     from experience_cli.summary import summary_of
+    from msgs_bridge.bag_gaps import gaps_in
 
     recording = Recording(folder)
     header = recording.header
     return {
         **summary_of(folder).to_json(), 'start': recording.start,
+        'holes': gaps_in(folder.path).to_json(),
         'grid': asdict(header.grid), 'parameters': asdict(header.parameters),
         'imported': _imported(recording.reader.metadata),
         'topics': [{'topic': topic, 'type': recording.reader.topics[topic], 'messages': n}

@@ -9,6 +9,7 @@ from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from experience_cli.recording import Recording
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line
+from msgs_bridge.bag_gaps import gaps_in
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_lock import is_in_use
 from msgs_bridge.bag_repair import needs_repair
@@ -26,7 +27,8 @@ class Summary:
     bag, kind, path : str
         Such as ``task1/0003``, ``trial``, and where its folder is.
     state : str
-        ``kept`` (it is learnt from), ``not kept``, ``aborted``, ``forgotten``, ``recording`` (by
+        ``kept`` (it is learnt from), ``incomplete`` (the same, and messages are missing in the
+        middle), ``not kept``, ``aborted``, ``forgotten``, ``recording`` (by
         a learner that runs), ``cut`` (its recording was not closed) or ``unreadable``.
     begun : float or None
         Time of day, [s] since 1970; None in simulated time.
@@ -79,6 +81,7 @@ def summary_of(folder: EpisodeFolder) -> Summary:
                   'messages': sum(recording.counts.values()),
                   'label': str(read_label(folder.path) or '')}
         about |= _learnt(folder)
+        about |= _missing(folder, about)
     except NothingToLearnError as error:
         about |= {'state': 'cut' if is_cut else 'not kept', 'note': str(error)}
         is_cut = False
@@ -92,6 +95,15 @@ def summary_of(folder: EpisodeFolder) -> Summary:
     if folder.is_forgotten:
         about['state'] = 'forgotten'
     return Summary(**about)
+
+
+def _missing(folder: EpisodeFolder, about: dict[str, Any]) -> dict[str, Any]:
+    """Return what changes where messages are missing in the middle of a bag."""
+    gaps = gaps_in(folder.path)
+    if not gaps:
+        return {}
+    note = '; '.join(filter(None, [str(gaps), about['note']]))
+    return {'note': note, 'state': 'incomplete' if about['state'] == 'kept' else about['state']}
 
 
 def _learnt(folder: EpisodeFolder) -> dict[str, Any]:

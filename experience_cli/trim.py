@@ -26,6 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     from experience_cli.references import find_whole_bag, named
     from experience_cli.relearning import relearnt_sentence
     from msgs_bridge.bag_folder import changing, EpisodeKind, TaskFolder
+    from msgs_bridge.bag_gaps import note_gaps
 
     given = arguments.first is not None or arguments.last is not None
     if given == arguments.undo:
@@ -42,6 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
             print(f'{trim(episode, arguments.first, arguments.last)} (the whole recording is kept '
                   f'beside it; `experience trim --undo {named(arguments.bag, arguments.bags)}` '
                   f'puts it back)')
+        note_gaps(episode.path)
         print(relearnt_sentence(task))
     return 0
 

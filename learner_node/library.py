@@ -1,7 +1,7 @@
 """The bags of a task, and what they have taught so far."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Final
 
 from control_field.grid import Grid
@@ -13,6 +13,7 @@ from control_field.words import counted
 from learner_node.lessons import goal_moved, Lesson, Lessons
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
+from msgs_bridge.bag_gaps import note_gaps
 from msgs_bridge.bag_judgement import judge_bag
 from msgs_bridge.bag_repair import repair_task
 from msgs_bridge.bag_undo import bring_back, names_of, take_away, UNDO
@@ -156,11 +157,12 @@ class Library:
             return
 
     def learn(self, episode: EpisodeFolder) -> Lesson:
-        """Learn from one bag, see `Lessons.learn`."""
+        """Learn from one bag that was just recorded, see `Lessons.learn`; note what is missing."""
         self._n_asked = 0
+        gaps = note_gaps(episode.path)
         lesson = self.lessons.learn(episode)
         self._name_memory()
-        return lesson
+        return replace(lesson, note='; '.join(filter(None, [lesson.note, str(gaps)])))
 
     def _name_memory(self) -> None:
         refresh = self.refresh

@@ -25,20 +25,22 @@ from learner_node.library import Library
 from learner_node.performer import Performer
 from learner_node.phases import IN_TRIAL, Phase
 from learner_node.publications import Publications
-from learner_node.recorder import Raw, Recorder, stamp_of
+from learner_node.recorder import Recorder, stamp_of
 from learner_node.reports import (
     diagnostic_from_session, PROGRAM, sentence_at_start, sentence_from_lesson)
 from learner_node.requests import Requests
 from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.topics import Recorded, recorded_topics
+from learner_node.waiting import Raw
 from learner_node.warm_up import warm_up
 from learner_node.worker import result_of, Worker
-from msgs_bridge import qos
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
+from msgs_bridge.bag_gaps import BagGaps, note_gaps
 from msgs_bridge.command_line import check_names
 from msgs_bridge.company import CompanyWatch
 from msgs_bridge.complaints import Complaints
+from msgs_bridge.listener import Listener
 from msgs_bridge.node_main import exit_with, run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.statements import method_from_parameters, workspace_from_grid
@@ -49,6 +51,8 @@ _PEERS_PERIOD: Final = 0.2
 #: How often the bag is handed to the system, and the learner tells how it stands, [s].
 _FLUSH_PERIOD: Final = 0.5
 _TELL_PERIOD: Final = 1.0
+#: So many messages are looked at before others have their turn.
+_BATCH: Final = 100
 #: How long the end waits for what is being learnt, [s].
 _WORKER_PATIENCE: Final = 1.0
 _START_POSES: Final = ParameterDescriptor(
@@ -101,6 +105,7 @@ class LearnerNode(Node):
         self._worker.do(self._library.relearn, self._on_relearnt)
         self._worker.do(lambda: warm_up(parameters), self._on_warm)
         self._session.begin(time.monotonic())
+        self._listener.start()
 
     def _make_topics(self) -> None:
         self._publications = Publications(self, self._settings.frame_id)
@@ -112,9 +117,12 @@ class LearnerNode(Node):
                                 Complaints(self))
         topics = recorded_topics(self._settings)
         self._library.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
+        self._wake = self.create_guard_condition(self._collect).trigger
+        self._newest = 0  #: stamp of the newest odometry that the listener has heard, [ns]
+        self._listener = Listener(self, self._recorder.lost, self._recorder.catch_up)
         for topic in topics:
-            qos.hear_all(self, topic.kind, topic.name, self._reader(topic), topic.profiles,
-                         raw=True)
+            self._listener.hear(topic.kind, self._library.topics[topic.name],
+                                self._reader(topic), topic.profiles, topic.spare)
 
     def _make_services(self) -> None:
         self._desk = Desk(self, self._session, lambda: Future(executor=self.executor),
@@ -131,18 +139,28 @@ class LearnerNode(Node):
 
     # What comes in
 
-    def _reader(self, topic: Recorded) -> Callable[[bytes], None]:
-        """Return the callback of a topic: record what arrives, and look at it where it matters."""
+    def _reader(self, topic: Recorded) -> Callable[[bytes, int], None]:
+        """Return what takes a topic's messages in, in the thread of the listener."""
         name, kind = self.resolve_topic_name(topic.name), topic.type_name
 
-        def read(cdr: bytes) -> None:
+        def read(cdr: bytes, arrived: int) -> None:
             if topic.name == 'odom':
-                self._hearing.odometry_time = stamp_of(cdr)
-            message = Raw(name, kind, cdr, self.now())
-            self._performer.guard(lambda: self._recorder.saw(topic.name, message))
-            self._hearing.saw(topic.name, cdr)
+                self._newest = stamp_of(cdr)
+            stamp = self._newest if self._settings.lockstep else arrived
+            self._recorder.arrived(topic.name, Raw(name, kind, cdr, stamp))
+            self._wake()
 
         return read
+
+    def _collect(self) -> None:
+        """Record what has arrived, and let the session look at it, in order."""
+        for _ in range(_BATCH):
+            arrival = self._recorder.oldest()
+            if arrival is None:
+                return
+            self._performer.guard(self._recorder.take)
+            self._hearing.saw(arrival.name, arrival.message.cdr)
+        self._wake()
 
     @property
     def odometry_time(self) -> int:
@@ -158,6 +176,7 @@ class LearnerNode(Node):
 
     def _tick(self) -> None:
         self._requests.send()
+        self._collect()
         self.carry_out(self._session.tick(time.monotonic()))
         told = (self._session.phase, self._session.n_left, self._session.revision,
                 len(self._hearing.heard))
@@ -211,6 +230,10 @@ class LearnerNode(Node):
         self._name_trial()
         self._worker.do(lambda: self._library.learn(episode), self._on_lesson)
 
+    def note_gaps(self, episode: EpisodeFolder) -> None:
+        """Note what is missing in a bag that is not learnt from."""
+        self._worker.do(partial(note_gaps, episode.path), self._on_noted)
+
     def change_trials(self, change: Callable[[float], to.Effects], now: float) -> to.Effects:
         """Begin or stop trials; those from chosen starts drive on a field of their own."""
         effects = change(now)
@@ -259,6 +282,15 @@ class LearnerNode(Node):
         self.say(sentence, is_refused)
         self._desk.answer(self._lesson.refresh is not None, sentence)
 
+    def _on_noted(self, future: 'JobFuture[BagGaps]') -> None:
+        try:
+            gaps = self._result(future)
+        except BagError as error:
+            self.say(str(error), warns=True)
+            return
+        if gaps:
+            self.say(str(gaps), warns=True)
+
     def _on_warm(self, future: 'JobFuture[None]') -> None:
         try:
             self._result(future)
@@ -299,8 +331,16 @@ class LearnerNode(Node):
 
     def close(self) -> None:
         """End what is under way: the trial is stopped, the bag closed and marked as aborted."""
+        self._listener.close()
+        while self._recorder.oldest() is not None:
+            self._collect()
         self.carry_out(self._session.shut_down(time.monotonic()))
         self.has_ended = self._worker.close(_WORKER_PATIENCE)
+
+    def destroy_node(self) -> None:
+        """Let go of the thread that listens, too."""
+        self._listener.close()
+        super().destroy_node()
 
 
 def main(args: list[str] | None = None) -> None:

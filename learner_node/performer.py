@@ -8,9 +8,10 @@ from control_field.records import Outcome
 from learner_node import effects as to
 from learner_node.frames import FrameCheck
 from learner_node.publications import Publications
-from learner_node.recorder import BagGoneError, Raw, Recorder
+from learner_node.recorder import BagGoneError, Recorder
 from learner_node.requests import Requests
 from learner_node.topics import type_name
+from learner_node.waiting import Raw
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind
 from msgs_bridge.bag_undo import THROWN_AWAY, UNDO
 from msgs_bridge.serialized import cdr_from_message
@@ -105,7 +106,9 @@ class Performer:
     def _abandon(self, reason: str, trial: int) -> None:
         if reason and self._recorder.kind is not None:
             self._write_status(State.ENDED, trial, Outcome.ABORTED, reason)
-        self._recorder.close()
+        episode = self._recorder.close()
+        if episode is not None:
+            self._node.note_gaps(episode)
 
     def lose(self, error: BagError) -> None:
         """Nothing can be recorded any more: say so once, stop the robot, keep what there is."""

@@ -1,17 +1,21 @@
 """Writing what arrives into the bag of the episode under way."""
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 import struct
+from threading import RLock
+import time
 from typing import Final
 
+from learner_node.waiting import Arrival, Raw, Waiting
 from msgs_bridge.bag_file import BagWriter, start_bag
 from msgs_bridge.bag_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder)
+from msgs_bridge.bag_trim import drop_messages
 from msgs_bridge.bag_undo import take_away
+from msgs_bridge.episode_header import LOST_NAME
 
 
 #: Messages of decisions that may arrive before their trial is recorded: while a demonstration is
@@ -21,25 +25,21 @@ _N_EARLY: Final = 4096
 _EARLY_BYTES: Final = 4 * 1024 * 1024
 #: Where the stamp of a serialised message lies that begins with a header.
 _STAMP_AT: Final = 4
+#: How long a message waits for the session before it is recorded nevertheless, [s].
+_PATIENCE: Final = 0.5
 
 
 class BagGoneError(BagError):
     """Somebody has removed or renamed what is recorded into."""
 
 
-@dataclass(frozen=True)
-class Raw:
-    """A message as it arrived: topic, type, CDR bytes, and when, [ns]."""
-
-    topic: str
-    type_name: str
-    cdr: bytes
-    stamp: int
-
-
 class Recorder:
     """
-    At most one open bag of a task, and what the next one begins with.
+    At most one open bag of a task, and what the next one begins with; for two threads.
+
+    One thread says what arrives, another takes it one by one, as far as it has come, and says
+    where bags begin and end: exactly there, in the order of what has arrived. While that one is
+    held up, the first writes what waits into the open bag: nothing is lost if the process dies.
 
     Parameters
     ----------
@@ -64,6 +64,11 @@ class Recorder:
         self._contact = b''
         self._early: deque[Raw] = deque()
         self._n_early_bytes = 0
+        self._lock = RLock()
+        self._waiting = Waiting()
+        #: Messages that are lost, by topic: since the start, and then as the open bag began.
+        self.lost: Counter[str] = Counter()
+        self._lost_before: Counter[str] = Counter()
 
     @property
     def kind(self) -> EpisodeKind | None:
@@ -89,22 +94,26 @@ class Recorder:
             second learner, or known to hold what was learnt.
 
         """
-        self.close()
-        if self._folder != _identity(self.task.path):
-            raise BagGoneError(f'cannot record into {self.task.path}: it was removed or renamed '
-                               f'since the learner started; restart the learner')
-        self._kind = kind
-        self._writer = start_bag(self.task, kind, self._header(kind))
-        self._file = _identity(self._writer.path)
-        for message in (*self.in_force, *self._early, *([self._sight] if self._sight else [])):
-            self.write(message, now)
-        self._early.clear()
-        self._n_early_bytes = 0
-        return episode_from_path(self._writer.folder)
+        with self._lock:
+            self.close()
+            if self._folder != _identity(self.task.path):
+                raise BagGoneError(
+                    f'cannot record into {self.task.path}: it was removed or renamed since the '
+                    f'learner started; restart the learner')
+            self._kind = kind
+            self._writer = start_bag(self.task, kind, self._header(kind))
+            self._file = _identity(self._writer.path)
+            self._lost_before = Counter(self.lost)
+            sight = [self._sight] if self._sight else []
+            for message in (*self.in_force, *self._early, *sight):
+                self.write(message, now)
+            self._early.clear()
+            self._n_early_bytes = 0
+            return episode_from_path(self._writer.folder)
 
-    def saw(self, name: str, message: Raw) -> None:
+    def arrived(self, name: str, message: Raw) -> None:
         """
-        Take in what has arrived on a topic: write it, or keep what the next bag needs of it.
+        Take in what has arrived on a topic; it waits for `take`.
 
         Parameters
         ----------
@@ -112,22 +121,50 @@ class Recorder:
             Of the topic among ours, such as ``odom``.
         message : Raw
 
+        """
+        if not self._waiting.put(name, message):
+            self.lost[message.topic] += 1
+
+    def catch_up(self) -> None:
+        """Write what waits for long into the open bag; a failure is told by the next `take`."""
+        with self._lock, suppress(BagError):
+            late = self._waiting.unwritten()
+            if self._writer is None or not late or (
+                    time.monotonic() - late[0].since < _PATIENCE):
+                return
+            for arrival in late:
+                place = self._writer.n_messages
+                self.write(arrival.message)
+                arrival.place = place
+            self._writer.flush()
+
+    def oldest(self) -> Arrival | None:
+        """Return what `take` takes next; None if nothing waits."""
+        return self._waiting.oldest()
+
+    def take(self) -> None:
+        """
+        Take the oldest that waits: write it, and keep what the next bag needs of it.
+
         Raises
         ------
         BagError
             If it cannot be written.
 
         """
-        if name == 'contact':
-            if message.cdr == self._contact:
-                return  # it is read more than once, and a bumper may say it all the time
-            self._contact = message.cdr
-        if name == 'neighbourhood':
-            self._sight = message
-        if self._writer is not None:
-            self.write(message)
-        if name == 'experience' and self.kind is not EpisodeKind.TRIAL:
-            self._keep_early(message)
+        with self._lock:
+            arrival = self._waiting.pop()
+            name, message = arrival.name, arrival.message
+            if name == 'contact':
+                if message.cdr == self._contact:
+                    return  # it is read more than once, and a bumper may say it all the time
+                self._contact = message.cdr
+            if name == 'neighbourhood':
+                self._sight = message
+            if arrival.place is None:
+                self.write(message)
+            if name == 'experience' and self.kind is not EpisodeKind.TRIAL:
+                self._keep_early(message)
 
     def _keep_early(self, message: Raw) -> None:
         """Keep a message for the next bag, within bounds; the oldest go first."""
@@ -154,10 +191,11 @@ class Recorder:
             If it cannot be written; what was written before is kept.
 
         """
-        if self._writer is not None:
-            self._writer.write(
-                message.topic, message.type_name, message.cdr,
-                message.stamp if log_time is None else log_time, message.stamp)
+        with self._lock:
+            if self._writer is not None:
+                self._writer.write(
+                    message.topic, message.type_name, message.cdr,
+                    message.stamp if log_time is None else log_time, message.stamp)
 
     def flush(self) -> None:
         """
@@ -171,9 +209,10 @@ class Recorder:
             If it was removed or renamed meanwhile; nothing is recorded any more.
 
         """
-        if self._writer is not None:
-            self._check_there(self._writer)
-            self._writer.flush()
+        with self._lock:
+            if self._writer is not None:
+                self._check_there(self._writer)
+                self._writer.flush()
 
     def close(self) -> EpisodeFolder | None:
         """
@@ -187,19 +226,28 @@ class Recorder:
             If it was removed or renamed meanwhile.
 
         """
-        if self._writer is not None:
-            self._check_there(self._writer)
-        writer, self._writer = self._writer, None
-        if writer is None:
-            return None
-        writer.close()
-        return episode_from_path(writer.folder)
+        with self._lock:
+            if self._writer is not None:
+                self._check_there(self._writer)
+            writer, self._writer = self._writer, None
+            later = self._waiting.take_back()
+            if writer is None:
+                return None
+            lost = self.lost - self._lost_before
+            if lost:
+                writer.note(LOST_NAME, {topic: str(n) for topic, n in lost.items()})
+            writer.close()
+            episode = episode_from_path(writer.folder)
+            if later:
+                drop_messages(episode, later)
+            return episode
 
     def _check_there(self, writer: BagWriter) -> None:
         """Let go of a bag that lies no more where it was begun: writing would go on silently."""
         if _identity(writer.path) == self._file:
             return
         self._writer = None
+        self._waiting.take_back()
         with suppress(BagError):
             writer.close()
         raise BagGoneError(
@@ -215,10 +263,12 @@ class Recorder:
             If it cannot be removed.
 
         """
-        writer, self._writer = self._writer, None
-        if writer is not None:
-            writer.close()
-            self.task.remove(episode_from_path(writer.folder).number)
+        with self._lock:
+            writer, self._writer = self._writer, None
+            self._waiting.take_back()
+            if writer is not None:
+                writer.close()
+                self.task.remove(episode_from_path(writer.folder).number)
 
     def throw_away(self) -> EpisodeFolder | None:
         """

@@ -15,11 +15,25 @@ from msgs_bridge import qos
 
 @dataclass(frozen=True)
 class Recorded:
-    """A topic that is recorded: its name, the class of its messages, and the ways it is read."""
+    """
+    A topic that is recorded.
+
+    Parameters
+    ----------
+    name : str
+    kind : type
+        Class of its messages.
+    profiles : tuple of QoSProfile
+        The ways it is read.
+    spare : QoSProfile or None
+        The way it is read once somebody publishes it best effort.
+
+    """
 
     name: str
     kind: Any
     profiles: tuple[Any, ...]
+    spare: Any = None
 
     @property
     def type_name(self) -> str:
@@ -36,19 +50,18 @@ def recorded_topics(settings: Settings) -> list[Recorded]:
     """
     Return what is recorded; the learner's own `control_field` and `prototypes` come on top.
 
-    A simulator in lock-step may be faster than the recorder for a while, so that it is read
-    reliably; a real robot's odometry may be best effort.
+    What is published reliably is read reliably; a real robot's odometry may be best effort.
     """
     command = TwistStamped if settings.is_stamped else Twist
-    sensed = qos.RECORDING_RELIABLE if settings.lockstep else qos.RECORDING
+    plain = (qos.RECORDING,), qos.RECORDING_BEST_EFFORT
     return [
-        Recorded('odom', Odometry, (sensed,)),
-        Recorded('neighbourhood', OccupancyGrid, (sensed,)),
-        Recorded('cmd_vel', command, (qos.RECORDING,)),
-        Recorded('cmd_vel_requested', TwistStamped, (qos.RECORDING,)),
+        Recorded('odom', Odometry, *plain),
+        Recorded('neighbourhood', OccupancyGrid, *plain),
+        Recorded('cmd_vel', command, *plain),
+        Recorded('cmd_vel_requested', TwistStamped, *plain),
         Recorded('experience', PointCloud2, (qos.EXPERIENCE,)),
         Recorded('trial', DiagnosticStatus, (qos.RECORDING_LATCHED,)),
-        Recorded('goal_pose', PoseStamped, (qos.RECORDING,)),
-        Recorded('initialpose', PoseWithCovarianceStamped, (qos.RECORDING,)),
-        Recorded('contact', Bool, qos.CONTACTS),
+        Recorded('goal_pose', PoseStamped, *plain),
+        Recorded('initialpose', PoseWithCovarianceStamped, *plain),
+        Recorded('contact', Bool, qos.RECORDING_CONTACTS),
     ]

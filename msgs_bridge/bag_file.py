@@ -281,6 +281,19 @@ class BagWriter:
         with self._guarded():
             self._file.flush()
 
+    def note(self, name: str, values: Mapping[str, str]) -> None:
+        """
+        Write a metadata record of a name.
+
+        Raises
+        ------
+        BagError
+            If it cannot be written.
+
+        """
+        with self._guarded():
+            self._file.add_metadata(name, values)
+
     def close(self) -> None:
         """
         Finish the bag: index, ``metadata.yaml``, all of it on the disk. Idempotent.

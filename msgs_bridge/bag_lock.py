@@ -16,6 +16,8 @@ REMOVED: Final = '.removed-'
 #: Folders in which bags are made or changed before they take their places, followed by more.
 MAKING: Final = '.making-'
 TRIM: Final = '.trim-'
+#: Ending of the whole recording beside one that was cut; no reader takes it for a bag.
+WHOLE: Final = '.whole'
 
 
 def open_lock(folder: Path) -> int:

@@ -10,10 +10,11 @@ from typing import Final
 from control_field.words import counted
 from msgs_bridge.bag_file import McapFile, TOPIC
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line, mcap_path, TaskFolder
+from msgs_bridge.bag_gaps import note_gaps
 from msgs_bridge.bag_metadata import (
     BagSummary, has_metadata, is_qos, known_qos, NAME, TopicSummary, write_metadata)
 from msgs_bridge.bag_records import BagReader
-from msgs_bridge.episode_header import HEADER_NAME
+from msgs_bridge.episode_header import HEADER_NAME, LOST_NAME
 from msgs_bridge.mcap_scan import Channel
 from msgs_bridge.safe_files import new_name_beside, sync_folder
 from msgs_bridge.type_definitions import message_definition
@@ -140,6 +141,9 @@ def repair_bag(folder: Path | str) -> RepairReport:
             write_metadata(folder, summary)
     except OSError as error:
         raise BagError(error_line('repair', folder, error)) from None
+    if changed:
+        with suppress(BagError):  # there may be nothing in it
+            note_gaps(folder)
     return RepairReport(
         folder, changed, reader.damage, reader.complete, summary.count,
         reader.n_lost_bytes, summary.end if summary.count else None, kept)
@@ -189,6 +193,9 @@ def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
         for channel, log_time, publish_time, message in reader.records():
             if _is_sound(channel):
                 file.add(channel.topic, message, log_time, publish_time)
+        for name, values in reader.metadata:
+            if name == LOST_NAME:
+                file.add_metadata(name, values)
         summary = file.finish(path.name)
         if kept is not None and not kept.exists():
             os.link(path, kept)

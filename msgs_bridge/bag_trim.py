@@ -1,5 +1,6 @@
 """Cutting a bag to a span of time; the recording as it was is kept beside it."""
 
+from collections.abc import Callable, Collection
 from contextlib import suppress
 import os
 from pathlib import Path
@@ -8,14 +9,14 @@ from typing import Final
 
 from msgs_bridge.bag_file import McapFile
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, error_line
+from msgs_bridge.bag_lock import WHOLE
 from msgs_bridge.bag_metadata import BagSummary, NAME, write_metadata
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.bag_repair import summary_of_file
-from msgs_bridge.episode_header import HEADER_NAME
-from msgs_bridge.safe_files import read_bytes, sync_folder
+from msgs_bridge.episode_header import HEADER_NAME, LOST_NAME
+from msgs_bridge.mcap_scan import Channel
+from msgs_bridge.safe_files import draft_beside, read_bytes, sync_folder
 
-#: What the whole recording is called beside the cut one; no reader takes it for a bag.
-WHOLE: Final = '.whole'
 #: Topics that say what a drive started from and how it ended: they hold whatever is cut.
 _KEPT: Final = ('control_field', 'prototypes', 'trial')
 
@@ -45,28 +46,73 @@ def cut_copy(episode: EpisodeFolder, folder: Path, first: int, last: int) -> Bag
         If it cannot be read or written.
 
     """
-    reader = BagReader(episode.bag)
-    headers = [values for name, values in reader.metadata if name == HEADER_NAME]
+    def moved(place: int, channel: Channel, log_time: int) -> int | None:
+        inside = min(max(log_time, first), last)
+        is_kept = inside == log_time or channel.topic.rpartition('/')[2] in _KEPT
+        return inside if is_kept else None
+
     path = folder / episode.bag.name
     try:
-        file = McapFile(path, headers[0] if headers else None)
-        try:
-            for channel in reader.channels.values():
-                file.add_channel(channel.topic, channel.schema.name, channel.schema.data,
-                                 channel.metadata)
-            for channel, log_time, publish_time, message in reader.records():
-                inside = min(max(log_time, first), last)
-                if inside == log_time or channel.topic.rpartition('/')[2] in _KEPT:
-                    file.add(channel.topic, message, inside, publish_time)
-        except OSError:
-            file.abandon()
-            raise
-        summary = file.finish(path.name)
+        summary = _copy(BagReader(episode.bag), path, path.name, moved)
         (folder / NAME).write_bytes(read_bytes(episode.path / NAME, within=episode.path))
     except OSError as error:
         raise BagError(error_line('write', path, error)) from None
     write_metadata(folder, summary)
     return summary
+
+
+def drop_messages(episode: EpisodeFolder, places: Collection[int]) -> None:
+    """
+    Take messages out of a bag of ours that was just closed.
+
+    Parameters
+    ----------
+    episode : EpisodeFolder
+        The bag.
+    places : collection of int
+        Which of its messages, in the order they were written.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read or written.
+
+    """
+    def others(place: int, channel: Channel, log_time: int) -> int | None:
+        return None if place in places else log_time
+
+    try:
+        with draft_beside(episode.bag) as draft:
+            draft.unlink()
+            summary = _copy(BagReader(episode.bag), draft, episode.bag.name, others)
+            draft.replace(episode.bag)
+        sync_folder(episode.path)
+    except OSError as error:
+        raise BagError(error_line('write', episode.bag, error)) from None
+    write_metadata(episode.path, summary)
+
+
+def _copy(
+    reader: BagReader, path: Path, name: str, moved: Callable[[int, Channel, int], int | None],
+) -> BagSummary:
+    """Write a bag's messages into another file, at other log times; None leaves one out."""
+    headers = [values for key, values in reader.metadata if key == HEADER_NAME]
+    file = McapFile(path, headers[0] if headers else None)
+    try:
+        for channel in reader.channels.values():
+            file.add_channel(channel.topic, channel.schema.name, channel.schema.data,
+                             channel.metadata)
+        for place, (channel, log_time, publish_time, message) in enumerate(reader.records()):
+            at = moved(place, channel, log_time)
+            if at is not None:
+                file.add(channel.topic, message, at, publish_time)
+        for key, values in reader.metadata:
+            if key == LOST_NAME:
+                file.add_metadata(key, values)
+    except OSError:
+        file.abandon()
+        raise
+    return file.finish(name)
 
 
 def replace_recording(episode: EpisodeFolder, copy: Path, summary: BagSummary) -> None:

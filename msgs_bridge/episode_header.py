@@ -14,6 +14,8 @@ from msgs_bridge.bag_folder import BagError, EpisodeKind
 
 #: Name of the MCAP metadata record that a bag of ours begins with.
 HEADER_NAME: Final = 'experience_controller'
+#: Name of the one, at its end, with the messages that the middleware has lost, by topic.
+LOST_NAME: Final = 'experience_controller_lost'
 #: Version of the bags' own layout.
 VERSION: Final = 1
 

@@ -40,14 +40,16 @@ CONTACTS: Final = (LATCHED, _reliable(10), SENSOR)
 COSTMAPS: Final = CONTACTS
 #: How a localisation is read: AMCL's pose is latched, others are not.
 LOCALISATIONS: Final = (LATCHED, SENSOR)
-#: How a recorder reads what others publish: whatever waits while it is busy is kept.
-RECORDING: Final = QoSProfile(  # type: ignore[no-untyped-call]
+#: How a recorder reads what others publish reliably: whatever waits while it is busy is kept.
+RECORDING: Final = _reliable(2000)
+#: The same where it is published best effort.
+RECORDING_BEST_EFFORT: Final = QoSProfile(  # type: ignore[no-untyped-call]
     history=HistoryPolicy.KEEP_LAST, depth=2000,
     reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
-#: The same for what must not be lost on the way either; a best-effort publisher is not heard.
-RECORDING_RELIABLE: Final = _reliable(2000)
 #: The same for the newest of the latched topics, with what was published before.
-RECORDING_LATCHED: Final = _reliable(100, DurabilityPolicy.TRANSIENT_LOCAL)
+RECORDING_LATCHED: Final = _reliable(2000, DurabilityPolicy.TRANSIENT_LOCAL)
+#: `CONTACTS`, for a recorder.
+RECORDING_CONTACTS: Final = (RECORDING_LATCHED, RECORDING, RECORDING_BEST_EFFORT)
 
 
 def hear_all(

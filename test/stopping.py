@@ -35,12 +35,14 @@ def state_of(root: Path) -> dict[str, str]:
     return found
 
 
-def _stop_at(number: int, how: str) -> None:
-    """Stop this process just before its n-th file operation."""
+def _stop_at(number: int, how: str, root: str) -> None:
+    """Stop this process just before its n-th operation on files in a folder."""
     count = 0
 
-    def operation() -> None:
+    def operation(is_open: bool = True) -> None:
         nonlocal count
+        if not count and not is_open:
+            return
         count += 1
         if count == number:
             if how == 'kill':
@@ -49,11 +51,11 @@ def _stop_at(number: int, how: str) -> None:
 
     def hook(event: str, arguments: tuple[object, ...]) -> None:
         writes = event == 'open' and int(str(arguments[2])) & (os.O_WRONLY | os.O_RDWR)
-        if writes or event in _CHANGES:
+        if (writes or event in _CHANGES) and str(arguments[0]).startswith(root):
             operation()
 
     for name in _SILENT:
-        setattr(os, name, _wrapped(getattr(os, name), operation))
+        setattr(os, name, _wrapped(getattr(os, name), lambda: operation(is_open=False)))
     sys.addaudithook(hook)
 
 
@@ -64,7 +66,7 @@ def _wrapped(call: Callable[..., object], before: Callable[[], None]) -> Callabl
     return wrapped
 
 
-def _run(command: list[str], number: int, how: str) -> int:
+def _run(command: list[str], number: int, how: str, root: Path) -> int:
     """Run a command in a child that is stopped; return how it ended."""
     child = os.fork()
     if child == 0:
@@ -75,7 +77,7 @@ def _run(command: list[str], number: int, how: str) -> int:
             silence = os.open(os.devnull, os.O_WRONLY)
             for stream in (1, 2):
                 os.dup2(silence, stream)
-            _stop_at(number, how)
+            _stop_at(number, how, str(root))
             code = main(command)
         finally:
             os._exit(code)
@@ -93,7 +95,7 @@ def _stopped_everywhere(
     while True:
         shutil.rmtree(root, ignore_errors=True)
         shutil.copytree(source, root)
-        code = _run([word.format(root) for word in command], len(afterwards) + 1, how)
+        code = _run([word.format(root) for word in command], len(afterwards) + 1, how, root)
         states = state_of(root)
         if code == 0:
             return {'afterwards': afterwards, 'left': left, 'done': states}

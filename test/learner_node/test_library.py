@@ -9,8 +9,9 @@ import pytest
 from bridge_helpers import demonstration_bag, GRID, loop_bag
 from control_field.parameters import Parameters
 from learner_node.library import Library, set_aside
-from learner_node.recorder import Raw, Recorder, stamp_of
+from learner_node.recorder import Recorder, stamp_of
 from learner_node.settings import Settings, start_poses_from_list, StartPose
+from learner_node.waiting import Raw
 from learner_node.worker import result_of, Worker
 from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
 from msgs_bridge.bag_records import BagReader
@@ -166,6 +167,12 @@ class TestLibrary:
         assert None not in held
 
 
+def saw(recorder, name, message):
+    """Let a message arrive, and take it."""
+    recorder.arrived(name, message)
+    recorder.take()
+
+
 class TestRecorder:
 
     def test_begins_with_what_is_in_force_and_was_seen_last(self, tmp_path):
@@ -173,10 +180,11 @@ class TestRecorder:
         recorder = Recorder(library.task, library.header)
         recorder.in_force = [Raw('/contact', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 1)]
         for stamp in (1, 2):
-            recorder.saw('neighbourhood', Raw('/map', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
-        recorder.saw('odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', 3))
+            saw(recorder, 'neighbourhood',
+                Raw('/map', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
+        saw(recorder, 'odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', 3))
         episode = recorder.start(EpisodeKind.DEMO, 5)
-        recorder.saw('odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 6))
+        saw(recorder, 'odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 6))
         assert recorder.close() == episode
         records = list(BagReader(episode.bag).records())
         # Who plays it does not wait from when the field was sent until the bag begins.
@@ -188,10 +196,10 @@ class TestRecorder:
         recorder = Recorder(library.task, library.header)
         recorder.start(EpisodeKind.DEMO, 0)
         for stamp in range(200):
-            recorder.saw('experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', stamp))
+            saw(recorder, 'experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', stamp))
         recorder.close()
         trial = recorder.start(EpisodeKind.TRIAL, 300)
-        recorder.saw('experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 301))
+        saw(recorder, 'experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 301))
         recorder.close()
         assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(200), 301]
 
@@ -202,8 +210,9 @@ class TestRecorder:
         tracemalloc.start()
         try:
             for stamp in range(100):
-                recorder.saw('experience', Raw('/e', 'std_msgs/msg/Bool', bytes(size), stamp))
-            recorder.saw('experience', Raw('/e', 'std_msgs/msg/Bool', bytes(20 * size), 100))
+                saw(recorder, 'experience',
+                    Raw('/e', 'std_msgs/msg/Bool', bytes(size), stamp))
+            saw(recorder, 'experience', Raw('/e', 'std_msgs/msg/Bool', bytes(20 * size), 100))
             held, _ = tracemalloc.get_traced_memory()
         finally:
             tracemalloc.stop()
