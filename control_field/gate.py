@@ -45,7 +45,7 @@ class GateReason(StrEnum):
 
 _SENTENCES: Final = {
     GateReason.BLOCKED: 'blocked or unseen cells are in the way',
-    GateReason.NO_SIGHT: 'no fresh odometry and neighbourhood show where it is',
+    GateReason.NO_SIGHT: 'nothing shows what is around it',
     GateReason.NOT_FINITE: 'command, pose or time is no number, or the time is negative'}
 
 

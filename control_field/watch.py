@@ -53,6 +53,8 @@ _MOVED: Final = 0.01
 _TURNED: Final = 0.2
 #: Messages in a row with stamps behind the last good one that are a clock set back, not late.
 _SET_BACK: Final = 5
+#: What came longer ago arrives no more, [s].
+_LATELY: Final = 2.0
 
 
 class Freshness:
@@ -70,15 +72,42 @@ class Freshness:
         """Start with nothing received."""
         self.timeout = timeout
         self.arrived = -math.inf
+        self._passed_over, self._why = -math.inf, ''
 
     def saw(self, now: float) -> None:
         """Note an arrival."""
         self.arrived = now
 
+    def pass_over(self, now: float, why: str) -> None:
+        """Note an arrival that does not count, and why."""
+        self._passed_over, self._why = now, why
+
     @property
     def has_come(self) -> bool:
-        """Tell whether anything has ever arrived."""
+        """Tell whether anything that counts has ever arrived."""
         return self.arrived > -math.inf
+
+    def comes_in_vain(self, now: float) -> bool:
+        """Tell whether the newest that arrived, not long ago, does not count."""
+        return self._passed_over >= self.arrived and now - self._passed_over <= _LATELY
+
+    def absence(self, now: float, what: str) -> str:
+        """
+        Say how something is missing: whether it arrives and does not count, or does not arrive.
+
+        Parameters
+        ----------
+        now : float, [s]
+        what : str
+            What it is called.
+
+        """
+        if self.comes_in_vain(now):
+            return f'{what} arrives but does not count: {self._why}'
+        last = max(self.arrived, self._passed_over)
+        if last == -math.inf:
+            return f'no {what} has arrived yet'
+        return f'no {what} has arrived for {now - last:.1f} s'
 
     def is_stale(self, now: float) -> bool:
         """Tell whether nothing has arrived for the timeout, or ever."""

@@ -32,6 +32,8 @@ class Intake:
         What was refused or passed over, by what it is.
     odometry, sight : Freshness
     poses : PoseWatch
+    why_late : str
+        Why the last late pose does not count.
 
     """
 
@@ -39,7 +41,9 @@ class Intake:
         """Start with nothing received."""
         self.counts: Counter[str] = Counter()
         self.odometry, self.sight = Freshness(0.0), Freshness(0.0)
+        self.places = Freshness(math.inf)  # of a localisation
         self.poses = PoseWatch(settings.rules)
+        self.why_late = ''
         self._log = log
         self._bad_until = -math.inf
         self._refused = SaidOnce()
@@ -94,6 +98,9 @@ class Intake:
                         f'({timeout:g} s); are the clocks set?')
         late = self.poses.is_repeated(pose.stamp) or (old and n_behind > 0)
         self.counts['late odometry'] += late
+        self.why_late = f'its stamps do not advance (last {pose.stamp:.2f} s)' if late else (
+            f'it is {age:.2f} s old by its stamps, must be below odom_timeout ({timeout:g} s): '
+            f'are the clocks set?')
         return old or late
 
     def is_late_sight(self, sight: Neighbourhood, last: Neighbourhood | None) -> bool:

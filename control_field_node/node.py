@@ -21,6 +21,7 @@ from control_field_node.answer import Answer
 from control_field_node.commands import CommandWriter
 from control_field_node.lockstep import TickBook
 from control_field_node.outbox import Outbox
+from control_field_node.placing import take_place
 from control_field_node.reports import Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.supervisor import Supervisor
@@ -170,6 +171,7 @@ class ControlFieldNode(Node):
             neighbourhood = neighbourhood_from_grid(sight, grid)
         except ValueError as error:
             self.supervisor.intake.refuse(str(error))
+            self.supervisor.intake.sight.pass_over(time.monotonic(), str(error))
             return False
         self.supervisor.saw_neighbourhood(neighbourhood, time.monotonic(), grid)
         return True
@@ -183,6 +185,7 @@ class ControlFieldNode(Node):
         except ValueError as error:
             if self._settings.lockstep and not self._book.is_newer(msg):
                 self.supervisor.intake.refuse(str(error))  # of no tick that waits for an answer
+                self.supervisor.intake.odometry.pass_over(now, str(error))
             else:
                 self._stand(self.supervisor.saw_bad_input(str(error), now), msg)
             return
@@ -191,6 +194,8 @@ class ControlFieldNode(Node):
         elif not self.supervisor.intake.is_late_pose(pose, clock):
             self._book.odometry = msg
             self._publish(self.supervisor.saw_pose(pose, now), msg)
+        else:
+            self.supervisor.intake.odometry.pass_over(now, self.supervisor.intake.why_late)
 
     def _take_tick(self, msg: Odometry, pose: Pose, now: float) -> None:
         """Lock-step: keep a pose until the neighbourhood of its stamp is there."""
@@ -286,8 +291,9 @@ class ControlFieldNode(Node):
             variances = variances_from_covariance(msg.pose.covariance, name)
         except ValueError as error:
             self.supervisor.intake.refuse(str(error))
+            self.supervisor.intake.places.pass_over(time.monotonic(), str(error))
             return
-        self.supervisor.saw_localisation(pose, variances)
+        take_place(self.supervisor, pose, variances, time.monotonic())
 
     # Services
 

@@ -24,15 +24,22 @@ def why_no_start(supervisor: 'Supervisor', now: float) -> str:
         return f'trial {supervisor.run.trial} is already running'
     if supervisor.field is None or supervisor.field.is_void:
         return f'there is no control field: {supervisor.refusal or "show the way first"}'
-    if supervisor.odometry_refusal:
-        return f'odometry is refused: {supervisor.odometry_refusal}'
-    if supervisor.pose is None or supervisor.intake.odometry.is_stale(now):
-        return f'no odometry has arrived for {supervisor.intake.odometry.timeout:g} s'
-    if supervisor.neighbourhood is None or supervisor.intake.sight.is_stale(now):
-        return f'no neighbourhood has arrived for {supervisor.intake.sight.timeout:g} s'
+    intake = supervisor.intake
+    if supervisor.pose is None or supervisor.odometry_refusal or intake.odometry.is_stale(now):
+        return intake.odometry.absence(now, 'odometry')
+    if supervisor.neighbourhood is None or intake.sight.is_stale(now):
+        return intake.sight.absence(now, 'neighbourhood')
     if supervisor.localisation.is_lost:
-        return f'no pose has arrived on {supervisor.settings.pose_topic}'
+        return _why_lost(supervisor, now)
     if problem := supervisor.heartbeat.problem:
         return problem
     pose = supervisor.pose
     return words.problem_with_place(supervisor.field.grid, pose.x, pose.y)
+
+
+def _why_lost(supervisor: 'Supervisor', now: float) -> str:
+    """Say why nobody knows where the robot is, though there is a localisation to tell."""
+    places, what = supervisor.intake.places, f'pose on {supervisor.settings.pose_topic}'
+    if places.has_come and not places.comes_in_vain(now):
+        return f'odometry was reset, and no {what} has arrived since'
+    return places.absence(now, what)

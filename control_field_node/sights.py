@@ -54,15 +54,29 @@ class Sights:
             Whether the robot stands for something that is missing.
 
         """
-        if not self._intake.is_late_sight(neighbourhood, self.newest):
-            self.newest, self._cells = neighbourhood, cells
-            self._intake.came(self._intake.sight, now, is_missed)
+        if self._intake.is_late_sight(neighbourhood, self.newest):
+            self._intake.sight.pass_over(
+                now, f'its stamps go back (last {neighbourhood.stamp:.2f} s)')
+            return
+        self.newest, self._cells = neighbourhood, cells
+        self._intake.came(self._intake.sight, now, is_missed)
 
     def seen_from(self, pose: Pose | None, now: float, unknown_is_blocked: bool) -> Seen | None:
         """Return what is seen from a pose; None where nothing is, or what there is is too old."""
         sight, cells = self.newest, self._cells
-        if sight is None or cells is None or pose is None or self._intake.sight.is_stale(now) or (
-                abs(pose.stamp - sight.stamp) > self._intake.sight.timeout) or problem_with_frame(
-                pose.frame_id, cells.frame_id, 'odom'):
+        if sight is None or cells is None or pose is None or self.problem(pose, now):
             return None
         return self._seen(self._localisation.see(sight), cells, unknown_is_blocked)
+
+    def problem(self, pose: Pose | None, now: float) -> str:
+        """Say why nothing is seen from a pose; empty if something is."""
+        sight, cells, fresh = self.newest, self._cells, self._intake.sight
+        if pose is None or self._intake.odometry.is_stale(now):
+            return self._intake.odometry.absence(now, 'odometry')
+        if sight is None or cells is None or fresh.is_stale(now):
+            return fresh.absence(now, 'neighbourhood')
+        if abs(apart := pose.stamp - sight.stamp) > fresh.timeout:
+            return (f'the stamp of the neighbourhood is {abs(apart):.2f} s '
+                    f'{"behind" if apart > 0.0 else "ahead of"} that of odometry, must be at most '
+                    f'neighbourhood_timeout ({fresh.timeout:g} s)')
+        return problem_with_frame(pose.frame_id, cells.frame_id, 'odom')

@@ -223,6 +223,7 @@ class Supervisor:
     def saw_bad_input(self, what: str, now: float) -> Answer:
         """Take in odometry that is not to be trusted: stand still until it has been good again."""
         self.intake.distrust(now)
+        self.intake.odometry.pass_over(now, what)
         self.odometry_refusal = what
         if self.problem is StopReason.STALE_ODOMETRY or self._takeover.is_taken_over(now):
             answer = NOTHING  # the robot stands as nothing good comes, or a person drives it
@@ -256,15 +257,6 @@ class Supervisor:
         """Take in that the robot touches something."""
         return self._pause(StopReason.CONTACT)
 
-    def saw_localisation(self, pose: Pose, variances: tuple[float, float, float]) -> None:
-        """Take in a pose of `pose_topic`, with its variances [m^2, m^2, rad^2]."""
-        problem = problem_with_frame(
-            pose.frame_id, self.settings.pose_frame_id, self.settings.pose_topic)
-        if problem:
-            self.intake.refuse(f'{problem} (pose_frame_id)')
-        elif not self.localisation.localise(pose, variances):
-            self.intake.counts['poses not used'] += 1
-
     def saw_pose(self, pose: Pose, now: float) -> Answer:
         """Take in a pose of the odometry and answer it."""
         last, self.pose, self.odometry_refusal = self.pose, pose, ''
@@ -291,7 +283,8 @@ class Supervisor:
         if self._takeover.is_taken_over(now):
             return self._follow(run, pose, seen)
         if seen is None:
-            return self._pause(StopReason.STALE_NEIGHBOURHOOD)
+            return self._pause(
+                StopReason.STALE_NEIGHBOURHOOD, self.sights.problem(pose, now))
         if seen.shows_nothing and run.parameters.unknown_is_blocked:
             return self._pause(StopReason.STALE_NEIGHBOURHOOD, 'all around the robot is unknown')
         if problem := words.problem_with_sight(seen, run.policy.field.grid, pose.x, pose.y):
@@ -302,7 +295,7 @@ class Supervisor:
         move = run.step(pose, seen, self.velocity[0])
         if move.outcome is not None:
             return self._end(move)
-        velocity, reason = self._gated(move.velocity, pose, seen, self._dt)
+        velocity, reason = self._gated(move.velocity, pose, seen, self._dt, now)
         return Answer(
             velocity, move.rows, None if reason is GateReason.NONE else move.velocity)
 
@@ -318,7 +311,7 @@ class Supervisor:
         return self.sights.seen_from(self.pose, now, parameters.unknown_is_blocked)
 
     def _gated(
-        self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float,
+        self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float, now: float,
     ) -> tuple[Velocity, GateReason]:
         self.velocity, reason = gate(
             wanted, self.velocity, dt, (pose.x, pose.y, pose.yaw),
@@ -326,6 +319,8 @@ class Supervisor:
         if reason is not GateReason.NONE:
             self.intake.counts[f'gate {reason}'] += 1
         self.held = reason.sentence if wanted[0] and not self.velocity[0] else ''
+        if self.held and reason is GateReason.NO_SIGHT:
+            self.held += f': {self.sights.problem(self.pose, now)}'
         return self.velocity, reason
 
     def let_go(self) -> bool:
@@ -352,9 +347,11 @@ class Supervisor:
         if self.run is None or self.intake.is_bad(now) or self._takeover.is_taken_over(now):
             return NOTHING
         if self.intake.odometry.is_stale(now):
-            return self._pause(StopReason.STALE_ODOMETRY)
+            return self._pause(
+                StopReason.STALE_ODOMETRY, self.intake.odometry.absence(now, 'odometry'))
         if self.intake.sight.is_stale(now) and self.problem is None:
-            return self._pause(StopReason.STALE_NEIGHBOURHOOD)
+            return self._pause(
+                StopReason.STALE_NEIGHBOURHOOD, self.sights.problem(self.pose, now))
         return NOTHING
 
     def is_let_go(self, now: float) -> bool:
@@ -389,7 +386,7 @@ class Supervisor:
             self.velocity, self.held = wanted, ''
             return Answer(wanted)
         seen = None if self.intake.odometry.is_stale(now) else self._seen_now(now)
-        return Answer(self._gated(wanted, self.pose, seen, self._dt + self._since(dt))[0])
+        return Answer(self._gated(wanted, self.pose, seen, self._dt + self._since(dt), now)[0])
 
     def _since(self, dt: float) -> float:
         """Return the time since a person's last command, in that of the stamps if it is more."""

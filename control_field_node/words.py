@@ -11,7 +11,8 @@ from msgs_bridge.memory_identity import task_of
 from msgs_bridge.poses import problem_with_frame
 
 #: Of a person's commands before there is anything to judge them by.
-UNGATED: Final = 'no odometry or no neighbourhood has ever come: only the limits of speed hold'
+UNGATED: Final = ('no usable odometry or no usable neighbourhood has come yet: only the limits of '
+                  'speed hold')
 #: Of a goal that was demonstrated.
 LEADS_THERE: Final = 'goal_pose: the control field leads there; ~/start_trial starts'
 

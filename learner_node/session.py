@@ -91,6 +91,7 @@ class Session(Teaching):
 
     def heard_odometry(self, stamp: float, now: float) -> Effects:
         """Take in that an odometry has arrived."""
+        self._absence.saw(stamp, now)
         self._stamp, self._moved = stamp, now
         if self.phase is not Phase.TRIAL:
             self._heard = now

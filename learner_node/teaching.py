@@ -1,7 +1,5 @@
 """The part of a session in which a person shows the way: a demonstration from start to end."""
 
-import math
-
 from learner_node.effects import Abandon, Discard, Effects, Record, Say, StopTrial
 from learner_node.phases import patience, Phase, QUIET, SessionError
 from learner_node.tally import INTRUDED, is_running
@@ -16,8 +14,8 @@ class Teaching(Transitions):
     def record(self, now: float) -> Effects:
         """Begin a demonstration; SessionError if something else is under way, or no odometry."""
         self._check_idle('record a demonstration', Deed.TEACH)
-        if not math.isfinite(self._heard):
-            raise SessionError('cannot record a demonstration: no odometry has arrived yet')
+        if missing := self._absence.of_odometry(now, self.settings):
+            raise SessionError(f'cannot record a demonstration: {missing}')
         self._intruder.begin(self._status, self._stamp, self.settings.controller)
         self._lost = ''
         self._go(Phase.DEMONSTRATION, now)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 import math
 
+from learner_node.absence import Absence
 from learner_node.effects import Abandon, Close, Discard, Effect, Effects, Place, Say, StopTrial
 from learner_node.phases import (
     Arrival, IN_TRIAL, obstacle, Peers, Phase, RECORDING, RETRY, SessionError, WORDS)
@@ -41,6 +42,7 @@ class Transitions:
         self._status: TrialStatus | None = None
         self._tally, self._intruder, self._arrival = Tally(), Intruder(), Arrival()
         self._began = self._heard = self._moved = self._asked = -math.inf
+        self._absence = Absence()
         self._n_asked = self._n_silent = 0
         self._stamp = 0.0
         self._told = self._lost = ''

@@ -83,6 +83,8 @@ class LocalisedOdometry:
     def __init__(self, settings: LocalisedSettings) -> None:
         """Start without a pose."""
         self.settings = settings
+        #: What was wrong with the newest odometry and the newest pose; empty if nothing was.
+        self.odometry_refusal = self.pose_refusal = ''
         self._begin_anew()
 
     def _begin_anew(self) -> None:
@@ -98,15 +100,20 @@ class LocalisedOdometry:
     def problem(self) -> str:
         """Say why nothing is published, empty if something is."""
         topic = self.settings.pose_topic
+        if self.odometry_refusal:
+            return f'odometry arrives but does not count: {self.odometry_refusal}'
         if not self._kept:
-            return 'no odometry has arrived'
-        if self._seen is None:
-            return f'no pose has arrived on {topic} ({_REMEDY})'
+            return 'no odometry has arrived yet'
         driven = self._kept[-1][1] - self._seen_after
-        if driven > self.settings.trusted_distance:
-            return (f'no pose has arrived on {topic} for {driven:.1f} m, must be one every '
-                    f'{self.settings.trusted_distance:g} m')
-        return ''
+        if self._seen is not None and driven <= self.settings.trusted_distance:
+            return ''
+        if self.pose_refusal:
+            return f'poses arrive on {topic} but do not count: {self.pose_refusal}'
+        if self._seen is None:
+            since = ' since odometry was reset' * math.isfinite(self._seen_at)
+            return f'no pose has arrived on {topic}{since} ({_REMEDY})'
+        return (f'no pose has arrived on {topic} for {driven:.1f} m, must be one every '
+                f'{self.settings.trusted_distance:g} m')
 
     def saw_pose(self, pose: Pose) -> None:
         """
@@ -121,7 +128,7 @@ class LocalisedOdometry:
         settings = self.settings
         check_frame(pose.frame_id, settings.frame_id, settings.pose_topic)
         if not self._kept:
-            raise ValueError(f'{settings.pose_topic}: no odometry has arrived')
+            raise ValueError(f'{settings.pose_topic}: {self.problem}')
         then, driven = min(self._kept, key=lambda entry: abs(entry[0].stamp - pose.stamp))
         off = abs(then.stamp - pose.stamp)
         if off > settings.timeout:

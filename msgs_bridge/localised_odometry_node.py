@@ -1,5 +1,6 @@
 """The node `localised_odometry_node`: odometry in the frame of a localisation's map."""
 
+import time
 from typing import Any, Final
 
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -8,6 +9,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
+from control_field.watch import Freshness
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.company import CompanyWatch
@@ -18,6 +20,8 @@ from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.poses import odometry_from_pose, pose_from_initialpose, pose_from_odometry
 
 _LOOK_PERIOD: Final = 1.0
+#: Time without odometry after which none arrives, [s].
+_SILENCE: Final = 2.0
 
 PROGRAM: Final = Program(
     'localised_odometry_node', 'carries odometry to where a localisation sees the robot.',
@@ -47,6 +51,7 @@ class LocalisedOdometryNode(Node):
         self._company = CompanyWatch(self)
         self._localised = LocalisedOdometry(settings)
         self._complaints = Complaints(self)
+        self._odometry = Freshness(_SILENCE)
         self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
         qos.hear_all(self, PoseWithCovarianceStamped, settings.pose_topic, self._on_pose,
@@ -63,13 +68,18 @@ class LocalisedOdometryNode(Node):
         try:
             self._localised.saw_pose(
                 pose_from_initialpose(msg, self._localised.settings.pose_topic))
+            self._localised.pose_refusal = ''
         except ValueError as error:
+            self._localised.pose_refusal = str(error)
             self._complaints.refused(error)
 
     def _on_odometry(self, msg: Odometry) -> None:
+        self._odometry.saw(time.monotonic())
         try:
             pose = self._localised.place(pose_from_odometry(msg))
+            self._localised.odometry_refusal = ''
         except ValueError as error:
+            self._localised.odometry_refusal = str(error)
             self._complaints.refused(error)
             return
         if pose is not None:
@@ -79,7 +89,9 @@ class LocalisedOdometryNode(Node):
             self._publisher.publish(out)
 
     def _look(self) -> None:
-        problem = self._localised.problem
+        problem, now = self._localised.problem, time.monotonic()
+        if self._odometry.has_come and self._odometry.is_stale(now):
+            problem = self._odometry.absence(now, 'odometry')
         self._complaints.look(
             f'nothing is published: {problem}' if problem else '', 'the robot is localised')
 

@@ -60,6 +60,8 @@ class NeighbourhoodMaker:
         self._poses = PoseHistory()
         self._stamp = 0.0
         self._read: Any = None
+        #: What was wrong with the newest scan or costmap; empty if nothing was.
+        self.refusal = ''
         #: The cells made last, and of what: cell, pose at the scan, settings.
         self._made: tuple[tuple[object, ...], Cells] | None = None
 
@@ -84,7 +86,7 @@ class NeighbourhoodMaker:
         else:
             check_frame(msg.header.frame_id, self.grid.frame_id, 'costmap')
             read, stamp = occupancy_from_map(msg, 'costmap'), seconds_from_stamp(msg.header.stamp)
-        self._read, self._stamp, self._made = read, stamp, None
+        self._read, self._stamp, self._made, self.refusal = read, stamp, None, ''
 
     def neighbourhood(self, msg: Any) -> Neighbourhood:
         """
@@ -108,13 +110,16 @@ class NeighbourhoodMaker:
     def problem(self, now: float) -> str:
         """Say why nothing is known at a time, empty if something is."""
         source = self.settings.source
+        if self._read is None and self.refusal:
+            return f'{source} arrives but does not count: {self.refusal}'
         if self._read is None:
-            return f'no {source} has arrived'
+            return f'no {source} has arrived yet'
         age = now - self._stamp
         if abs(age) <= self.settings.timeout:
             return ''
+        since = f'; what arrives since does not count: {self.refusal}' if self.refusal else ''
         return (f'{source} is {abs(age):.2f} s {"older" if age > 0 else "newer"} than odometry, '
-                f'must be at most {self.settings.timeout:g} s: everything is unknown')
+                f'must be at most {self.settings.timeout:g} s: everything is unknown{since}')
 
     def _cells(self, cell: tuple[int, int], pose: Pose) -> Cells:
         if self.problem(pose.stamp):

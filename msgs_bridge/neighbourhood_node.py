@@ -1,6 +1,7 @@
 """The node `neighbourhood_node`: the 3x3 sight of a robot that has a laser or a costmap."""
 
 from collections import deque
+import time
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -11,6 +12,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import LaserScan
 
+from control_field.watch import Freshness
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.company import CompanyWatch
@@ -23,6 +25,8 @@ from msgs_bridge.sight_settings import FIXED, SightSettings
 from msgs_bridge.statements import workspace_from_grid
 
 _TELL_PERIOD: Final = 1.0
+#: Time without odometry after which none arrives, [s].
+_SILENCE: Final = 2.0
 
 PROGRAM: Final = Program(
     'neighbourhood_node', 'makes the 3x3 sight of a robot from its laser scan or a costmap.',
@@ -62,7 +66,7 @@ class NeighbourhoodNode(Node):
             qos.hear_all(
                 self, OccupancyGrid, 'costmap', self._on_costmap, qos.COSTMAPS, raw=True)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
-        self._problem = 'no odometry has arrived yet'
+        self._problem, self._odometry = '', Freshness(_SILENCE)
         self._company = CompanyWatch(self, 'sight')
         self._company.state(workspace_from_grid(self._maker.grid))
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -79,7 +83,10 @@ class NeighbourhoodNode(Node):
 
     def _tell(self) -> None:
         """Publish how the sight stands, and what this node says of itself."""
+        now = time.monotonic()
         problem = self._problem
+        if self._odometry.is_stale(now):
+            problem = f'nothing is published: {self._odometry.absence(now, "odometry")}'
         status = DiagnosticStatus(
             level=DiagnosticStatus.WARN if problem else DiagnosticStatus.OK,
             name=f'{self.get_fully_qualified_name().lstrip("/")}: sight',
@@ -103,15 +110,18 @@ class NeighbourhoodNode(Node):
         try:
             self._maker.saw(msg)
         except ValueError as error:
+            self._maker.refusal = str(error)
             self._complaints.refused(error)
 
     def _on_odometry(self, msg: Odometry) -> None:
+        now = time.monotonic()
         try:
             neighbourhood = self._maker.neighbourhood(msg)
         except ValueError as error:
-            self._problem = str(error)
+            self._odometry.pass_over(now, str(error))
             self._complaints.refused(error)
             return
+        self._odometry.saw(now)
         self._neighbourhoods.publish(grid_from_neighbourhood(neighbourhood, self._maker.grid))
         self._problem = self._maker.problem(neighbourhood.stamp)
         self._complaints.look(

@@ -1,5 +1,6 @@
 """The node `sim_node`: a simulated robot on the topics of a real one."""
 
+import time
 from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -14,6 +15,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
+from control_field.watch import Freshness
 from msgs_bridge import qos
 from msgs_bridge.command_age import problem_with_age
 from msgs_bridge.command_line import check_names, names_of, Program
@@ -91,6 +93,7 @@ class SimNode(Node):
         self._n_ticks = 1  # a stamp of 0 means "no time" to ROS
         self._n_refused = self._n_readers = self._repeats = self._unanswered = 0
         self._told_contact: bool | None = None
+        self._commands = Freshness(self._settings.cmd_vel_timeout)
         self._company = CompanyWatch(self, 'robot')
         self._state_world()
         self._make_topics()
@@ -160,6 +163,7 @@ class SimNode(Node):
             return
         try:
             self._simulation.command(*velocity_from_twist(msg))
+            self._commands.saw(time.monotonic())
         except ValueError as error:
             self._refuse(str(error))
             return
@@ -197,6 +201,8 @@ class SimNode(Node):
 
     def _refuse(self, problem: str) -> None:
         self._n_refused += 1
+        if problem.startswith('cmd_vel'):
+            self._commands.pass_over(time.monotonic(), problem)
         self.get_logger().warning(f'refused: {problem} ({self._n_refused} messages so far)',
                                   throttle_duration_sec=_LOG_PERIOD)
 
@@ -248,8 +254,10 @@ class SimNode(Node):
     def _tell_staleness(self) -> None:
         stale = self._simulation.is_stale
         if stale and not self._stale_told and self._simulation.is_commanded:
-            self.get_logger().warning(
-                f'no command for {self._settings.cmd_vel_timeout:g} s: the robot stops')
+            now = time.monotonic()
+            why = self._commands.absence(now, 'command') if self._commands.comes_in_vain(
+                now) else f'no command for {self._settings.cmd_vel_timeout:g} s'
+            self.get_logger().warning(f'{why}: the robot stops')
         self._stale_told = stale
 
     # What goes out

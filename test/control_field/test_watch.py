@@ -188,3 +188,15 @@ def test_a_pause_starts_progress_anew_but_not_the_time_limit():
     (0.5, False, 0.0, False)])
 def test_the_field_is_lost_only_where_nothing_speaks_for_it(coherence, supported, q, lost):
     assert is_lost(coherence, supported, abs(q), 0.05) == lost
+
+
+def test_what_arrives_and_does_not_count_is_not_called_absent():
+    fresh = Freshness(0.5)
+    assert fresh.absence(5.0, 'odometry') == 'no odometry has arrived yet'
+    fresh.pass_over(5.0, 'it is upside down')
+    assert fresh.absence(5.1, 'odometry') == (
+        'odometry arrives but does not count: it is upside down')
+    assert fresh.absence(9.0, 'odometry') == 'no odometry has arrived for 4.0 s'
+    fresh.saw(9.5)
+    assert not fresh.comes_in_vain(9.5)
+    assert fresh.absence(11.0, 'odometry') == 'no odometry has arrived for 1.5 s'

@@ -39,7 +39,8 @@ def test_bad_odometry_now_and_then_changes_the_reason_once():
         if i % 20 == 0:
             bench.take(bench.supervisor.saw_bad_input('odom: position is nan', bench.now))
         bench.take(bench.supervisor.watch(bench.now))
-    assert reasons(bench) == ['odom: position is nan', StopReason.STALE_ODOMETRY.sentence]
+    assert reasons(bench) == [
+        'odom: position is nan', 'odometry arrives but does not count: odom: position is nan']
 
 
 @pytest.mark.parametrize('sees', [True, False])
@@ -127,3 +128,51 @@ class TestHeartbeat:
         bench = self.watched(beats=True)
         bench.supervisor.heartbeat.look(bench.now + 30.0)
         assert not bench.supervisor.heartbeat.is_missing
+
+
+def frozen(bench):
+    """Let odometry arrive whose stamps stand still, and fresh sight, for a second."""
+    watch = bench.supervisor.intake
+    for k in range(20):
+        now = bench.now + DT * k
+        bench.supervisor.saw_neighbourhood(bench.supervisor.neighbourhood, now)
+        assert watch.is_late_pose(bench.pose, bench.now)
+        watch.odometry.pass_over(now, watch.why_late)
+        bench.take(bench.supervisor.watch(now))
+    return bench.now + 0.95
+
+
+def test_odometry_whose_stamps_stand_still_is_not_said_to_be_absent():
+    bench = driving()
+    now = frozen(bench)
+    said = (f'odometry arrives but does not count: its stamps do not advance (last '
+            f'{bench.now:.2f} s)')
+    assert reasons(bench) == [said]
+    assert bench.supervisor.status.reason.endswith(said)
+    bench.supervisor.stop()
+    assert bench.supervisor.start(now) == said
+    bench.supervisor.teleop((0.2, 0.0), now, DT)
+    bench.supervisor.teleop((0.2, 0.0), now, DT)
+    assert said in bench.supervisor.held
+
+
+@pytest.mark.parametrize(('spoil', 'said'), [
+    (lambda sights, intake, now: intake.sight.pass_over(now, 'neighbourhood: resolution is 1 m'),
+     'neighbourhood arrives but does not count: neighbourhood: resolution is 1 m'),
+    (lambda sights, intake, now: None, 'no neighbourhood has arrived for 2.0 s')])
+def test_a_neighbourhood_that_was_refused_is_not_said_to_be_absent(spoil, said):
+    bench = driving()
+    bench.supervisor.stop()
+    now = bench.now + 2.0
+    bench.supervisor.intake.odometry.saw(now)
+    spoil(bench.supervisor.sights, bench.supervisor.intake, now)
+    assert bench.supervisor.start(now) == said
+
+
+def test_a_neighbourhood_of_another_time_is_named_with_how_far_it_is_off():
+    bench = driving()
+    bench.supervisor.saw_neighbourhood(dataclasses.replace(
+        bench.supervisor.neighbourhood, stamp=bench.now + 3.0), bench.now)
+    bench.tick(sees=False)
+    [reason] = reasons(bench)
+    assert 'the stamp of the neighbourhood is 2.95 s ahead of that of odometry' in reason

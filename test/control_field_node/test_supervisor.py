@@ -314,7 +314,8 @@ def test_what_holds_a_person_back_is_said_until_it_is_over():
     bench.take(bench.supervisor.teleop((0.0, 1.0), bench.now, DT))
     assert bench.supervisor.held == ''
     bench.take(bench.supervisor.teleop((0.2, 0.0), bench.now + 1.0, DT))
-    assert 'no fresh odometry and neighbourhood' in bench.supervisor.held
+    assert bench.supervisor.held == (
+        'nothing shows what is around it: no odometry has arrived for 1.0 s')
     bench.supervisor.let_go()
     assert bench.supervisor.held == ''
 

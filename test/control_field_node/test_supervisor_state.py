@@ -8,6 +8,7 @@ from control_field.grid import Grid
 from control_field.limits import STANDSTILL
 from control_field.records import Outcome
 from control_field.watch import StopReason
+from control_field_node.placing import take_place
 from control_field_node.settings import Settings
 from controller_bench import Bench, DT, GOAL
 from controller_helpers import GRID, straight_field
@@ -159,11 +160,11 @@ def test_a_localisations_pose_in_another_frame_is_refused_and_a_useless_one_coun
     bench.tick()
     supervisor = bench.supervisor
     there = Pose(bench.now, 2.0, 1.4, 0.0, frame_id='moon')
-    supervisor.saw_localisation(there, VARIANCES)
+    take_place(supervisor, there, VARIANCES, bench.now)
     assert supervisor.intake.counts['refused messages'] == 1
-    assert 'no pose' in supervisor.start(bench.now)
+    assert "does not count: amcl_pose: frame is 'moon'" in supervisor.start(bench.now)
     for _ in range(3):  # the later ones say nothing new
-        supervisor.saw_localisation(dataclasses.replace(there, frame_id='/map'), VARIANCES)
+        take_place(supervisor, dataclasses.replace(there, frame_id='/map'), VARIANCES, bench.now)
     assert supervisor.intake.counts['poses not used'] == 2
     assert supervisor.intake.counts['refused messages'] == 1
     assert supervisor.start(bench.now) == ''

@@ -111,9 +111,19 @@ class TestLocalisedOdometry:
 
     def test_before_any_odometry_a_pose_says_nothing(self):
         localised = LocalisedOdometry(LocalisedSettings())
-        assert localised.problem == 'no odometry has arrived'
+        assert localised.problem == 'no odometry has arrived yet'
         with pytest.raises(ValueError, match='no odometry has arrived'):
             localised.saw_pose(in_map(Placement(0.0, 0.0, 0.0), odom(0)))
+
+    def test_what_was_refused_is_not_called_absent(self):
+        localised = LocalisedOdometry(LocalisedSettings())
+        localised.odometry_refusal = "odom: frame is 'map' already"
+        assert localised.problem == (
+            "odometry arrives but does not count: odom: frame is 'map' already")
+        localised.odometry_refusal, localised.pose_refusal = '', "amcl_pose: frame is 'world'"
+        localised.place(odom(0))
+        assert localised.problem == (
+            "poses arrive on amcl_pose but do not count: amcl_pose: frame is 'world'")
 
     def test_wheels_alone_are_trusted_for_a_while_only(self):
         localised = LocalisedOdometry(LocalisedSettings(trusted_distance=1.0))

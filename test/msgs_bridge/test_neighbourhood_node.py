@@ -90,7 +90,10 @@ class TestMaker:
     def test_before_the_first_scan_everything_is_unknown(self):
         maker = self.maker()
         assert (maker.neighbourhood(odometry(1.0, 0.1, 0.1)).cells[1:, 1:] == UNKNOWN).all()
-        assert maker.problem(1.0) == 'no scan has arrived'
+        assert maker.problem(1.0) == 'no scan has arrived yet'
+        maker.refusal = 'scan: angle_increment is 0'
+        assert maker.problem(1.0) == (
+            'scan arrives but does not count: scan: angle_increment is 0')
 
     def test_what_cannot_be_used_leaves_what_was_there(self):
         maker = self.maker()
