@@ -54,6 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
     _fill_in(arguments)
     tasks = _checked_tasks(arguments)
     worlds = _load_worlds(tasks)
+    for note in (note for world in worlds.values() for note in world.notes):
+        print(f'experience demo: {note}', file=sys.stderr)
     if arguments.attach:
         from experience_cli.attach import attach
 

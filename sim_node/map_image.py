@@ -160,6 +160,10 @@ def _grey_and_alpha(path: Path, image: Image.Image) -> tuple[Bytes, Bytes]:
         values = np.asarray(image).astype(np.int64)
         seen_through = image.info.get('transparency', -1)
         return _as_bytes(values // _WIDE), _as_bytes(np.where(values == seen_through, 0, 255))
+    if image.mode in ('1', 'L') and 'transparency' not in image.info:
+        # The luma of a grey is that grey: what most maps are is not made four times as large.
+        grey = np.asarray(image.convert('L'))
+        return _as_bytes(_wide(grey, white) // _WIDE), np.full_like(grey, 255)
     if image.mode == 'RGB':
         image.info.pop('transparency', None)  # one colour that is see-through: not for map_server
     pixels = np.asarray(image.convert('RGBA'))
@@ -176,9 +180,9 @@ def _white(image: Image.Image) -> int:
     return 255
 
 
-def _wide(values: Bytes, white: int) -> npt.NDArray[np.int64]:
+def _wide(values: Bytes, white: int) -> npt.NDArray[np.int32]:
     """Return pixels as 16 bits; Pillow has rounded those of another white to 8."""
-    wide = values.astype(np.int64)
+    wide = values.astype(np.int32)
     if white >= 255:
         return wide * _WIDE
     steps = (wide * white * 2 + 255) // 510

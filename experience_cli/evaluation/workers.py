@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
+from functools import partial
 import multiprocessing
 import os
 import signal
@@ -76,7 +77,7 @@ def run_all(tasks: 'Sequence[tuple[Experiment, int]]', n_jobs: int, title: str) 
     # disable=None: no bar where standard error is no terminal.
     with tqdm(total=len(tasks), desc=title, unit='run', file=own_stream(sys.stderr),
               disable=None) as bar:
-        for index, course in run(run_seed, tasks, n_jobs):
+        for index, course in run(run_seed, tasks, n_jobs, partial(_say, title)):
             courses[index] = course
             bar.update()
     finished = [courses[index] for index in sorted(courses)]
@@ -85,9 +86,13 @@ def run_all(tasks: 'Sequence[tuple[Experiment, int]]', n_jobs: int, title: str) 
     return finished
 
 
-def run(work: Callable[..., Any], tasks: Sequence[Task], n_jobs: int,
-        say: Callable[[str], None] = lambda line: print(line, file=sys.stderr),
-        ) -> Iterator[tuple[int, Any]]:
+def _say(title: str, line: str) -> None:
+    print(f'{title}: {line}', file=sys.stderr)
+
+
+def run(
+    work: Callable[..., Any], tasks: Sequence[Task], n_jobs: int, say: Callable[[str], None],
+) -> Iterator[tuple[int, Any]]:
     """
     Do some work for each task, in processes of their own if there are several jobs.
 
