@@ -289,6 +289,8 @@ def sync_folder(folder: Path) -> None:
 
 def _held_in(path: Path, folder: Path) -> str:
     """Return where a file really is, if that is within a folder."""
+    if path.parent == folder and path.name != '..' and not path.is_symlink():
+        return str(path)  # the usual case, which need not ask of every folder above
     real, root = os.path.realpath(path), os.path.realpath(folder)
     if os.path.commonpath((real, root)) != root:
         raise OddFileError(path, f'it leads out of {folder}: copy the file into the folder')
