@@ -38,7 +38,7 @@ def open_bag(path: Path | str) -> Bag:
     except OSError as error:
         raise BagError(error_line('read', path, error)) from None
     notes = [*files.notes, *(note for part in parts for note in getattr(part, 'notes', ()))]
-    if path.is_dir() and not any(map(missing_from, parts)):
+    if files.is_all and not any(map(missing_from, parts)):
         notes += filter(None, [differing_count(files, _count(parts))])
     bag = parts[0] if len(parts) == 1 and not notes else JoinedBag(path, parts, notes)
     _check_begun(bag)

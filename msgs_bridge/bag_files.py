@@ -67,6 +67,11 @@ class BagFiles:
     description: Description | None = None
     notes: list[str] = field(default_factory=list)
 
+    @property
+    def is_all(self) -> bool:
+        """Tell whether these are as many files as the description is about."""
+        return self.description is None or len(self.description.files) == len(self.paths)
+
 
 def is_storage_file(path: Path) -> bool:
     """Tell whether a file holds messages, by its name."""
@@ -129,6 +134,7 @@ def files_of_folder(folder: Path) -> BagFiles:
     _check_orphans(folder)
     if description is None or not description.files:
         chosen, notes = _without_copies(files)
+        notes += filter(None, [_holes(chosen)])
     else:
         chosen, notes = _as_described(folder, description.files, files)
     left = [path.name for path in sorted(folder.iterdir())
@@ -236,6 +242,20 @@ def _without_copies(
     kept = [path for path in files if best[_stem(path.name)] == path]
     return kept, [f'{path.name} is taken for a copy of {best[_stem(path.name)].name} and not read'
                   for path in files if path not in kept]
+
+
+def _holes(files: Sequence[Path]) -> str:
+    """Say which numbers are missing among files that were split; empty if none is."""
+    found = [re.fullmatch(r'(.+_)(\d+)', _stem(path.name)) for path in files]
+    numbers = sorted(int(match[2]) for match in found if match)
+    if len(files) < 2 or len({match and match[1] for match in found}) > 1 or not numbers:
+        return ''
+    missing = sorted({*range(numbers[-1] + 1)} - {*numbers}) if numbers[-1] < 10**6 else []
+    if not missing:
+        return ''
+    some = ', '.join(map(str, missing[:5])) + (', ...' if len(missing) > 5 else '')
+    return (f'of the files {files[0].name} to {files[-1].name} those of number {some} are not '
+            f'there: what was in them is missing')
 
 
 def _preference(path: Path) -> tuple[bool, bool, int]:

@@ -16,6 +16,7 @@ from control_field.presence import doubt_about_trial
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.words import counted
 from msgs_bridge.any_bag import InLogOrder, notes_on, open_bag
+from msgs_bridge.bag_files import storage_files
 from msgs_bridge.bag_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, mcap_path, TaskFolder)
 from msgs_bridge.bag_label import read_label
@@ -258,6 +259,10 @@ def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -
 def _reader(path: Path) -> BagReader:
     """Open a bag of ours; one whose recorder was stopped before it made the file is no error."""
     if path.parent.is_dir() and not os.path.lexists(path):
+        others = [file for file in storage_files(path.parent) if file.suffix == '.mcap']
+        if others:
+            raise BagError(f'{path.parent} holds {others[0].name} and no {path.name}: give the '
+                           f'folder or the file its name back')
         raise NothingToLearnError(f'{path.parent} holds no {path.name}: its recorder was stopped '
                                   f'at once')
     return BagReader(path)

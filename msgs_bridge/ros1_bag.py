@@ -1,16 +1,24 @@
 """Bags of ROS 1, read through `rosbags` as if ROS 2 had recorded them."""
 
+from bz2 import BZ2Decompressor
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
 from rosbags.rosbag1 import Reader
+from rosbags.rosbag1.reader import decompressors
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_records import RawMessages
 from msgs_bridge.safe_files import open_regular
 
+#: Largest chunk that is unpacked, [bytes]; recorders write them of less than 1 MiB.
+_MOST_UNPACKED: Final = 2**28
+#: The most that LZ4 makes of a byte.
+_MOST_BY_LZ4: Final = 255
 #: What a type was called before.
 _NOW: Final = {'tf/msg/tfMessage': 'tf2_msgs/msg/TFMessage'}
 
@@ -35,7 +43,7 @@ class Ros1Bag:
         # rosbags raises what it runs into, of many types, on a bag that is damaged.
         try:
             open_regular(path).close()
-            with Reader(path) as reader:
+            with _opened(path) as reader:
                 connections = list(reader.connections)
         except Exception as error:
             raise self._error(error) from None
@@ -67,7 +75,7 @@ class Ros1Bag:
         found: list[bytes] = []
         times: list[int] = []
         try:
-            with Reader(self.path) as reader:
+            with _opened(self.path) as reader:
                 wanted = [item for item in reader.connections if item.topic == topic]
                 for item in wanted:
                     self._check_type(item)
@@ -96,6 +104,37 @@ class Ros1Bag:
             text = ('it was not closed by its recorder; `rosbag reindex '
                     f'{self.path.name}` mends it')
         return BagError(f'cannot read {self.path}: {text}')
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a file; a chunk of it that would fill the memory is refused when it is unpacked."""
+    with Reader(path) as reader:
+        for at, chunk in getattr(reader, 'chunks', {}).items():
+            if chunk.decompressor is decompressors['bz2']:
+                reader.chunks[at] = chunk._replace(decompressor=_bz2)
+            elif chunk.decompressor is decompressors['lz4']:
+                reader.chunks[at] = chunk._replace(decompressor=_lz4(chunk.decompressor))
+        yield reader
+
+
+def _bz2(data: bytes) -> bytes:
+    unpacked = BZ2Decompressor().decompress(data, _MOST_UNPACKED + 1)
+    _check_size(len(unpacked))
+    return unpacked
+
+
+def _lz4(unpack: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
+    def unpack_some(data: bytes) -> bytes:
+        if len(data) * _MOST_BY_LZ4 > 4 * _MOST_UNPACKED:
+            _check_size(len(data) * _MOST_BY_LZ4)
+        return unpack(data)
+    return unpack_some
+
+
+def _check_size(size: int) -> None:
+    if size > _MOST_UNPACKED:
+        raise ValueError(f'a chunk has more than {_MOST_UNPACKED} bytes unpacked')
 
 
 @cache

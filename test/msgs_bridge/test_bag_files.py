@@ -189,6 +189,26 @@ class TestDescription:
             text.replace('message_count: 400', f'message_count: {count}'))
         assert notes_on(open_bag(folder)) == (f'metadata.yaml {said}',)
 
+    def test_one_file_alone_is_counted_too(self, tmp_path):
+        folder, file = sqlite_bag(tmp_path)
+        text = (folder / 'metadata.yaml').read_text()
+        (folder / 'metadata.yaml').write_text(
+            text.replace('message_count: 400', 'message_count: 500'))
+        assert notes_on(open_bag(file)) == (
+            'metadata.yaml counts 500 messages, 400 are there: 100 are missing',)
+
+    def test_numbers_that_are_missing_without_a_description_are_named(self, tmp_path):
+        folder, file = sqlite_bag(tmp_path)
+        (folder / 'metadata.yaml').unlink()
+        for number in (1, 2, 4):
+            shutil.copyfile(file, folder / f'run_{number}.db3')
+        file.unlink()
+        [note] = notes_on(open_bag(folder))
+        assert note == ('of the files run_1.db3 to run_4.db3 those of number 0, 3 are not there: '
+                        'what was in them is missing')
+        (folder / 'run_4.db3').rename(folder / 'run_0.db3')
+        assert notes_on(open_bag(folder)) == ()
+
     def test_a_folder_without_any_file_says_what_was_there(self, tmp_path):
         folder, file = sqlite_bag(tmp_path)
         file.unlink()
@@ -264,6 +284,12 @@ class TestRos1:
         assert len(bag.messages('/odom')) == 100
         assert notes_on(bag) == (
             'drive.orig.bag is taken for a copy of drive.bag and not read',)
+
+    def test_a_chunk_that_would_fill_the_memory_is_not_unpacked(self, tmp_path, monkeypatch):
+        path = ros1_bag(tmp_path / 'drive.bag', compression=Ros1Writer.CompressionFormat.BZ2)
+        monkeypatch.setattr('msgs_bridge.ros1_bag._MOST_UNPACKED', 1000)
+        with pytest.raises(BagError, match='a chunk has more than 1000 bytes unpacked'):
+            open_bag(path).messages('/odom')
 
     def test_no_bag_at_all(self, tmp_path):
         (tmp_path / 'drive.bag').write_bytes(b'#ROSBAG V2.0\n' + bytes(100))

@@ -308,3 +308,13 @@ def test_ten_minutes_at_50_hz_are_read_in_a_blink(tmp_path):
         assert len(poses.stamps) == len(sights.stamps) == 30_000
     # 0.02 s on a machine that is free; others may be at work on this one.
     assert min(took) < 0.2
+
+
+def test_a_bag_whose_folder_was_renamed_says_so(tmp_path):
+    """It was passed over as one whose recorder was stopped at once."""
+    folder = demonstration_bag(tmp_path)
+    renamed = folder.rename(folder.with_name('0004_demo'))
+    for read in (read_episode, read_header):
+        with pytest.raises(BagError, match=r'holds 0001_demo_0\.mcap and no 0004_demo_0') as held:
+            read(renamed)
+        assert not isinstance(held.value, NothingToLearnError)
