@@ -18,7 +18,7 @@ from control_field.policy import rules_of
 from control_field.records import CellFlag, ControlField, Prototypes
 from experience_cli.errors import UserError
 from experience_cli.recording import Recording
-from experience_cli.references import find_whole_bag, task_folder
+from experience_cli.references import find_whole_bag, named_path, task_folder
 from experience_cli.relearning import fold
 from experience_cli.summary import grid_text
 from msgs_bridge.safe_files import open_regular
@@ -100,6 +100,7 @@ def side_from(text: str, bags: Path | None) -> Side:
     path = Path(text)
     if path.suffix == '.npz':
         return _side_from_file(path)
+    path = named_path(path, bags)
     task = task_folder(path)
     if task is not None:
         lessons, _ = fold(task.episodes())

@@ -62,11 +62,12 @@ def is_foreign(path: Path) -> bool:
     if not files or not files[0].exists() or not is_storage_file(files[0]):
         return False
     if files[0].suffix != '.mcap':
-        return not path.is_dir() or not _is_named_like_ours(path)
-    return not _is_named_like_ours(files[0].parent) and not _has_our_header(files[0])
+        return not path.is_dir() or not is_named_like_ours(path)
+    return not is_named_like_ours(files[0].parent) and not _has_our_header(files[0])
 
 
-def _is_named_like_ours(folder: Path) -> bool:
+def is_named_like_ours(folder: Path) -> bool:
+    """Tell whether a folder is named like that of a bag of ours."""
     try:
         episode_from_path(folder.absolute())
     except BagError:

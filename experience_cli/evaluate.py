@@ -355,10 +355,11 @@ def _demonstration(arguments: argparse.Namespace, grid: Grid) -> 'Demonstration'
     from dataclasses import replace
 
     from experience_cli.reading import guessed, reading_of
+    from experience_cli.references import named_path
     from msgs_bridge.bag_import import learnt_from
     from msgs_bridge.episodes import OutsideDriveError
     from msgs_bridge.foreign_drive import open_drive
-    bag = arguments.demo_bag
+    bag = str(named_path(Path(arguments.demo_bag)))
     if not Path(bag).exists():
         raise UserError(f'--demo-bag {bag}: there is no such bag, check the path')
     grid = replace(grid, frame_id=arguments.frame or grid.frame_id)

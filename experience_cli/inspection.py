@@ -14,7 +14,8 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = subparsers.add_parser(
         'inspect', help='draw field, basin, sinks, remembered map and prototypes',
         description='Draw what a task, or its bags up to one, have taught, as a PNG.')
-    parser.add_argument('bag', type=Path, metavar='BAG_OR_TASK_FOLDER')
+    parser.add_argument('bag', type=Path, metavar='BAG_OR_TASK',
+                        help='task1/0003, task1, or the folder of a bag or a task')
     parser.add_argument('--out', type=Path, metavar='FILE.png',
                         help='where to write it (beside the bag)')
     foreign.add_options(parser)
@@ -25,7 +26,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.borrowing import borrowed, is_borrowed
     from experience_cli.episodes import episodes_from_paths
+    from experience_cli.references import named_path
 
+    arguments.bag = named_path(arguments.bag)
     if is_borrowed(arguments, arguments.bag):
         path = arguments.bag.resolve()
         with borrowed(arguments, arguments.bag, 'inspect') as episode:

@@ -19,7 +19,9 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         'learn', help='relearn the field from bags',
         description='Replay bags offline, in the order of their numbers. The field is a pure '
         'function of them: it is the very one that the live learner has published.')
-    parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK_FOLDER')
+    parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK',
+                        help='task1/0003, task1, or the folder of a bag or a task; bags of other '
+                        'recorders')
     parser.add_argument('--save', type=Path, metavar='FIELD.npz', help='write the field here')
     parser.add_argument('--check', action='store_true',
                         help='compare with the fields that the live learner published')
@@ -30,8 +32,13 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command; return 1 if a check finds another field, or an incomplete bag."""
+    from experience_cli.references import named_path
+
     if arguments.save is not None and arguments.save.suffix != '.npz':
         raise UserError(f'--save {arguments.save}: must end in .npz')
+    arguments.bags = [named_path(path) for path in arguments.bags]
+    if arguments.like is not None:
+        arguments.like = named_path(arguments.like)
     if not foreign.is_wanted(arguments) and not _are_foreign(arguments.bags):
         return _learn(arguments, arguments.bags)
     if arguments.into is not None:

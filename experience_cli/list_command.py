@@ -20,17 +20,19 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         'list', help='say which bags there are',
         description='List the bags of a task, or of all tasks: what each one holds, how it ended, '
         'what a person said of it, and whether it is learnt from.')
-    parser.add_argument('folder', nargs='?', type=Path, default=BAGS, metavar='FOLDER',
-                        help='of a task, or of all of them (%(default)s)')
+    parser.add_argument('folder', nargs='?', type=Path, default=BAGS, metavar='TASK',
+                        help='a task, a bag such as task1/0003, or the folder of all tasks '
+                        '(%(default)s)')
     parser.add_argument('--json', action='store_true', help='print a JSON list instead')
     return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
+    from experience_cli.references import named_path
     from experience_cli.summary import summary_of, table_lines
 
-    summaries = [summary_of(episode) for episode in episodes_in(arguments.folder)]
+    summaries = [summary_of(episode) for episode in episodes_in(named_path(arguments.folder))]
     if arguments.json:
         print(json.dumps([summary.to_json() for summary in summaries], indent=2))
         return 0
@@ -53,12 +55,16 @@ def episodes_in(folder: Path) -> Iterator[Any]:
         If one of the folders cannot be read.
 
     """
+    from experience_cli.episodes import is_named_like_ours
     from experience_cli.references import task_folder
-    from msgs_bridge.bag_folder import TaskFolder, tasks
+    from msgs_bridge.bag_folder import episode_from_path, TaskFolder, tasks
 
     if not folder.is_dir():
         raise UserError(f'there is no folder {folder}')
     task = task_folder(folder)
+    if task is None and is_named_like_ours(folder):
+        yield episode_from_path(folder)
+        return
     found = [task] if task else [TaskFolder(folder, name) for name in tasks(folder)]
     if not found:
         raise UserError(f'{folder} holds no bags, must be the folder of a task or of all tasks')

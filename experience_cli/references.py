@@ -75,6 +75,41 @@ def _is_foreign(path: Path) -> bool:
         return False
 
 
+def named_path(path: Path, bags: Path | None = None) -> Path:
+    """
+    Return the path of a bag or task folder that a person may have named as ``task1/0003``.
+
+    Parameters
+    ----------
+    path : Path
+        What is there is taken as it is: a folder or file of whatever recorder.
+    bags : Path, optional
+        The folder of all tasks.
+
+    Raises
+    ------
+    UserError
+        If it names a bag that was forgotten.
+    BagError
+        If it names a bag that is not there, or a folder cannot be read.
+
+    """
+    if path.exists() or '..' in path.parts:
+        return path
+    beside = (bags or BAGS) / path
+    if len(path.parts) == 1:
+        return beside if beside.is_dir() and task_folder(beside) is not None else path
+    if _NUMBER.fullmatch(path.name) is None:
+        return path
+    task, number, kind = task_of(str(path), bags)
+    if not task.path.is_dir():
+        return path
+    _check_remembered(task, number, str(path), bags)
+    episode = task.find(number)
+    _check_kind(episode, kind)
+    return episode.path
+
+
 def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
     """
     Return the bag that a person names.
@@ -90,17 +125,25 @@ def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
     task, number, kind = task_of(text, bags)
     if not task.path.is_dir():
         raise UserError(f'there is no task folder {task.path}')
-    if any(episode.number == number for episode in task.forgotten()):
-        raise UserError(f'{task.task}/{number:04d} was forgotten; `experience forget --undo '
-                        f'{named(text, bags)}` brings it back')
+    _check_remembered(task, number, text, bags)
     episode = task.find(number)
-    if kind and kind != episode.kind:
-        raise UserError(f'{task.task}/{number:04d} is a {episode.kind}, no {kind}')
+    _check_kind(episode, kind)
     if not episode.bag.is_file():
         raise UserError(f'{episode.path} is no bag: it holds no {episode.bag.name}')
     if not episode.bag.resolve().is_relative_to(task.root.resolve()):
         raise UserError(f'{episode.bag} leads out of {task.root}')
     return episode
+
+
+def _check_remembered(task: TaskFolder, number: int, text: str, bags: Path | None) -> None:
+    if any(episode.number == number for episode in task.forgotten()):
+        raise UserError(f'{task.task}/{number:04d} was forgotten; `experience forget --undo '
+                        f'{named(text, bags)}` brings it back')
+
+
+def _check_kind(episode: EpisodeFolder, kind: str) -> None:
+    if kind and kind != episode.kind:
+        raise UserError(f'{episode.name} is a {episode.kind}, no {kind}')
 
 
 def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:

@@ -11,17 +11,19 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         'repair', help='mend bags that were not closed',
         description='Make cut bags whole again and say what of them is lost. A whole bag is left '
         'as it is.')
-    parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK_FOLDER')
+    parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK',
+                        help='task1/0003, task1, or the folder of a bag or a task')
     return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from experience_cli.episodes import episodes_of_all
+    from experience_cli.references import named_path
     from msgs_bridge.bag_folder import changing
     from msgs_bridge.bag_repair import repair_bag
 
-    for episode in episodes_of_all(arguments.bags):
+    for episode in episodes_of_all([named_path(path) for path in arguments.bags]):
         with changing(episode.task_path):
             print(repair_bag(episode.path))
     return 0
