@@ -18,7 +18,8 @@ from msgs_bridge.bag_records import BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table, statuses
 from msgs_bridge.cdr import DESCRIBED
 from msgs_bridge.episode_header import EpisodeHeader, LOST_NAME
-from msgs_bridge.episodes import find_topic, own_trial, read_header
+from msgs_bridge.episodes import find_topic, read_header
+from msgs_bridge.trials import own_trial
 
 #: The key in rosbag2's ``custom_data``.
 KEY: Final = 'experience_incomplete'

@@ -7,9 +7,9 @@ from msgs_bridge.bag_label import write_label
 from msgs_bridge.bag_records import BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table
 from msgs_bridge.drives import NothingToLearnError
-from msgs_bridge.episodes import (
-    find_topic, last_of_demonstration, own_trial, read_header)
+from msgs_bridge.episodes import find_topic, last_of_demonstration, read_header
 from msgs_bridge.trial_status import Label, TrialStatus
+from msgs_bridge.trials import own_trial
 
 
 def judge_bag(folder: Path | str, label: Label) -> None:

@@ -5,14 +5,10 @@ from dataclasses import dataclass
 import os
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
 from control_field.demonstration import DemonstrationReport
 from control_field.grid import Grid
 from control_field.outside import OutsideWorkspaceError
 from control_field.plausibility import SPEED_MAX
-from control_field.presence import doubt_about_trial
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.words import counted
 from msgs_bridge.any_bag import InLogOrder, notes_on, open_bag
@@ -21,11 +17,12 @@ from msgs_bridge.bag_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, mcap_path, TaskFolder)
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
-from msgs_bridge.bag_tables import decision_table, pose_table, statuses
+from msgs_bridge.bag_tables import decision_table, statuses
 from msgs_bridge.drives import Drive, NothingToLearnError, read_drive, remedy_for_own
 from msgs_bridge.episode_header import EpisodeHeader, HEADER_NAME
 from msgs_bridge.memory_identity import difference
 from msgs_bridge.trial_status import Label, State, TrialStatus
+from msgs_bridge.trials import doubt_about, judged, own_trial
 
 
 @dataclass(frozen=True, eq=False)
@@ -329,20 +326,6 @@ def _label(episode: EpisodeFolder, status: TrialStatus | None) -> Label:
     return label
 
 
-def judged(outcome: Outcome, label: Label) -> Outcome:
-    """
-    Return how a trial counts as having ended, once a person has judged it.
-
-    A failure counts as given up, even at the goal; a success as the goal, wherever it ended. What
-    was broken off stays so: its record is not to be trusted.
-    """
-    if outcome is Outcome.ABORTED or label is Label.NONE:
-        return outcome
-    if label is Label.SUCCESS:
-        return Outcome.GOAL
-    return outcome if outcome is Outcome.COLLISION else Outcome.GAVE_UP
-
-
 def _read_drive(
     bag: Bag, names: Mapping[str, str], grid: Grid, number: int, speed_max: float,
 ) -> Drive:
@@ -366,26 +349,10 @@ def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Epi
     label = _label(episode, ended)
     if label:
         notes.append(f'labelled {label} by a person')
-    doubt = '' if outcome is Outcome.ABORTED else _doubt(bag, header, own, ended)
+    doubt = '' if outcome is Outcome.ABORTED else doubt_about(
+        _messages(bag, 'odom', header.topics), header, own, ended)
     record = Trial(own, Outcome.ABORTED if doubt else judged(outcome, label), episode.number)
     return Episode(episode, header, record, None, ended, tuple(notes), label, doubt)
-
-
-def _doubt(
-    bag: BagReader, header: EpisodeHeader, rows: npt.NDArray[np.void], ended: TrialStatus | None,
-) -> str:
-    """Say why a trial's decisions are none of the robot whose odometry lies beside them."""
-    odometry = _messages(bag, 'odom', header.topics)
-    poses = pose_table(odometry, header.grid.frame_id)
-    if not len(poses.stamps) and (len(odometry) or 'odom' not in header.topics):
-        return ''  # in a frame of its own, or never recorded: nothing to compare with
-    claimed = rows
-    if len(rows) and ended is not None and ended.outcome is Outcome.GOAL:
-        claimed = np.concatenate([rows, rows[-1:]])
-        for name, value in (('row', rows['next_row'][-1]), ('col', rows['next_col'][-1]),
-                            ('stamp', ended.stamp)):
-            claimed[name][-1] = value
-    return doubt_about_trial(claimed, poses.stamps, poses.xy, header.grid, header.speed_max)
 
 
 def _check_memory(
@@ -397,28 +364,6 @@ def _check_memory(
     problem = difference(ended.memory, header.memory)
     if problem:
         raise NothingToLearnError(f'{episode.path}: the controller {problem}')
-
-
-def own_trial(
-    messages: RawMessages, rows: npt.NDArray[np.void],
-) -> tuple[int, TrialStatus | None]:
-    """
-    Return the number of the trial that a bag is about, and how it ended.
-
-    Statuses are latched and no decision is dropped: a bag may begin with those of the trial
-    before it, which may even have the same number if the controller was started anew.
-    """
-    running = next(((i, status.trial) for i, status in statuses(messages)
-                    if status.state is State.RUNNING), None)
-    if running is not None:
-        since, number = running
-    elif len(rows):
-        since, number = -1, int(rows['trial'][-1])
-    else:
-        since, number = -1, next((status.trial for _, status in statuses(messages, True)
-                                  if status.state is State.ENDED), 0)
-    return number, next((status for i, status in statuses(messages, True) if i > since
-                         and status.state is State.ENDED and status.trial == number), None)
 
 
 def _messages(bag: Bag, role: str, names: Mapping[str, str]) -> RawMessages:

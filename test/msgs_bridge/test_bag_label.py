@@ -16,8 +16,9 @@ from msgs_bridge.bag_label import KEY, read_label, write_label
 from msgs_bridge.bag_metadata import custom_data, NAME, with_custom_data
 from msgs_bridge.bag_repair import repair_bag
 from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import judged, NothingToLearnError, read_episode
+from msgs_bridge.episodes import NothingToLearnError, read_episode
 from msgs_bridge.trial_status import Label, State
+from msgs_bridge.trials import judged
 
 
 def ended_trial(root, outcome, **more):
