@@ -43,6 +43,7 @@ def generate_launch_description() -> LaunchDescription:
             **frame,
             'simulation': False,
             'task': argument('task', str),
+            'new_task': argument('new_task', bool),
             'bags': argument('bags', str),
         }, [odom]),
     ])
@@ -90,6 +91,9 @@ def arguments() -> list[DeclareLaunchArgument]:
         DeclareLaunchArgument('heartbeat', default_value='true', choices=['true', 'false'],
                               description='whether a trial needs a living teleop_node'),
         DeclareLaunchArgument('task', default_value='task', description='name of the task'),
+        DeclareLaunchArgument('new_task', default_value='false', choices=['true', 'false'],
+                              description='begin it also where its name is nearly that of an '
+                                          'old one'),
         DeclareLaunchArgument('bags', default_value='bags', description="the robot's memory"),
     ]
 

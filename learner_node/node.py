@@ -31,6 +31,7 @@ from learner_node.reports import (
 from learner_node.requests import Requests
 from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
+from learner_node.task_names import check_is_meant
 from learner_node.topics import Recorded, recorded_topics
 from learner_node.waiting import Raw
 from learner_node.warm_up import warm_up
@@ -83,6 +84,8 @@ class LearnerNode(Node):
         task = TaskFolder(self._settings.bags, self._settings.task)
         grid = self._settings.grid
         starts = start_poses_from_list(poses, grid)
+        if not self._settings.new_task:
+            check_is_meant(task)
         task.hold()
         self._library = Library(task, grid, parameters, starts, self._settings.fresh)
         self._library.speed_max = self._settings.speed_max

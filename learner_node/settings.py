@@ -11,8 +11,8 @@ from msgs_bridge.bag_folder import check_task_name
 
 #: Settings that the memory or the topics are made from: they hold from start to end.
 FIXED: Final = (
-    'task', 'bags', 'fresh', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y',
-    'simulation', 'lockstep', 'enable_stamped_cmd_vel', 'controller')
+    'task', 'bags', 'new_task', 'fresh', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x',
+    'origin_y', 'simulation', 'lockstep', 'enable_stamped_cmd_vel', 'controller')
 #: How far from its start a placed robot may stand, [m] and [rad].
 PLACE_TOLERANCE: Final = 0.02
 
@@ -31,6 +31,8 @@ class Settings:
 
     task: str = parameter('task', "name of the task, its bags' folder: letters, digits, _ and -")
     bags: str = parameter('bags', "folder of all tasks' bags: the robot's memory")
+    new_task: bool = parameter(
+        False, 'begin a task also where its name is nearly that of another one with bags')
     fresh: bool = parameter(
         False, 'begin without the bags that are there; they are set aside, and ~/undo brings them '
         'back')
