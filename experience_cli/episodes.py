@@ -50,7 +50,8 @@ def is_foreign(path: Path) -> bool:
     Tell whether a path is a bag of another recorder.
 
     That is a file that holds messages or a folder of such, unless the folder is named or the file
-    begins like a bag of ours.
+    begins like a bag of ours. What only describes such files, or is one that was not closed, is
+    one too: opening it says what is wrong with it.
 
     Raises
     ------
@@ -59,11 +60,21 @@ def is_foreign(path: Path) -> bool:
 
     """
     files = storage_files(path) if path.is_dir() else [path]
+    if _was_one(path, files):
+        return True
     if not files or not files[0].exists() or not is_storage_file(files[0]):
         return False
     if files[0].suffix != '.mcap':
         return not path.is_dir() or not is_named_like_ours(path)
     return not is_named_like_ours(files[0].parent) and not _has_our_header(files[0])
+
+
+def _was_one(path: Path, files: list[Path]) -> bool:
+    """Tell whether a path is what is left of a bag of others whose files are missing."""
+    if not path.is_dir():
+        return path.name.endswith('.bag.active') and path.exists()
+    return not files and not is_named_like_ours(path) and (
+        (path / 'metadata.yaml').exists() or any(path.glob('*.bag.active')))
 
 
 def is_named_like_ours(folder: Path) -> bool:

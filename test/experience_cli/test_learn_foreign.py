@@ -438,3 +438,17 @@ class TestOtherCommands:
             code, _, err = self.run(capsys, command, 'sample/0001', *more, '--frame', 'map')
             assert code == 2
             assert '--frame: says how a bag of another recorder is to be read' in err
+
+
+def test_what_is_left_of_a_bag_says_what_is_missing(tmp_path, capsys):
+    bag = record(tmp_path / 'bag', {'odom': '/odom'})
+    next(bag.glob('*.mcap')).unlink()
+    assert 'no .mcap, .db3 or .bag file in it; metadata.yaml names bag.mcap' in mistake(
+        capsys, bag)
+    (tmp_path / 'tour').mkdir()
+    active = tmp_path / 'tour' / 'x.bag.active'
+    data = robot_bag(tmp_path / 'x.bag', ros1=True, n=3).read_bytes()
+    place = data.index(b'index_pos=') + len(b'index_pos=')
+    active.write_bytes(data[:place] + bytes(8) + data[place + 8:])
+    for path in (active, active.parent):
+        assert '`rosbag reindex x.bag.active` mends it' in mistake(capsys, path)
