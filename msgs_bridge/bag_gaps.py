@@ -19,6 +19,7 @@ from msgs_bridge.bag_tables import decision_table, statuses
 from msgs_bridge.cdr import DESCRIBED
 from msgs_bridge.episode_header import EpisodeHeader, LOST_NAME
 from msgs_bridge.episodes import find_topic, read_header
+from msgs_bridge.safe_files import read_text
 from msgs_bridge.trials import own_trial
 
 #: The key in rosbag2's ``custom_data``.
@@ -159,7 +160,7 @@ def note_gaps(folder: Path | str) -> BagGaps:
     gaps = gaps_in(folder)
     path = Path(folder) / NAME
     try:
-        before = path.read_text()
+        before = read_text(path, within=folder)
     except (OSError, UnicodeDecodeError):
         return gaps  # not closed: said elsewhere
     text = with_note(before, KEY, str(gaps) or None, path)

@@ -21,6 +21,7 @@ from msgs_bridge.bounded_unpacking import check_packed, MOST_OF_A_CHUNK, unpack_
 from msgs_bridge.mcap_scan import (
     CHANNEL_OP, CHUNK_OP, Cursor, cut_chunk, MAGIC, McapIndex, MESSAGE_OP, RECORD, Scan, scan,
     SCHEMA_OP, START, U4, U8)
+from msgs_bridge.safe_files import open_regular
 from msgs_bridge.sqlite_recovery import recovered
 
 #: What of a file is copied; all else says where things lie in it, or is none of the bag's.
@@ -192,7 +193,7 @@ def check_sizes(path: Path) -> None:
         If there is one: a few bytes may claim to be, and become, all that memory holds.
 
     """
-    with path.open('rb') as file, mmap.mmap(
+    with open_regular(path) as file, mmap.mmap(
             file.fileno(), 0, access=mmap.ACCESS_READ) as mapped, memoryview(mapped) as data:
         try:
             _Sizes(data).run()
