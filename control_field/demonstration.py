@@ -102,6 +102,7 @@ def demonstration_from_poses(
     grid: Grid, stamps: npt.NDArray[np.float64], xy: npt.NDArray[np.float64],
     sight_stamps: npt.NDArray[np.float64], sight_blocked: npt.NDArray[np.uint8],
     sight_unknown: npt.NDArray[np.uint8], episode: int = 0, speed_max: float = SPEED_MAX,
+    sight_cells: npt.NDArray[np.int64] | None = None,
 ) -> tuple[Demonstration, DemonstrationReport]:
     """
     Turn a recorded drive into a demonstration.
@@ -119,6 +120,8 @@ def demonstration_from_poses(
         Number of the bag.
     speed_max : float, [m/s]
         The robot is no faster.
+    sight_cells : ndarray, shape (m, 2), optional
+        Cells that the sights were seen from; what was seen from elsewhere counts for nothing.
 
     Raises
     ------
@@ -155,7 +158,9 @@ def demonstration_from_poses(
         raise ValueError(f'nothing to learn from this drive: it leads through '
                          f'{counted(len(path), "cell")} of {grid.resolution} m ({report}); drive '
                          f'at least from one cell into the next')
-    blocked, unknown = _sights(at, sight_stamps, sight_blocked, sight_unknown)
+    there = _seen_from(sight_stamps, sight_cells, stamps, raw)
+    blocked, unknown = _sights(
+        at, sight_stamps[there], sight_blocked[there], sight_unknown[there])
     blocked[filled], unknown[filled] = 0, 255
     return Demonstration(cells, at, blocked, unknown, episode), report
 
@@ -228,6 +233,19 @@ def _connected(
         at.append(stamp)
         filled.append(False)
     return path, np.array(at), np.array(filled, dtype=np.bool_)
+
+
+def _seen_from(
+    sight_stamps: npt.NDArray[np.float64], sight_cells: npt.NDArray[np.int64] | None,
+    stamps: npt.NDArray[np.float64], raw: npt.NDArray[np.int64],
+) -> npt.NDArray[np.bool_]:
+    """Tell which sights were seen from where the robot was, or beside it."""
+    if sight_cells is None or not len(sight_stamps):
+        return np.ones(len(sight_stamps), dtype=np.bool_)
+    after = np.clip(np.searchsorted(stamps, sight_stamps), 1, len(stamps) - 1)
+    is_before = sight_stamps - stamps[after - 1] <= stamps[after] - sight_stamps
+    off = sight_cells - raw[np.where(is_before, after - 1, after)]
+    return np.asarray(np.abs(off).max(axis=1) <= 1)
 
 
 def _sights(

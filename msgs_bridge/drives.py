@@ -62,7 +62,7 @@ def read_drive(
     seen = _in_order(sights.stamps)
     record, report = demonstration_from_poses(
         grid, poses.stamps, poses.xy, sights.stamps[seen], sights.blocked[seen],
-        sights.unknown[seen], number, speed_max)
+        sights.unknown[seen], number, speed_max, sights.cells[seen])
     _check_open(record)
     return record, report, notes
 

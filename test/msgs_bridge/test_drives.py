@@ -5,9 +5,11 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from bridge_helpers import (
-    CLOUD, GRID, nanoseconds, ODOMETRY, raw_decisions, raw_odometry, raw_status, STATUS)
+    CLOUD, GRID, nanoseconds, OCCUPANCY, ODOMETRY, raw_decisions, raw_odometry, raw_sight,
+    raw_status, STATUS)
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Outcome
+from experience_cli.main import main
 from experience_cli.summary import summary_of
 from foreign_bags import STORE
 from learner_node.lessons import Lessons
@@ -110,6 +112,38 @@ def test_a_spike_is_left_out_and_nothing_is_remembered_of_it(tmp_path):
     assert cells <= {tuple(cell) for cell in GRID.cells_from_world(WAY).tolist()}
     assert lesson.read.report.n_filled == 0
     assert lessons.field().known[GRID.cell_from_world(4.4, 0.3)] == -1
+
+
+def test_what_was_seen_from_where_the_robot_was_not_is_not_remembered(tmp_path):
+    header = EpisodeHeader('demo', 'task1', GRID).to_mapping()
+    all_blocked = np.full((3, 3), 100)
+    with start_bag(TaskFolder(tmp_path, 'task1'), 'demo', header) as bag:
+        for i, (stamp, (x, y)) in enumerate(zip(*spike(STAMPS.copy(), WAY.copy()), strict=True)):
+            bag.write('/odom', ODOMETRY, raw_odometry(stamp, x, y), nanoseconds(stamp))
+            if i % 10:  # so that a cell is entered while that of the spike is the newest
+                continue
+            at = GRID.cell_from_world(x, y)
+            bag.write('/neighbourhood', OCCUPANCY, raw_sight(
+                stamp, *at, all_blocked if x > 4.0 else np.zeros((3, 3))), nanoseconds(stamp))
+    episode = read_episode(bag.folder, GRID)
+    assert '6.00 s' in str(episode.report)
+    assert not episode.record.blocked.any()
+    assert not episode.record.unknown.any()
+
+
+def test_a_broken_bag_shows_evaluate_nothing(tmp_path, capsys):
+    theirs = foreign_bag(tmp_path / 'bag', reset)
+    assert main(['evaluate', '--world', 'open', '--demo-bag', str(theirs), '--trials', '0']) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert 'at 7.50 s the pose leaps' in line
+
+
+def test_the_part_that_a_person_keeps_is_learnt(tmp_path, capsys):
+    own_bag(tmp_path, reset)
+    assert main(['trim', '--bags', str(tmp_path), 'task1/0001', '--to', '7.45']) == 0
+    assert 'robot gets to the goal' in capsys.readouterr().out
+    cells = read_episode(tmp_path / 'task1' / '0001_demo', GRID).record.cells
+    assert tuple(cells[-1].tolist()) == GRID.cell_from_world(*WAY[149])
 
 
 def test_the_workspace_that_is_named_holds_the_drive(tmp_path):
