@@ -56,6 +56,11 @@ class Hearing:
             'trial': self._saw_trial, 'neighbourhood': self._saw_sight,
             'cmd_vel': lambda _: self._session.heard_command(time.monotonic())}
 
+    @property
+    def n_refused(self) -> int:
+        """Return how many messages were not to be trusted."""
+        return self._complaints.n_refused
+
     def saw(self, name: str, cdr: bytes) -> None:
         """Take in a message of a topic, such as ``odom``."""
         self.heard.add(name)

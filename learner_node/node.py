@@ -194,7 +194,8 @@ class LearnerNode(Node):
         self._name_trial()
         status = diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh,
-            self._hearing.heard, {**self._library.places, **self._named})
+            self._hearing.heard, {**self._library.places, **self._named,
+                                  'refused': str(self._hearing.n_refused)})
         self._company.add_to(status)
         self._publications.tell(status, self.get_clock().now().to_msg())
 

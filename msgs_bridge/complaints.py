@@ -34,6 +34,8 @@ class Complaints:
         self._said_at: dict[Hashable, float] = {}
         self._refused_at: dict[tuple[Hashable, str], float] = {}
         self._is_missed = False
+        #: How many messages were refused.
+        self.n_refused = 0
 
     def refused(self, error: Exception, source: Hashable = None) -> None:
         """
@@ -48,6 +50,7 @@ class Complaints:
 
         """
         now = self._clock()
+        self.n_refused += 1
         self._refused_at = {key: at for key, at in self._refused_at.items() if now - at < PERIOD}
         key = (source, kind_of(str(error)))
         if key not in self._refused_at and sum(

@@ -4,7 +4,7 @@ from collections import deque
 import time
 from typing import Any, Final
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -90,7 +90,8 @@ class NeighbourhoodNode(Node):
         status = DiagnosticStatus(
             level=DiagnosticStatus.WARN if problem else DiagnosticStatus.OK,
             name=f'{self.get_fully_qualified_name().lstrip("/")}: sight',
-            message=problem or 'all well', hardware_id='sight')
+            message=problem or 'all well', hardware_id='sight',
+            values=[KeyValue(key='refused', value=str(self._complaints.n_refused))])
         self._company.add_to(status)
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()

@@ -1,22 +1,26 @@
-"""The logs of ROS, made safe for text from elsewhere: no code that a terminal obeys gets there."""
+"""The logs of ROS, made safe: no code that a terminal obeys gets there, and no flood."""
 
 import os
 from typing import Any, Final
 
 from rclpy.impl import rcutils_logger
+from rclpy.impl.logging_severity import LoggingSeverity
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from msgs_bridge.foreign_text import printable
+from msgs_bridge.valve import Valve
 
 _log: Final[Any] = RcutilsLogger.log
+_valve: Final = Valve()
 
 
 def guard_logs() -> None:
     """
     Let every line that a node of this process logs be one line, with its codes shown.
 
-    What is logged comes from topics, bags and names in a hundred places: a door of their own each
-    would be forgotten somewhere. Calling it again changes nothing.
+    And let nobody fill the disk: of one kind so many are said as a person can read, then how many
+    were not. What is logged comes from topics, bags and names in a hundred places: a door of their
+    own each would be forgotten somewhere. Calling it again changes nothing.
     """
     if RcutilsLogger.log is _safe_log:
         return
@@ -26,4 +30,9 @@ def guard_logs() -> None:
 
 
 def _safe_log(self: Any, message: Any, severity: Any, **kwargs: Any) -> Any:
-    return _log(self, printable(message), severity, **kwargs)
+    text = printable(message)
+    if severity > LoggingSeverity.DEBUG and not kwargs:  # others are throttled by rclpy itself
+        text = _valve.let(text, severity >= LoggingSeverity.ERROR)
+        if not text:
+            return False
+    return _log(self, text, severity, **kwargs)

@@ -27,6 +27,7 @@ from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.processes import prepare
 from msgs_bridge.statements import Deed
 from msgs_bridge.trial_status import trial_from_status
+from msgs_bridge.valve import Valve
 from teleop_node.asking import Asking
 from teleop_node.commands import Commands
 from teleop_node.driving import changed_speeds, FACTORS, MOVES, STANDING
@@ -89,6 +90,7 @@ class TeleopNode(Node):
         self._gathered = Gathered(
             self._full_name(self.settings.learner), self._full_name(self.settings.controller))
         self._teaching = Teaching(self, self.settings.learner, self.settings.controller)
+        self._valve = Valve()
         self._company = CompanyWatch(self, say=self._say)
         self._make_topics()
         self._make_services()
@@ -238,8 +240,10 @@ class TeleopNode(Node):
         if self.terminal is None:
             self.get_logger().info(text)
             return
-        self.terminal.write(message_over(text))
-        self._write_line()
+        text = self._valve.let(text)
+        if text:
+            self.terminal.write(message_over(text))
+            self._write_line()
 
     async def end_trials(self) -> None:
         """End trial and series, and say so where there was any."""
