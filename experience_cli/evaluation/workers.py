@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 Task: TypeAlias = tuple[Any, ...]
 #: How often a process looks whether its parent still lives, [s].
 _LOOK_EVERY: Final = 0.5
-#: How often all is tried again side by side, before each task gets a process for itself alone.
-_TRIES: Final = 3
+#: How often a task that may have killed its process gets another for itself alone.
+_TRIES: Final = 2
 
 
 class LostError(RuntimeError):
@@ -96,8 +96,9 @@ def run(
     """
     Do some work for each task, in processes of their own if there are several jobs.
 
-    A pool loses all that is under way when one of its processes is killed. What is lost is done
-    again; after some tries one by one, so that one task that always dies takes no other with it.
+    A pool loses all that is under way when one of its processes is killed. One of those tasks may
+    have been the reason: each is done again alone, so that one that always dies takes no other
+    with it. The others go on side by side.
 
     Yields
     ------
@@ -112,16 +113,26 @@ def run(
             yield index, work(*task)
         return
     left = dict(enumerate(tasks))
-    for _ in range(_TRIES):
+    while left:
         for index, result in _side_by_side(work, dict(left), n_jobs):
             del left[index]
             yield index, result
-        if not left:
+        # Tasks are begun in their order, and one more than there are processes is handed out.
+        suspects = list(left)[:n_jobs + 1]
+        if suspects:
+            say(f'a working process was killed, perhaps for want of memory: the '
+                f'{len(suspects)} runs under way are begun again, one by one')
+        for index in suspects:
+            yield from _alone(work, index, left.pop(index))
+
+
+def _alone(work: Callable[..., Any], index: int, task: Task) -> Iterator[tuple[int, Any]]:
+    """Do the work for one task in a process of its own; nothing comes if that always dies."""
+    for _ in range(_TRIES):
+        done = list(_side_by_side(work, {index: task}, 1))
+        if done:
+            yield from done
             return
-        say(f'a working process was killed, perhaps for want of memory: {len(left)} of '
-            f'{len(tasks)} runs are begun again')
-    for index, task in left.items():
-        yield from _side_by_side(work, {index: task}, 1)
 
 
 def _side_by_side(
