@@ -136,7 +136,10 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
     bag, reading = open_bag(path), reading or Reading()
     roles = _Roles(bag, grid, reading)
     made: dict[str, RawMessages] = {}
-    poses = roles.find_poses(made)
+    try:
+        poses = roles.find_poses(made)
+    except BagError as error:
+        raise BagError(f'{path}: {str(error).removeprefix(f"{bag.path}: ")}') from None
     if roles.wants_scan:
         roles.make_sight(made, poses)
     topics = {role: topic for role, topic in roles.topics.items() if role != 'scan'}
