@@ -70,6 +70,14 @@ class Grid:
                 f'({self.origin_x:g}, {self.origin_y:g}) in {self.frame_id!r}')
 
     @property
+    def size(self) -> str:
+        """Say how large it is: rows x columns, and in x and y where these are not the same."""
+        sides = '' if self.n_rows == self.n_cols else (
+            f' (rows x columns: {self.n_cols * self.resolution:g} m in x, '
+            f'{self.n_rows * self.resolution:g} m in y)')
+        return f'{self.n_rows} x {self.n_cols} cells of {self.resolution:g} m{sides}'
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Return ``(n_rows, n_cols)``."""
         return self.n_rows, self.n_cols

@@ -65,8 +65,10 @@ def problem_with_sight(seen: Seen, grid: Grid, x: float, y: float) -> str:
     cell = grid.cell_from_world(x, y)
     if abs(seen.row - cell[0]) <= 1 and abs(seen.col - cell[1]) <= 1:
         return ''
-    return (f'neighbourhood: its middle is cell ({seen.row}, {seen.col}), which must be, or be '
-            f'beside, that of the robot, {cell}')
+    there = grid.world_from_cell(seen.row, seen.col)
+    return (f'neighbourhood: its middle, ({there[0]:g}, {there[1]:g}) m, is cell ({seen.row}, '
+            f'{seen.col}), which must be, or be beside, that of the robot, {cell}, at '
+            f'({x:g}, {y:g}) m')
 
 
 def problem_with_place(grid: Grid, x: float, y: float) -> str:

@@ -238,6 +238,7 @@ def _side_json(side: Side) -> dict[str, Any]:
     return {
         'name': side.name, 'revision': side.field.revision if side.revision_known else None,
         'goal': list(side.field.goal),
+        'goal_place': list(side.field.grid.world_from_cell(*side.field.goal)),
         'prototypes': len(side.prototypes),
         'basin': certificate.basin if judged else None,
         'proven': certificate.proven if judged else None, 'sinks': certificate.sinks.tolist(),

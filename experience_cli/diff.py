@@ -57,7 +57,8 @@ def lines_from(about: dict[str, Any]) -> list[str]:
         rows.append((key, *('-' if side[key] is None else f'{side[key]:.1%}'
                             for side in (first, second))))
     rows.append(('sinks', str(len(first['sinks'])), str(len(second['sinks']))))
-    rows.append(('goal', str(tuple(first['goal'])), str(tuple(second['goal']))))
+    rows.append(('goal', *('({:.2f}, {:.2f}) m'.format(*side['goal_place'])
+                           for side in (first, second))))
     return [*table_lines(rows, (1, 2)), '', *_difference_lines(about), about['figure']]
 
 

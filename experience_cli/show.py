@@ -89,17 +89,19 @@ def _content(folder: Any, start: float) -> dict[str, Any]:
         return {}
     if isinstance(episode.record, Demonstration):
         return {'demonstration': _demonstration(episode)}
-    return {'decisions': _decisions(episode.record, start)}
+    return {'decisions': _decisions(episode.record, start, episode.header.grid)}
 
 
 def _demonstration(episode: Any) -> dict[str, Any]:
     from dataclasses import asdict
 
-    cells = episode.record.cells.tolist()
-    return {'start_cell': cells[0], 'goal_cell': cells[-1], 'report': asdict(episode.report)}
+    cells, grid = episode.record.cells.tolist(), episode.header.grid
+    return {'start_cell': cells[0], 'goal_cell': cells[-1],
+            'start': list(grid.world_from_cell(*cells[0])),
+            'goal': list(grid.world_from_cell(*cells[-1])), 'report': asdict(episode.report)}
 
 
-def _decisions(trial: Any, start: float) -> dict[str, Any]:
+def _decisions(trial: Any, start: float, grid: Any) -> dict[str, Any]:
     from collections import Counter
 
     from control_field.records import Kind
@@ -114,16 +116,17 @@ def _decisions(trial: Any, start: float) -> dict[str, Any]:
         'start_cell': [int(rows[name][0]) for name in ('row', 'col')] if len(rows) else None,
         'last_cell': [int(rows[name][-1]) for name in ('next_row', 'next_col')] if (
             len(rows)) else None,
-        'notable': [_event(row, start) for row in rows if row['kind'] != Kind.FIELD]}
+        'notable': [_event(row, start, grid) for row in rows if row['kind'] != Kind.FIELD]}
 
 
-def _event(row: Any, start: float) -> dict[str, Any]:
+def _event(row: Any, start: float, grid: Any) -> dict[str, Any]:
     """Say what a decision was that did not just follow the field."""
     from control_field.records import Kind
     from experience_cli.recording import compass
 
     return {
         'at': round(float(row['stamp']) - start, 3), 'cell': [int(row['row']), int(row['col'])],
+        'place': list(grid.world_from_cell(int(row['row']), int(row['col']))),
         'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
         'reward': int(row['reward'])}
 
@@ -171,7 +174,8 @@ def _content_lines(about: dict[str, Any]) -> list[str]:
                  f'{counted(loop["n_cells"], "cell")}, {loop["length"]:.1f} m, from '
                  f'({loop["place"][0]:.2f}, {loop["place"][1]:.2f}) m back to it: cut out'
                  for loop in shown['report']['loops']]
-        return ['', f'demonstration from cell {start} to {goal}', *loops]
+        places = ' to '.join('({:.2f}, {:.2f})'.format(*shown[end]) for end in ('start', 'goal'))
+        return ['', f'demonstration from cell {start} to {goal}, (x, y) = {places} m', *loops]
     if 'decisions' not in about:
         return []
     made = about['decisions']
@@ -180,5 +184,6 @@ def _content_lines(about: dict[str, Any]) -> list[str]:
               f'{counted(made["reinforcements"], "reinforcement")} to learn from, '
               f'{made["online_reinforcements"]} given under way, in sum {made["reward"]:+d}')
     return ['', counts] + [
-        f'  {event["at"]:7.2f} s  cell {tuple(event["cell"])}  {event["kind"]} '
+        f'  {event["at"]:7.2f} s  ({event["place"][0]:.2f}, {event["place"][1]:.2f}) m  '
+        f'cell {tuple(event["cell"])}  {event["kind"]} '
         f'{event["heading"]}, reward {event["reward"]:+d}' for event in made['notable']]

@@ -148,8 +148,7 @@ def time_text(begun: float | None) -> str:
 
 def grid_text(grid: Grid) -> str:
     """Return a workspace in words."""
-    return (f'{grid.n_rows} x {grid.n_cols} cells of {grid.resolution:g} m from '
-            f'({grid.origin_x:g}, {grid.origin_y:g}) in {grid.frame_id}')
+    return f'{grid.size} from ({grid.origin_x:g}, {grid.origin_y:g}) in {grid.frame_id}'
 
 
 def size_text(size: int) -> str:

@@ -119,5 +119,5 @@ def start_poses_from_list(values: Any, grid: Grid) -> tuple[StartPose, ...]:
             raise ValueError(f'start_poses: ({pose.x}, {pose.y}, {pose.yaw}) is not finite')
         if not grid.contains(*grid.cell_from_world(pose.x, pose.y)):
             raise ValueError(f'start_poses: ({pose.x:g}, {pose.y:g}) m lies outside the workspace '
-                             f'of {grid.n_rows} x {grid.n_cols} cells of {grid.resolution:g} m')
+                             f'of {grid.size}')
     return poses

@@ -107,10 +107,9 @@ class SimNode(Node):
         pace = ('in lock-step, time stands still until a command answers' if (
             self._settings.lockstep) else f'in real time x {self._settings.speed_factor:g}')
         self.get_logger().info(
-            f'world {self._simulation.world.name}, {grid.n_rows} x {grid.n_cols} cells of '
-            f'{grid.resolution:g} m, {pace}; the robot at ({self._settings.start_x:g}, '
-            f'{self._settings.start_y:g}) m drives by {self._command_type.__name__} on {topic}, '
-            f'which control_field_node passes on from teleop_node')
+            f'world {self._simulation.world.name}, {grid.size}, {pace}; the robot at '
+            f'({self._settings.start_x:g}, {self._settings.start_y:g}) m drives by '
+            f'{self._command_type.__name__} on {topic}, which control_field_node passes on from teleop_node')
 
     def _state_world(self) -> None:
         self._company.state(workspace_from_grid(self._simulation.world.grid))

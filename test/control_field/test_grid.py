@@ -103,3 +103,8 @@ def test_a_frame_has_a_name_that_can_be_shown(frame_id):
 def test_it_is_said_in_words():
     assert str(Grid(13, 37, 0.4, -7.3, -2.6, 'map')) == (
         "13 x 37 cells of 0.4 m from (-7.3, -2.6) in 'map'")
+
+
+def test_a_workspace_that_is_not_square_says_which_side_is_which():
+    assert Grid(10, 12, 0.5).size == '10 x 12 cells of 0.5 m (rows x columns: 6 m in x, 5 m in y)'
+    assert Grid(4, 4, 0.5).size == '4 x 4 cells of 0.5 m'
