@@ -12,9 +12,11 @@ from control_field.parameters import Parameters
 from control_field.policy import TrialPolicy
 from control_field.records import CellFlag, ControlField, Outcome
 from control_field.watch import is_lost, ProgressWatch, StopReason
+from control_field_node import words
 from control_field_node.drive import Drive
 from control_field_node.seen import Seen
 from control_field_node.settings import Settings
+from msgs_bridge.memory_identity import task_of
 from msgs_bridge.poses import Pose
 
 Rows = npt.NDArray[np.void]
@@ -155,8 +157,11 @@ class TrialRun:
 
     def _decide(self, pose: Pose, seen: Seen) -> Move:
         if self._fresh is not None:
-            self.policy.replace_field(self._fresh)
-            self._fresh = None
+            fresh, self._fresh = self._fresh, None
+            if words.is_of_another_task(fresh, self.policy.field):
+                return ended_by(StopReason.WRONG_FIELD, StopReason.WRONG_FIELD.told(
+                    f'it is of task {task_of(fresh.memory)}'))
+            self.policy.replace_field(fresh)
         if self.policy.field.is_void:
             return ended_by(StopReason.NO_FIELD)
         if self.policy.at_goal(seen.row, seen.col):

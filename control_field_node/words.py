@@ -37,6 +37,12 @@ def of_field(field: ControlField) -> str:
     return f'control field revision {field.revision}' + (f' of task {task}' if task else '')
 
 
+def is_of_another_task(field: ControlField, other: ControlField) -> bool:
+    """Tell whether two fields say that they are of different tasks."""
+    tasks = {task_of(field.memory), task_of(other.memory)} - {''}
+    return len(tasks) == 2
+
+
 def why_idle(field: ControlField | None, refusal: str) -> tuple[str, StopReason | None]:
     """Say why no trial can be started, with the reason's name; nothing if one can be."""
     if field is not None and not field.is_void:

@@ -127,6 +127,10 @@ class Forger:
         return {task_of(field_from_cloud(msg).memory): field_from_cloud(msg).memory
                 for msg in self.fields}
 
+    @property
+    def revisions(self):
+        return [field_from_cloud(msg).revision for msg in self.fields]
+
     def run(self, memory):
         """Run a whole trial without one word of truth in it."""
         self.trial += 1
@@ -168,5 +172,8 @@ def test_two_learners_in_one_namespace_keep_their_trials_apart(ros_domain, ros_n
             forger.run('')
         wait_until(lambda: 'is not recorded: the controller does not say' in
                    processes[1].report(), node=ros_node, processes=processes, what='a refusal')
+        wait_until(lambda: 'nothing was learnt' in processes[0].report(), node=ros_node,
+                   processes=processes, what='what a made-up trial taught')
+        assert len(set(forger.revisions)) == 1
         assert [each.number for each in tasks['hall'].episodes()] == [1]
         assert processes[1].report().count('is not recorded') <= 3
