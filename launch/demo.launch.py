@@ -6,10 +6,15 @@ in the open workspace, lets the task's obstacles appear and has the robot try. T
 after that, for more trials or demonstrations, until Ctrl-C.
 
 `ros2 launch experience_controller demo.launch.py task:=1 rviz:=true`
+
+Its nodes meet nobody else's: they are found on this machine alone, in a ROS domain of this user's,
+unless `discovery`, `domain` or ROS_DOMAIN_ID say otherwise.
 """
 
+import os
+
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, LogInfo, SetEnvironmentVariable
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
@@ -25,6 +30,7 @@ def generate_launch_description() -> LaunchDescription:
     task = ['task', LaunchConfiguration('task')]
     return LaunchDescription([
         *arguments(),
+        *isolation(),
         node('sim_node', {'world': 'open', 'speed_factor': argument('speed_factor', float)}),
         node('control_field_node', {}),
         node('learner_node', {
@@ -35,6 +41,22 @@ def generate_launch_description() -> LaunchDescription:
         teacher(),
         *rviz(PathJoinSubstitution([config, 'experience.rviz'])),
     ])
+
+
+def isolation() -> list[SetEnvironmentVariable | LogInfo]:
+    """Return what keeps the nodes apart from those of others, and how to get among them."""
+    domain, discovery = LaunchConfiguration('domain'), LaunchConfiguration('discovery')
+    return [
+        SetEnvironmentVariable('ROS_DOMAIN_ID', domain),
+        SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', discovery),
+        LogInfo(msg=['to reach these nodes from other terminals: export ROS_DOMAIN_ID=', domain,
+                     ' ROS_AUTOMATIC_DISCOVERY_RANGE=', discovery]),
+    ]
+
+
+def own_domain() -> str:
+    """Return the ROS domain that is set, or one that other users of this machine have not."""
+    return os.environ.get('ROS_DOMAIN_ID') or str(1 + os.getuid() % 100)
 
 
 def teacher() -> ExecuteProcess:
@@ -69,6 +91,11 @@ def arguments() -> list[DeclareLaunchArgument]:
         DeclareLaunchArgument('speed_factor', default_value='1.0',
                               description='simulated seconds in a second'),
         DeclareLaunchArgument('namespace', default_value='', description='of all nodes'),
+        DeclareLaunchArgument('domain', default_value=own_domain(),
+                              description='ROS_DOMAIN_ID of all nodes'),
+        DeclareLaunchArgument('discovery', default_value='LOCALHOST',
+                              choices=['LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT'],
+                              description='who finds the nodes: this machine, or all the network'),
         DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
                               description='whether to show it in RViz'),
     ]

@@ -4,10 +4,15 @@ Start sight, controller and learner on a TurtleBot that has been brought up.
 `ros2 launch experience_controller turtlebot.launch.py robot:=turtlebot3_burger task:=kitchen`, and
 in a terminal of its own `ros2 run experience_controller teleop_node` with the robot's parameters.
 With `pose_topic:=amcl_pose` everything happens in the frame of that localisation's map.
+
+The robot is met on the network, so the ROS domain is the one that is set: two robots on one
+network need a domain or a namespace each.
 """
 
+import os
+
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, LogInfo
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, PythonExpression
 from launch_ros.actions import Node
@@ -27,6 +32,10 @@ def generate_launch_description() -> LaunchDescription:
     is_localised = PythonExpression(["'", LaunchConfiguration('pose_topic'), "' != ''"])
     return LaunchDescription([
         *arguments(),
+        LogInfo(msg=[f'ROS_DOMAIN_ID is {os.environ.get("ROS_DOMAIN_ID", "0")}, namespace /',
+                     LaunchConfiguration('namespace'),
+                     ': whoever is in both on this network commands this robot; another robot ',
+                     'needs another domain or namespace:=']),
         node('localised_odometry_node', {**frame, 'pose_topic': argument('pose_topic', str)},
              [('odom', LaunchConfiguration('odom'))],
              condition=IfCondition(is_localised)),

@@ -4,6 +4,7 @@ import ast
 from dataclasses import fields
 from importlib.metadata import distribution
 from importlib.util import module_from_spec, spec_from_file_location
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -65,4 +66,25 @@ def test_launch_reads_it():
     spec = spec_from_file_location('demo_launch', LAUNCH)
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
-    assert len(module.generate_launch_description().entities) == 6 + 3 + 1 + 2
+    assert len(module.generate_launch_description().entities) == 8 + 3 + 3 + 1 + 2
+
+
+def test_it_keeps_its_nodes_to_this_machine_and_a_domain_of_this_user():
+    text = LAUNCH.read_text()
+    assert "'discovery', default_value='LOCALHOST'" in text
+    assert {'ROS_DOMAIN_ID', 'ROS_AUTOMATIC_DISCOVERY_RANGE'} == strings_of_calls(
+        'SetEnvironmentVariable')
+    tree = ast.parse(text)
+    [function] = [node for node in tree.body if getattr(node, 'name', '') == 'own_domain']
+    names = {'os': SimpleNamespace(environ={}, getuid=lambda: 1099)}
+    exec(compile(ast.Module([function], []), 'launch', 'exec'), names)  # noqa: S102 - ours
+    assert names['own_domain']() == '100'
+    names['os'].environ['ROS_DOMAIN_ID'] = '7'
+    assert names['own_domain']() == '7'
+
+
+def test_the_recipe_keeps_its_nodes_apart_too():
+    recipe = (ROOT / 'README.md').read_text().split('## Teach it yourself')[1].split('```')[1]
+    first, *others = recipe.strip().splitlines()
+    assert first.startswith('export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=')
+    assert any(line.startswith('sim_node') for line in others)
