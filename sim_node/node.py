@@ -109,7 +109,8 @@ class SimNode(Node):
         self.get_logger().info(
             f'world {self._simulation.world.name}, {grid.size}, {pace}; the robot at '
             f'({self._settings.start_x:g}, {self._settings.start_y:g}) m drives by '
-            f'{self._command_type.__name__} on {topic}, which control_field_node passes on from teleop_node')
+            f'{self._command_type.__name__} on {topic}, which control_field_node passes on from '
+            f'teleop_node')
 
     def _state_world(self) -> None:
         self._company.state(workspace_from_grid(self._simulation.world.grid))
