@@ -15,7 +15,7 @@ from typing import Any, Final, TYPE_CHECKING, TypeAlias
 
 from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
-from msgs_bridge.foreign_text import own_stream
+from msgs_bridge.foreign_text import own_stream, printable
 
 if TYPE_CHECKING:
     from experience_cli.evaluation.experiment import Course, Experiment
@@ -75,7 +75,7 @@ def run_all(tasks: 'Sequence[tuple[Experiment, int]]', n_jobs: int, title: str) 
     from experience_cli.evaluation.experiment import run_seed
     courses: dict[int, Course] = {}
     # disable=None: no bar where standard error is no terminal.
-    with tqdm(total=len(tasks), desc=title, unit='run', file=own_stream(sys.stderr),
+    with tqdm(total=len(tasks), desc=printable(title), unit='run', file=own_stream(sys.stderr),
               disable=None) as bar:
         for index, course in run(run_seed, tasks, n_jobs, partial(_say, title)):
             courses[index] = course
