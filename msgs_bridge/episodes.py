@@ -1,7 +1,7 @@
 """Episodes: what a bag teaches. The field is a pure function of these, in order."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import os
 from pathlib import Path
 
@@ -121,9 +121,9 @@ def read_episode(folder: Path | str, grid: Grid | None = None) -> Episode:
     if header.kind is not episode.kind:
         raise BagError(f'{episode.path} holds a {header.kind}, its name says {episode.kind}')
     try:
-        if header.kind is EpisodeKind.DEMO:
-            return _demonstration(episode, bag, header)
-        return _trial(episode, bag, header)
+        read = _demonstration if header.kind is EpisodeKind.DEMO else _trial
+        found = read(episode, bag, header)
+        return replace(found, notes=(*found.notes, *_beside(episode)))
     except BagError:
         raise
     except ValueError as error:
@@ -263,6 +263,13 @@ def _reader(path: Path) -> BagReader:
         raise NothingToLearnError(f'{path.parent} holds no {path.name}: its recorder was stopped '
                                   f'at once')
     return BagReader(path)
+
+
+def _beside(episode: EpisodeFolder) -> Iterator[str]:
+    """Name the recordings beside that of a bag of ours, which holds one."""
+    for file in storage_files(episode.path):
+        if file.name != episode.bag.name:
+            yield f'{file.name} lies beside it and is not read'
 
 
 def _header(bag: BagReader) -> EpisodeHeader:

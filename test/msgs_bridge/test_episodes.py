@@ -318,3 +318,13 @@ def test_a_bag_whose_folder_was_renamed_says_so(tmp_path):
         with pytest.raises(BagError, match=r'holds 0001_demo_0\.mcap and no 0004_demo_0') as held:
             read(renamed)
         assert not isinstance(held.value, NothingToLearnError)
+
+
+def test_another_recording_beside_that_of_a_bag_is_named(tmp_path):
+    folder = demonstration_bag(tmp_path)
+    before = read_episode(folder).notes
+    for name in ('0001_demo_1.mcap', 'other.db3'):
+        (folder / name).write_bytes(b'whatever')
+    assert read_episode(folder).notes == (
+        *before, '0001_demo_1.mcap lies beside it and is not read',
+        'other.db3 lies beside it and is not read')
