@@ -103,7 +103,8 @@ def load_world(path: str | Path, frame_id: str = 'odom') -> World:
             x, y = found.corner
         else:
             raise WorldError(
-                path, 'a world is a .yaml file of map_server or a .map file of MovingAI')
+                path, 'a world is a .yaml file of map_server (not its image) or a .map file of '
+                      'MovingAI')
     except MemoryError as error:
         raise WorldError(path, 'is too large for the memory of this machine') from error
     n_rows, n_cols = occupancy.shape
