@@ -6,12 +6,14 @@ import signal
 from nav_msgs.msg import OccupancyGrid, Odometry
 import numpy as np
 import pytest
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 
 from control_field.grid import Grid
 from control_field.sight import BLOCKED, FREE, UNKNOWN
 from msgs_bridge import qos
 from msgs_bridge.neighbourhood_maker import NeighbourhoodMaker, PoseHistory
+from msgs_bridge.neighbourhood_node import NeighbourhoodNode
 from msgs_bridge.neighbourhoods import map_from_occupancy, neighbourhood_from_grid
 from msgs_bridge.poses import odometry_from_pose, Pose, stamp_from_seconds
 from msgs_bridge.sight_settings import SightSettings
@@ -145,6 +147,30 @@ def test_the_nearest_pose():
     assert [history.nearest(s).stamp for s in (-5.0, 0.4, 0.6, 8.9, 99.0)] == [0, 0, 1, 9, 9]
     history.add(Pose(2.0, 7.0, 0.0, 0.0))  # time went back: what was before is of another run
     assert history.nearest(9.0).x == 7.0
+
+
+def test_a_costmap_that_is_heard_several_times_is_taken_in_once(ros_node, monkeypatch):
+    taken = []
+    monkeypatch.setattr(
+        NeighbourhoodMaker, 'saw', lambda self, msg: taken.append(msg.header.stamp.sec))
+    node = NeighbourhoodNode(
+        context=ros_node.context, use_global_arguments=False,
+        parameter_overrides=[Parameter('source', value='costmap')])
+    ros_node.executor.add_node(node)
+    states = np.zeros((9, 9), np.int8)
+    # Two publishers, so that each of the subscriptions hears something.
+    publishers = [ros_node.create_publisher(OccupancyGrid, 'costmap', profile)
+                  for profile in (qos.LATCHED, qos.SENSOR)]
+    for stamp in (1, 2, 3):
+        costmap = map_from_occupancy(states, Grid(9, 9, 0.05), float(stamp))
+
+        def is_taken(stamp=stamp, costmap=costmap):
+            for publisher in publishers:
+                publisher.publish(costmap)
+            return stamp in taken
+        ros_helpers.wait_until(is_taken, node=ros_node, what=f'costmap {stamp}')
+    node.destroy_node()
+    assert taken == [1, 2, 3]
 
 
 class TestProcess:
