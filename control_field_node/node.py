@@ -18,6 +18,7 @@ from control_field.limits import STANDSTILL, Velocity
 from control_field.parameters import Parameters
 from control_field.watch import StopReason
 from control_field_node.answer import Answer
+from control_field_node.command_ages import CommandAges
 from control_field_node.commands import CommandWriter
 from control_field_node.lockstep import TickBook
 from control_field_node.outbox import Outbox
@@ -26,7 +27,6 @@ from control_field_node.reports import Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.supervisor import Supervisor
 from msgs_bridge import qos
-from msgs_bridge.command_age import problem_with_age
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.company import CompanyWatch
 from msgs_bridge.graph import publishers_on
@@ -40,7 +40,6 @@ from msgs_bridge.poses import (
     pose_from_initialpose,
     pose_from_odometry,
     pose_from_pose_stamped,
-    seconds_from_stamp,
     variances_from_covariance,
 )
 from msgs_bridge.statements import Deed, method_from_parameters
@@ -78,6 +77,7 @@ class ControlFieldNode(Node):
         check_names(self)
         self.supervisor = Supervisor(self._settings, parameters, self._log)
         self.supervisor.who = partial(publishers_on, self)
+        self._ages = CommandAges(self.supervisor.intake, self.supervisor.who)
         self._book = TickBook()
         self._writer = CommandWriter(self._settings, self._book, self._time)
         self._peers = Peers()
@@ -237,30 +237,26 @@ class ControlFieldNode(Node):
         if velocity is None or self._writer.is_own(msg, velocity):
             return
         # An old one may move the robot all the same: whoever sent it takes over.
-        self._is_old(msg, 'cmd_vel')
+        self._why_old(msg, 'cmd_vel')
         if self.supervisor.run is not None and self._has_rival():
             self._publish(self.supervisor.saw_rival('another controller'))
         else:
             self._publish(self.supervisor.saw_foreign(velocity, time.monotonic()))
 
-    def _is_old(self, msg: Any, topic: str) -> bool:
-        """Tell whether a command was sent too long ago, which is said once."""
-        settings, intake, odometry = self._settings, self.supervisor.intake, self._book.odometry
-        if settings.lockstep or not settings.is_stamped:
-            return False
-        clocks = [self.get_clock().now().nanoseconds * 1e-9]
-        if odometry is not None and not intake.odometry.is_stale(time.monotonic()):
-            clocks.append(seconds_from_stamp(odometry.header.stamp))
-        problem = problem_with_age(msg, clocks, settings.takeover_timeout, topic,
-                                   'takeover_timeout')
-        if problem:
-            intake.counts['old commands'] += 1
-            intake.refuse(problem)
-        return bool(problem)
+    def _why_old(self, msg: Any, topic: str) -> str:
+        """Say why a command was sent too long ago to be obeyed."""
+        return self._ages.problem(
+            msg, topic, self._settings, self.get_clock().now().nanoseconds * 1e-9,
+            self._book.odometry, time.monotonic())
 
     def _on_teleop(self, msg: Any) -> None:
         velocity = self._read_velocity(msg)
-        if velocity is None or self._is_old(msg, 'cmd_vel_teleop'):
+        if velocity is None:
+            return
+        if why := self._why_old(msg, 'cmd_vel_teleop'):
+            if self.supervisor.run is None:  # the person wonders why nothing moves
+                self.supervisor.held = self.supervisor.held or why
+                self._teleop_at = time.monotonic()
             return
         now = time.monotonic()
         # Whoever has stood for long begins gently.

@@ -8,7 +8,7 @@ import socket
 import time
 from typing import Any, Final
 
-from diagnostic_msgs.msg import DiagnosticArray, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 
@@ -29,6 +29,8 @@ _SURE_OF_NAMESAKES: Final = 25.0
 #: So many processes are heard at most; and what every statement holds.
 _MOST: Final = 64
 _MARK: Final = b'instance'
+#: A message of ours has some kB; a greater one is not worth to be decoded, [bytes].
+_GREATEST: Final = 100_000
 
 
 @dataclass
@@ -163,13 +165,15 @@ class CompanyWatch:
                   'does_not_fit': '; '.join(problem.text for problem in self.problems)}
         status.values = [*status.values, *(
             KeyValue(key=key, value=value) for key, value in values.items())]
+        if self.problems and status.level == DiagnosticStatus.OK:
+            status.level, status.message = DiagnosticStatus.WARN, self.problems[0].text
 
     def why_not(self, deed: Deed) -> str:
         """Say why something must not be done now; empty if it may be."""
         return next((problem.text for problem in self.problems if deed in problem.stops), '')
 
     def _on_diagnostics(self, cdr: bytes) -> None:
-        if _MARK not in cdr:
+        if _MARK not in cdr or len(cdr) > _GREATEST:
             return  # of other nodes than ours
         try:
             array = message_from_cdr(cdr, DiagnosticArray)

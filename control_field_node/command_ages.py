@@ -1,0 +1,64 @@
+"""Which commands of people were sent too long ago, and who sent them."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from control_field_node import words
+from control_field_node.intake import Intake
+from control_field_node.settings import Settings
+from msgs_bridge.command_age import problem_with_age
+from msgs_bridge.poses import seconds_from_stamp
+
+
+class CommandAges:
+    """
+    Looks at the stamps of commands; what is too old is counted, and said once a topic.
+
+    Parameters
+    ----------
+    intake : Intake
+    who : callable
+        Returns the names of the other nodes that publish on a topic.
+
+    """
+
+    def __init__(self, intake: Intake, who: Callable[[str], Sequence[str]]) -> None:
+        """Start with nobody known."""
+        self._intake, self._who = intake, who
+        self._senders: dict[str, str] = {}
+
+    def problem(
+        self, msg: Any, topic: str, settings: Settings, clock: float, odometry: Any, now: float,
+    ) -> str:
+        """
+        Say why a command is too old; empty if it may be obeyed.
+
+        Parameters
+        ----------
+        msg : Twist or TwistStamped
+        topic : str
+            On which it came.
+        settings : Settings
+            In lock-step nothing is ever old.
+        clock, now : float, [s]
+            The time that stamps are made of, and the steady one.
+        odometry : Odometry or None
+            The newest; a command may be stamped by its clock.
+
+        """
+        if settings.lockstep or not settings.is_stamped:
+            return ''
+        clocks = [clock]
+        if odometry is not None and not self._intake.odometry.is_stale(now):
+            clocks.append(seconds_from_stamp(odometry.header.stamp))
+        told = partial(problem_with_age, msg, clocks, settings.takeover_timeout,
+                       limit_name='takeover_timeout')
+        if not told(source=topic):
+            return ''
+        if topic not in self._senders:
+            self._senders[topic] = words.person(self._who(topic), topic) or topic
+        problem = told(source=self._senders[topic])
+        self._intake.counts['old commands'] += 1
+        self._intake.refuse(problem)
+        return problem
