@@ -279,7 +279,7 @@ def _experiment(arguments: argparse.Namespace) -> 'Experiment':
     except WorldError as error:
         raise UserError(f'--world {error}') from error
     for note in world.notes:
-        print(f'--world {note}', file=sys.stderr)
+        print(f'experience evaluate: --world {note}', file=sys.stderr)
     demonstrations: tuple[Demonstration, ...] = ()
     starts = [_cell(world.grid, point, '--demo-start') for point in arguments.demo_start]
     _check_reading(arguments)

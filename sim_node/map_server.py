@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.sight import BLOCKED, FREE
+from control_field.words import counted
 from msgs_bridge.safe_files import yaml_from_text
 from sim_node.map_cells import (
     cells_from_pixels, MODES, n_saved_unknown_free, SAVED_UNKNOWN, turned, turned_corner, UNKNOWN)
@@ -98,9 +99,10 @@ def _notes(header: MapHeader, pixels: Pixels, cells: npt.NDArray[np.int8]) -> li
                      f'thinner than drawn, better save maps as PNG')
     n_free = n_saved_unknown_free(pixels, cells) if header.mode == 'trinary' else 0
     if n_free:
-        notes.append(f'{image}: {n_free} cells that may be unknown count as free: Nav2 saves '
-                     f'unknown as grey {SAVED_UNKNOWN}, and free_thresh is {header.free_thresh:g};'
-                     f' with "free_thresh: {_FREE_THRESH:g}" they are unknown')
+        notes.append(
+            f'{image}: {counted(n_free, "cell")} that may be unknown count as free: Nav2 saves '
+            f'unknown as grey {SAVED_UNKNOWN}, and free_thresh is {header.free_thresh:g}; with '
+            f'"free_thresh: {_FREE_THRESH:g}" they are unknown')
     n_unknown = int((cells == UNKNOWN).sum())
     if n_unknown:
         notes.append(f'{image}: {n_unknown} of {cells.size} cells are unknown, they count as '
@@ -164,9 +166,9 @@ def _image(path: Path, fields: Mapping[str, Any]) -> tuple[Path, list[str]]:
         note = (f'{path}: its image {image} is not there, {beside.name} beside the YAML file is '
                 f'read instead')
         return beside, [note]
-    where = 'nor is there one of that name' if beside != named else 'looked for it'
-    raise WorldError(path, f'says image: {image}, but there is no such file, {where} beside the '
-                           f'YAML file: put the image there or mend that line')
+    also = ', nor one of that name' if beside != named else ''
+    raise WorldError(path, f'says image: {image}, but there is no such file{also} beside the YAML '
+                           f'file: put the image there or mend that line')
 
 
 def _is_there(path: Path) -> bool:

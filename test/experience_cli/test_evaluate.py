@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+from PIL import Image
 import pytest
 
 from experience_cli.evaluation.experiment import run_seed
@@ -244,6 +245,17 @@ def test_the_world_is_not_written_over(world, option, capsys):
     assert run(world, option, str(world)) == 2
     assert 'is the world itself' in capsys.readouterr().err
     assert world.read_bytes() == before
+
+
+def test_what_was_made_do_with_in_a_map_is_said(tmp_path, capsys):
+    pixels = np.full((12, 12), 254, dtype=np.uint8)
+    pixels[0, 0] = 205
+    Image.fromarray(pixels).save(tmp_path / 'map.png')
+    world = tmp_path / 'map.yaml'
+    world.write_text('image: map.png\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: 0\n'
+                     'occupied_thresh: 0.65\nfree_thresh: 0.25\n')
+    assert run(world, '--trials', '0', '--seeds', '1') == 0
+    assert f'experience evaluate: --world {tmp_path}/map.png: 1 cell that' in capsys.readouterr().err
 
 
 def test_a_far_place_where_cells_are_small_lies_outside(tmp_path, capsys):
