@@ -71,9 +71,9 @@ def difference(theirs: str, own: str) -> str:
     if not theirs:
         return ('does not say whose control field it drives by: it has none of this learner yet, '
                 'or is of an older version, which is to be updated')
-    if own == NOTHING:
+    if not task_of(own):
         return (f'drives by a field of task {task_of(theirs) or theirs}, and this learner has '
-                f'learnt nothing yet')
+                f'none of its own yet')
     if task_of(theirs) == task_of(own):
         return (f'drives by another field of task {task_of(own)}, learnt from other bags '
                 f'({theirs}, not {own}): is there a second learner?')

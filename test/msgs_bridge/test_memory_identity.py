@@ -82,7 +82,8 @@ def test_a_header_carries_it_and_old_ones_do_without():
     ('', OWN, ['does not say', 'older version']),
     (OTHER, OWN, ['task hall', 'kitchen', 'second learner', 'namespace', 'ROS_DOMAIN_ID']),
     ('kitchen:0000000000000000', OWN, ['another field of task kitchen', 'second learner']),
-    (OTHER, NOTHING, ['task hall', 'nothing yet'])])
+    (OTHER, NOTHING, ['task hall', 'none of its own yet']),
+    (OTHER, '', ['task hall', 'none of its own yet'])])
 def test_a_difference_holds_its_remedy(theirs, own, words):
     said = difference(theirs, own)
     assert bool(said) == bool(words)
