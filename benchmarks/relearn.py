@@ -74,7 +74,9 @@ class Recorder:
 
     def trial(self, trial: Trial, learner: Learner, world: GridWorld) -> None:
         """Record a trial with all that a bag of one holds."""
-        rows, refresh = trial.decisions, learner.refresh
+        rows, refresh = trial.decisions.copy(), learner.refresh
+        # Each is made when the robot of `_drive` is in its cell, else nothing would be learnt.
+        rows['stamp'] = STEP * np.arange(len(rows))
         assert refresh is not None
         number = int(rows['trial'][0])
         with self._start(EpisodeKind.TRIAL) as bag:
@@ -85,7 +87,7 @@ class Recorder:
                 State.RUNNING, number, revision=refresh.field.revision)), 0.0)
             for place in range(len(rows)):
                 self._write(bag, 'experience', cloud_from_decisions(
-                    rows[place:place + 1], self._grid), float(rows['stamp'][place]) * STEP)
+                    rows[place:place + 1], self._grid), float(rows['stamp'][place]))
             moved = rows[rows['next_row'] >= 0]
             self._drive(bag, np.stack([moved['row'], moved['col']], axis=1), world)
             self._write(bag, 'trial', status_from_trial(TrialStatus(

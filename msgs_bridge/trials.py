@@ -67,7 +67,8 @@ def doubt_about(
     if not len(poses.stamps) and (len(odometry) or 'odom' not in header.topics):
         return ''  # in a frame of its own, or never recorded: nothing to compare with
     claimed = rows
-    if len(rows) and ended is not None and ended.outcome is Outcome.GOAL:
+    if (len(rows) and ended is not None and ended.outcome is Outcome.GOAL
+            and ended.stamp > rows['stamp'][-1]):  # old statuses have no stamp
         claimed = np.concatenate([rows, rows[-1:]])
         for name, value in (('row', rows['next_row'][-1]), ('col', rows['next_col'][-1]),
                             ('stamp', ended.stamp)):

@@ -190,6 +190,28 @@ def test_trials_that_were_made_up_teach_nothing_and_count_for_nothing(tmp_path, 
     assert lessons.n_trials == 0
 
 
+@pytest.mark.parametrize(('stamp', 'ends', 'is_doubted'), [
+    (0.0, 5, False), (103.5, 3, True), (104.5, 6, False)], ids=['no stamp', 'not there', 'there'])
+def test_a_trial_that_was_driven_is_learnt_and_a_goal_was_reached(
+    tmp_path, stamp, ends, is_doubted,
+):
+    rows = np.zeros(4, DECISION_DTYPE)
+    rows['stamp'], rows['trial'], rows['row'], rows['next_row'] = 100.0 + np.arange(4), 1, 2, 2
+    rows['col'], rows['next_col'] = np.arange(2, 6), np.arange(3, 7)
+    header = EpisodeHeader('trial', 'task1', GRID, topics={'odom': '/odom'}).to_mapping()
+    with start_bag(TaskFolder(tmp_path, 'task1'), 'trial', header) as bag:
+        bag.write('/trial', STATUS, raw_status(State.RUNNING, 1), 0)
+        bag.write('/experience', CLOUD, raw_decisions(rows), 1)
+        for i in range(91):
+            x = min(0.625 + 0.0125 * i, GRID.world_from_cell(2, ends)[0])
+            bag.write('/odom', ODOMETRY, raw_odometry(100.0 + i / 20.0, x, 0.6), i)
+        bag.write('/trial', STATUS, raw_status(
+            State.ENDED, 1, Outcome.GOAL, decisions=4, stamp=stamp), 999)
+    episode = read_episode(bag.folder, GRID)
+    assert bool(episode.doubt) is is_doubted
+    assert episode.record.outcome is (Outcome.ABORTED if is_doubted else Outcome.GOAL)
+
+
 def test_a_trial_whose_odometry_nobody_heard_is_not_learnt(tmp_path):
     [folder] = forged_trials(tmp_path, 1, {'odom': '/elsewhere/odom'}, 2)
     assert 'no odometry was recorded with it' in read_episode(folder, GRID).doubt
