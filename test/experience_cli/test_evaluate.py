@@ -255,7 +255,8 @@ def test_what_was_made_do_with_in_a_map_is_said(tmp_path, capsys):
     world.write_text('image: map.png\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: 0\n'
                      'occupied_thresh: 0.65\nfree_thresh: 0.25\n')
     assert run(world, '--trials', '0', '--seeds', '1') == 0
-    assert f'experience evaluate: --world {tmp_path}/map.png: 1 cell that' in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert f'experience evaluate: --world {tmp_path}/map.png: 1 cell that' in said
 
 
 def test_a_far_place_where_cells_are_small_lies_outside(tmp_path, capsys):
