@@ -80,7 +80,7 @@ class Supervisor:
         self._dt = _USUAL_STEP
         self._driven: float | None = None
         self._detail = ''
-        self._by_hand = self._is_stopped = False
+        self._by_hand, self._is_stopped, self._pressed = False, False, 0.0
         self.change_settings(settings)
 
     def change_settings(self, settings: Settings) -> None:
@@ -371,7 +371,10 @@ class Supervisor:
         holds = self._takeover.saw_foreign(now, moves(wanted), 'cmd_vel_teleop')
         if self.run is not None and not holds:
             return NOTHING  # standstill of a program that nobody has driven with
-        self._by_hand = True
+        if moves(wanted):
+            self._by_hand, self._pressed = True, now
+        elif now - self._pressed > self.settings.takeover_timeout:
+            self._by_hand = self._is_stopped = False  # standstill goes on, the keys are let go
         if self._is_stopped:
             return STOP
         if self.run is None and not self.settings.teleop_outside_trials:

@@ -529,3 +529,25 @@ def test_standstill_that_went_on_while_the_trial_was_asked_for_does_not_stop_it(
         assert bench.supervisor.teleop(STANDSTILL, bench.now, DT).velocity is None
         bench.tick()
     assert bench.velocity[0] > 0.1
+
+
+def test_keys_are_let_go_too_where_standstill_is_sent_for_ever():
+    bench = Bench()
+    bench.tick()
+    bench.supervisor.teleop((0.2, 0.0), bench.now, DT)
+    assert bench.take(bench.supervisor.stop()).velocity == STANDSTILL
+    for _ in range(12):
+        bench.tick()
+        bench.supervisor.teleop(STANDSTILL, bench.now, DT)
+    assert bench.supervisor.teleop((0.2, 0.0), bench.now, DT).velocity[0] > 0.0
+
+
+def test_standstill_of_another_does_not_free_who_is_stopped_and_holds_the_key():
+    bench = Bench()
+    bench.tick()
+    bench.supervisor.teleop((0.2, 0.0), bench.now, DT)
+    bench.take(bench.supervisor.stop())
+    for _ in range(40):
+        bench.tick()
+        bench.supervisor.teleop(STANDSTILL, bench.now, DT)
+        assert bench.supervisor.teleop((0.2, 0.0), bench.now, DT).velocity == STANDSTILL
