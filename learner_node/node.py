@@ -201,8 +201,10 @@ class LearnerNode(Node):
 
     def _name_trial(self) -> None:
         """Note in which bag the controller's trial is recorded: people look for it there."""
-        if self._session.trial:
-            self._named = {'trial': str(self._session.trial), 'bag': self._performer.bag}
+        named = {'trial': str(self._session.trial), 'bag': self._performer.bag}
+        if self._session.trial and named != self._named:
+            self._named = named
+            self.get_logger().info(f'trial {self._session.trial} is {self._performer.bag}')
 
     # What others ask of the node
 

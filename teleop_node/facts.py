@@ -59,6 +59,10 @@ class Gathered:
         return now - self._heard <= SILENCE and (
             self._facts.phase in _SERIES or self._facts.trials_left > 0)
 
+    def saw_series(self, now: float) -> None:
+        """Take in that trials are going to be run; the learner tells it later."""
+        self._saw_phase(_SERIES[0], now)
+
     def saw_end_of_series(self) -> None:
         """Take in that no more trials are run; the learner tells it later."""
         self._facts = replace(

@@ -165,7 +165,7 @@ class TeleopNode(Node):
     def _stop(self, key: str, new: bool) -> None:
         """Stop the robot, whatever key that is; it ends what drives by itself, too."""
         self.halt()
-        tries = self.is_trying() or self.has_series()
+        tries = self._teaching.drives_by_itself
         if not self._is_stopping and (tries or (new and key in ACTIONS)):
             self.executor.create_task(self._perform(Action.STOP))
         elif new and key.lower() in MOVES and key != STANDING and key:
@@ -245,9 +245,9 @@ class TeleopNode(Node):
             self.terminal.write(message_over(text))
             self._write_line()
 
-    async def end_trials(self) -> None:
+    async def leave(self) -> None:
         """End trial and series, and say so where there was any."""
-        answer = await self._teaching.end_trials()
+        answer = await self._teaching.leave()
         if answer.message:
             self._say(answer.message)
 
@@ -265,6 +265,8 @@ class TeleopNode(Node):
         self._gathered.saw_answer(on, answer.success, time.monotonic())
         if service.endswith('/stop_trials') and answer.success:
             self._gathered.saw_end_of_series()
+        if service.endswith('/run_trials') and answer.success:
+            self._gathered.saw_series(time.monotonic())
         if service.endswith('/discard_demonstration'):
             self._gathered.saw_answer(False, answer.success, time.monotonic())
         return answer
@@ -357,7 +359,7 @@ def _run(node: TeleopNode) -> None:
 
 def _leave_nothing_driving(node: TeleopNode, executor: Any, signals: Signals) -> None:
     """End trial and series before nobody watches them; a second Ctrl-C does not wait."""
-    task = executor.create_task(node.end_trials())
+    task = executor.create_task(node.leave())
     deadline = time.monotonic() + _LEAVING_TIME
     while not task.done() and time.monotonic() < deadline and rclpy.ok() and (
             not signals.is_impatient):

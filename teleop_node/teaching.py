@@ -83,6 +83,7 @@ class Teaching:
         self._learner = learner
         self._controller = controller
         self._busy = ''
+        self._n_stops = 0
         self._plain: Final = {
             Action.KEEP: (f'{learner}/record_demonstration', False),
             Action.CANCEL: (f'{learner}/discard_demonstration', None),
@@ -140,7 +141,7 @@ class Teaching:
         """Say why the robot must stay where it is; empty if it may be set elsewhere."""
         if self._peers.is_recording():
             return _RECORDED.format(what)
-        return _TRYING.format(what) if self._peers.is_trying() or self._peers.has_series() else ''
+        return _TRYING.format(what) if self.drives_by_itself else ''
 
     async def _set_back(self) -> Answer:
         """Set a simulated robot back to the start."""
@@ -158,8 +159,22 @@ class Teaching:
             return self._peers.where_to_teach()
         return await self._peers.set_where_to_teach()
 
+    @property
+    def drives_by_itself(self) -> bool:
+        """Tell whether a trial or a series runs, or has just been asked for."""
+        return self._busy == Action.RUN_TRIALS or self._peers.is_trying() or (
+            self._peers.has_series())
+
     async def _run_trials(self) -> Answer:
-        """Run trials; with a real robot one, from where it was put."""
+        """Run trials; who stops meanwhile may have been quicker, and is to be right."""
+        n_stops = self._n_stops
+        answer = await self._ask_for_trials()
+        if self._n_stops == n_stops or not answer.success:
+            return answer
+        return await self.end_trials()
+
+    async def _ask_for_trials(self) -> Answer:
+        """Ask for trials; with a real robot for one, from where it was put."""
         if await self._peers.is_simulated():
             return await self._peers.ask(f'{self._learner}/run_trials')
         if self._peers.is_recording():
@@ -168,7 +183,7 @@ class Teaching:
         return await self._peers.ask(f'{self._controller}/start_trial')
 
     async def _stop(self) -> Answer:
-        if not (self._peers.is_trying() or self._peers.has_series()):
+        if not self.drives_by_itself:
             return Answer(True, 'the robot stands')
         ended = await self.end_trials()
         return ended._replace(message=ended.message or 'the robot stands')
@@ -181,7 +196,8 @@ class Teaching:
         controller comes first, so that the robot stands; and again where the learner's next trial
         was quicker than its answer.
         """
-        drives = self._peers.is_trying() or self._peers.has_series()
+        drives = self.drives_by_itself
+        self._n_stops += 1
         if drives:
             self._peers.halt()
         stopped = await self._ask_to_stop(f'{self._controller}/stop_trial')
@@ -199,7 +215,16 @@ class Teaching:
     async def _quit(self) -> Answer:
         """End the program, once nothing drives on that nobody would watch."""
         try:
-            ended = await self.end_trials()
+            ended = await self.leave()
         finally:
             self._peers.quit()
         return Answer(True, ended.message or 'good bye')
+
+    async def leave(self) -> Answer:
+        """End trial and series before nobody watches them; say what stays under way."""
+        ended = await self.end_trials()
+        if not self._peers.is_recording():
+            return ended
+        stays = ('the demonstration is still being recorded: in a teleop_node n keeps it, a '
+                 'abandons it')
+        return ended._replace(message='; '.join(filter(None, (ended.message, stays))))

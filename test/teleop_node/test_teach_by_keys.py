@@ -169,9 +169,9 @@ def test_teach_redo_keep_try_label_drop(person):
     assert person.episodes() == ['0002_demo', '0003_trial', '0004_trial']
 
     person.types('g', 'set back')
-    assert person.is_at(*START)
+    person.wait(lambda: person.is_at(*START), 'the robot at the start')
     person.types('h', 'teach here')
-    assert not person.is_at(*START)
+    person.wait(lambda: not person.is_at(*START), 'the robot elsewhere')
 
     person.terminal.type('\x1b')
     assert person.terminal.wait() == 0

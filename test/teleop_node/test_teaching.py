@@ -131,6 +131,11 @@ def test_who_stops_or_quits_ends_the_trial_and_the_series(trying, series, action
     assert answer == (True, 'c/stop_trial says so; l/stop_trials says so')
 
 
+def test_who_leaves_a_recording_reads_that_it_goes_on():
+    answer, = perform(Here(recording=True), Action.QUIT)
+    assert 'is still being recorded: in a teleop_node n keeps it, a abandons it' in answer.message
+
+
 def test_where_nothing_drives_by_itself_a_stop_asks_nobody():
     here = Here()
     answer, = perform(here, Action.STOP)
@@ -157,6 +162,23 @@ def test_redo_goes_no_farther_than_it_is_let(refused, asked):
     assert here.asked == ['let go', *asked]
     assert not answer.success
     assert answer.message.endswith(f'{refused} says so')
+
+
+def test_a_stop_while_trials_are_asked_for_ends_them_whoever_is_quicker():
+    here = Here()
+
+    async def both():
+        teaching = Teaching(here, 'l', 'c')
+        here.gate = asyncio.Event()
+        running = asyncio.create_task(teaching.perform(Action.RUN_TRIALS))
+        await asyncio.sleep(0)
+        stopping = asyncio.create_task(teaching.perform(Action.STOP))
+        await asyncio.sleep(0)
+        here.gate.set()
+        await asyncio.gather(running, stopping)
+    asyncio.run(both())
+    assert here.asked[:2] == ['let go', 'l/run_trials']
+    assert here.asked.count('l/stop_trials') == 2
 
 
 def test_one_at_a_time_but_stopping_never_waits():
