@@ -18,8 +18,10 @@ from msgs_bridge.safe_files import open_regular
 
 #: Largest chunk or message that is unpacked, [bytes]; recorders write chunks of 1 to 16 MiB.
 MOST_OF_A_CHUNK: Final = 2**28
-#: Most that a file that was packed as a whole, or the messages of a topic, may come to, [bytes].
-MOST_OF_A_BAG: Final = 4 * 2**30
+#: Most that a file that was packed, as a whole or in chunks, may come to on the disk, and the
+#: messages of a topic in memory, [bytes].
+MOST_OF_A_BAG: Final = 2 * 2**30
+MOST_IN_MEMORY: Final = 2**30
 _STEP: Final = 2**20
 #: What rosbags itself unpacks with, wherever it has it from.
 _zstd: Final[Any] = rosbags_reader.zstd  # type: ignore[attr-defined, unused-ignore]
@@ -66,13 +68,33 @@ storage_mcap.DECOMPRESSORS['lz4'] = lambda data, size: unpack(data, size, 'lz4')
 def unpack_all(messages: Iterable[bytes]) -> list[bytes]:
     """Unpack messages that were packed one by one; ValueError if that becomes too much."""
     unpacked: list[bytes] = []
-    room = MOST_OF_A_BAG
+    room = Room(MOST_IN_MEMORY)
     for message in messages:
         unpacked.append(unpack(message))
-        room -= len(unpacked[-1])
-        if room < 0:
-            raise ValueError(f'unpacked they have more than {MOST_OF_A_BAG} bytes')
+        room.take(len(unpacked[-1]))
     return unpacked
+
+
+class Room:
+    """
+    Counts what was unpacked.
+
+    Parameters
+    ----------
+    most : int, optional, [bytes]
+        That it may come to; that of a whole bag by default.
+
+    """
+
+    def __init__(self, most: int | None = None) -> None:
+        self._most = MOST_OF_A_BAG if most is None else most
+        self._used = 0
+
+    def take(self, n_bytes: int) -> None:
+        """Take in that more was unpacked; BagError if that is too much."""
+        self._used += n_bytes
+        if self._used > self._most:
+            raise BagError(f'unpacked it has more than {self._most} bytes')
 
 
 def check_packed(path: Path) -> None:

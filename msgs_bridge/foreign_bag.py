@@ -17,7 +17,8 @@ from rosbags.rosbag2.storage_mcap import decompress
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_metadata import NAME
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
-from msgs_bridge.bounded_unpacking import check_packed, MOST_OF_A_CHUNK, unpack_all
+from msgs_bridge.bounded_unpacking import (
+    check_packed, MOST_IN_MEMORY, MOST_OF_A_CHUNK, Room, unpack_all)
 from msgs_bridge.mcap_scan import (
     CHANNEL_OP, CHUNK_OP, Cursor, cut_chunk, MAGIC, McapIndex, MESSAGE_OP, RECORD, Scan, scan,
     SCHEMA_OP, START, U4, U8)
@@ -89,7 +90,9 @@ class ForeignBag:
             with _opened(self._where) as reader:
                 wanted = [item for item in reader.connections if item.topic == topic]
                 # No connection at all would mean every one.
+                room = Room(MOST_IN_MEMORY)
                 for _, time, message in reader.messages(wanted) if wanted else ():
+                    room.take(len(message))
                     found.append(bytes(message))
                     times.append(time)
         except Exception as error:
@@ -221,6 +224,7 @@ class _Unpacking(Scan):
     def __init__(self, data: memoryview, file: IO[bytes]) -> None:
         super().__init__(data)
         self._file = file
+        self._room = Room()
         file.write(MAGIC)
 
     def _record(self, opcode: int, start: int, length: int) -> None:
@@ -243,6 +247,7 @@ class _Unpacking(Scan):
             self.found.damage = (self.found.damage
                                  or f'the chunk at byte {start} cannot be unpacked')
             return
+        self._room.take(size)
         self._file.write(b''.join((
             START.pack(CHUNK_OP, 40 + size), head, U4.pack(0), U8.pack(size), records)))
 

@@ -7,6 +7,7 @@ import resource
 import shutil
 import signal
 
+from mcap.writer import CompressionType, Writer
 import pytest
 from rosbags.rosbag2 import CompressionMode, reader as rosbags_reader, StoragePlugin
 
@@ -222,7 +223,7 @@ def test_what_unpacks_to_more_than_a_bag_is_refused(tmp_path, monkeypatch, name)
     path.write_bytes(packed_zeros(2**28))
     with bounded(), pytest.raises(BagError, match=r'more than 134217728 bytes; unpack it with'):
         open_bag(path)
-    assert MOST_OF_A_BAG == 2**32
+    assert MOST_OF_A_BAG == 2**31
 
 
 def test_a_packed_file_of_a_split_bag_is_bounded_too(tmp_path, monkeypatch):
@@ -255,6 +256,32 @@ def test_messages_packed_one_by_one_are_bounded(tmp_path, monkeypatch):
     monkeypatch.setattr('msgs_bridge.bounded_unpacking.MOST_OF_A_CHUNK', 100)
     with pytest.raises(BagError, match='become more than the 100'):
         open_bag(folder).messages('/wheel/odometry')
+
+
+def packed_chunks(path, n_chunks, n_bytes, is_whole):
+    """Write an MCAP file whose chunks become far more than they are."""
+    with path.open('wb') as file:
+        writer = Writer(file, chunk_size=2**20, compression=CompressionType.ZSTD)
+        writer.start(profile='ros2')
+        schema = writer.register_schema('nav_msgs/msg/Odometry', 'ros2msg', b'')
+        channel = writer.register_channel('/odom', 'cdr', schema)
+        for number in range(n_chunks):
+            writer.add_message(channel, number, bytes(n_bytes), number)
+        if is_whole:
+            writer.finish()
+
+
+@pytest.mark.parametrize('is_whole', [True, False])
+def test_chunks_that_become_too_much_together_are_refused(tmp_path, monkeypatch, is_whole):
+    path = tmp_path / 'bomb.mcap'
+    packed_chunks(path, 40, 2**22, is_whole)
+    assert path.stat().st_size < 2**20
+    assert len(open_bag(path).messages('/odom')) >= 39
+    for name in ('MOST_OF_A_BAG', 'MOST_IN_MEMORY'):
+        monkeypatch.setattr(f'msgs_bridge.bounded_unpacking.{name}', 2**26)
+    monkeypatch.setattr('msgs_bridge.foreign_bag.MOST_IN_MEMORY', 2**26)
+    with bounded(), pytest.raises(BagError, match='more than 67108864 bytes'):
+        open_bag(path).messages('/odom')
 
 
 def test_what_a_kill_left_of_a_draft_goes_when_the_folder_is_held(task):
