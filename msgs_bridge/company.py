@@ -196,8 +196,8 @@ class CompanyWatch:
     def _judge(self, now: float) -> None:
         self.problems = self._company.misfits(now)
         for problem in self.problems:
-            self._tell(problem.text)
+            self._tell(problem.text, problem.subject)
 
-    def _tell(self, text: str) -> None:
-        if self._said.is_new(text):
+    def _tell(self, text: str, subject: str = '') -> None:
+        if self._said.is_new(subject or text):
             self._say(text)

@@ -89,11 +89,14 @@ class Misfit:
     text : str
     stops : frozenset of Deed
         Of what nothing good can come.
+    subject : str
+        What is said once; the text where it is empty.
 
     """
 
     text: str
     stops: frozenset[Deed] = frozenset()
+    subject: str = ''
 
 
 def workspace_from_grid(grid: Grid) -> dict[str, Any]:
@@ -177,7 +180,7 @@ def _met(role: str, statements: list[Statement]) -> Misfit:
     names = ' and '.join(sorted(f'{printable(each.name)} ({_process(each.instance)})'
                                 for each in statements)[:4])
     return Misfit(f'{len(statements)} {ROLES[role]} in one namespace: {names}. Two suites have '
-                  f'met: {REMEDY}', frozenset(Deed))
+                  f'met: {REMEDY}', frozenset(Deed), f'{ROLES[role]} meet')
 
 
 def _process(instance: str) -> str:
