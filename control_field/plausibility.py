@@ -60,6 +60,16 @@ class DriveLimits:
     speed_max: float = SPEED_MAX
     pose_jump: float = POSE_JUMP
 
+    @property
+    def unknown_way(self) -> float:
+        """Return how far nobody needs to know the way, [m]: a cell, or twice a pose jump."""
+        return max(self.cell, 2.0 * self.pose_jump)
+
+    @property
+    def still(self) -> float:
+        """Return how far a robot that stands may seem to move, [m]."""
+        return max(_STILL * self.cell, 0.5 * self.pose_jump)
+
 
 @dataclass(frozen=True, eq=False)
 class WholeDrive:
@@ -160,7 +170,7 @@ def _leaps(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
     reach = limits.pose_jump + _speed(dt, way, limits) * dt
     usual = float(np.median(dt[dt > 0.0])) if (dt > 0.0).any() else 0.0
     leaps = (way > reach) & (dt > 0.0)
-    holes = (dt > max(_RARE * usual, _LEAST_HOLE)) & (way > limits.cell) & ~leaps
+    holes = (dt > max(_RARE * usual, _LEAST_HOLE)) & (way > limits.unknown_way) & ~leaps
     return [_break(BreakKind.LEAP if leaps[i] else BreakKind.HOLE, i, i + 1, stamps, xy,
                    float(reach[i])) for i in np.flatnonzero(leaps | holes).tolist()]
 
@@ -255,7 +265,7 @@ def _without_spikes(
 
 def _is_known(at: Floats, places: Floats, limits: DriveLimits) -> bool:
     """Tell whether no way is lost between two poses."""
-    return _is_soon(at) or math.dist(*places) <= limits.cell
+    return _is_soon(at) or math.dist(*places) <= limits.unknown_way
 
 
 def _is_soon(at: Floats) -> bool:
@@ -273,7 +283,7 @@ def _last_part(
         raise ImplausibleDriveError(breaks)
     for start, end in pairwise(starts):
         places = xy[order[start:end]]
-        if np.hypot(*(places - places[:1]).T).max(initial=0.0) > _STILL * limits.cell:
+        if np.hypot(*(places - places[:1]).T).max(initial=0.0) > limits.still:
             raise ImplausibleDriveError(breaks)
     return WholeDrive(rest, early=breaks[-1], n_early=len(stamps) - len(rest))
 

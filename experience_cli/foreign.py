@@ -29,7 +29,7 @@ def add_options(parser: argparse.ArgumentParser, keeping: bool = False) -> None:
     group.add_argument('--frame', metavar='NAME',
                        help='of the workspace; /tf takes the poses there, if it can (odom)')
     group.add_argument('--max-speed', type=speed, metavar='M/S',
-                       help='a drive that is faster is no robot, and not learnt (3 m/s)')
+                       help='a drive that is faster is no robot: not learnt (3 m/s, or of --like)')
     group.add_argument('--like', type=Path, metavar='BAG',
                        help='workspace and parameters are those of this bag, or task')
     if keeping:
@@ -189,6 +189,7 @@ def _there(path: Path) -> Path:
 def _header(arguments: argparse.Namespace, task: Any) -> Any:
     """Return the header of a demonstration in the workspace that the arguments describe."""
     from control_field.parameters import Parameters
+    from control_field.plausibility import SPEED_MAX
     from experience_cli.episodes import episodes_from_paths
     from experience_cli.workspace import common_header
     from msgs_bridge.bag_folder import EpisodeKind
@@ -199,7 +200,7 @@ def _header(arguments: argparse.Namespace, task: Any) -> Any:
         episodes_from_paths([arguments.like]))
     if found is None:
         return EpisodeHeader(EpisodeKind.DEMO, '', _grid(arguments), Parameters(),
-                             speed_max=_speed_max(arguments))
+                             speed_max=arguments.max_speed or SPEED_MAX)
     given = [f'--{name}' for name in _WORKSPACE if getattr(arguments, name) is not None]
     if given and found.grid != _grid(arguments):
         raise UserError(f'{given[0]}: the workspace is that of {arguments.like or task.path}, '
@@ -207,7 +208,7 @@ def _header(arguments: argparse.Namespace, task: Any) -> Any:
     if of_task is not None:
         of_task.check_grid(found.grid, task.path)
     return EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters,
-                         speed_max=_speed_max(arguments))
+                         speed_max=arguments.max_speed or found.speed_max)
 
 
 def speed(text: str) -> float:
@@ -219,12 +220,6 @@ def speed(text: str) -> float:
     if not 0.0 < value < math.inf:
         raise argparse.ArgumentTypeError(f'{text!r} is no speed, must be above 0 m/s')
     return value
-
-
-def _speed_max(arguments: argparse.Namespace) -> float:
-    from control_field.plausibility import SPEED_MAX
-
-    return SPEED_MAX if arguments.max_speed is None else float(arguments.max_speed)
 
 
 def _grid(arguments: argparse.Namespace) -> Any:
