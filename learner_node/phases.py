@@ -23,6 +23,8 @@ MAX_ASKING: Final = 10.0
 #: After how many the robot is sent to another start: that one may lie in an obstacle.
 PLACE_REQUESTS: Final = 4
 
+#: Time between two looks at the clock from which on this process itself was held up, [s].
+ASLEEP: Final = 1.0
 #: Longest wait for the sight of where the robot was set, [s].
 SIGHT_PATIENCE: Final = 1.0
 

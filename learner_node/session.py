@@ -81,7 +81,11 @@ class Session(Teaching):
 
     def saw_peers(self, peers: Peers, now: float) -> Effects:
         """Take in who is there."""
-        lost, self._peers = self._peers.lost(peers), peers
+        self._look_at_clock(now)
+        lost = self._peers.lost(peers)
+        if lost and now - self._woke < self.settings.peer_timeout:
+            return []  # whoever sleeps for long is forgotten, and has to find the others anew
+        self._peers = peers
         if not peers.controller:
             self._status = None
             self._tally.clear()
@@ -229,6 +233,7 @@ class Session(Teaching):
 
     def tick(self, now: float) -> Effects:
         """Look whether something has not come for too long; call it about every 50 ms."""
+        self._look_at_clock(now)
         if self.phase is Phase.IDLE:
             lost = self._tally.loss(self._status, self.memory)
             return [Say(lost, warns=True)] if lost else []
@@ -241,14 +246,20 @@ class Session(Teaching):
         if self.phase is Phase.TRIAL:
             return self._watch_trial(now)
         if self.phase is Phase.FINISHING and now - self._began > self.settings.peer_timeout:
-            return self._break_off(
-                f'{self._tally[self.trial]} of {self._status.decisions if self._status else 0} '
-                f'decisions arrived', now)
+            return self._break_off(self._why_short(now), now)
         if self.phase is Phase.FINISHING:
             return self._finish(now)
         self._n_silent += 1
         waits = self.phase is Phase.STARTING and self._n_silent < LOST
         return self._ask_again(now) if now - self._asked > RETRY and not waits else []
+
+    def _why_short(self, now: float) -> str:
+        """Say that a trial has ended of which something is missing."""
+        n_decided = self._status.decisions if self._status else 0
+        said = f'{self._tally[self.trial]} of {n_decided} decisions arrived'
+        if now - self._woke > 2.0 * self.settings.peer_timeout:
+            return said
+        return f'{said}; the learner itself had stood still for {self._slept:.1f} s'
 
     def _watch_trial(self, now: float) -> Effects:
         if self._status is None or self._status.state is not State.RUNNING:

@@ -6,7 +6,7 @@ import math
 from learner_node.absence import Absence
 from learner_node.effects import Abandon, Close, Discard, Effect, Effects, Place, Say, StopTrial
 from learner_node.phases import (
-    Arrival, IN_TRIAL, obstacle, Peers, Phase, RECORDING, RETRY, SessionError, WORDS)
+    Arrival, ASLEEP, IN_TRIAL, obstacle, Peers, Phase, RECORDING, RETRY, SessionError, WORDS)
 from learner_node.settings import Settings, StartPose
 from learner_node.tally import Intruder, is_running, Tally
 from msgs_bridge.statements import Deed
@@ -46,6 +46,18 @@ class Transitions:
         self._n_asked = self._n_silent = 0
         self._stamp = 0.0
         self._told = self._lost = ''
+        self._looked = self._woke = -math.inf
+        self._slept = 0.0
+
+    def _look_at_clock(self, now: float) -> None:
+        """Take in the time; what this process itself slept through was nobody's silence."""
+        slept, self._looked = now - self._looked, now
+        if not ASLEEP < slept < math.inf:
+            return
+        self._slept, self._woke = slept, now
+        self._began, self._heard, self._moved, self._asked = (
+            min(since + slept, now)
+            for since in (self._began, self._heard, self._moved, self._asked))
 
     @property
     def is_recording(self) -> bool:

@@ -1,5 +1,8 @@
 """Processes that die in the middle of a trial: the suite finishes by itself, no bag is lost."""
 
+import signal
+import time
+
 import pytest
 
 from control_field.records import Outcome
@@ -25,6 +28,21 @@ def finish(suite):
     for episode in suite.task.episodes():
         lessons.learn(episode)
     assert field_bytes(lessons.field()) == suite.live_bytes()
+
+
+def test_a_learner_that_was_suspended_takes_its_own_sleep_for_nobodys_silence(
+    ros_domain, tmp_path,
+):
+    with running_suite(tmp_path / 'suite', ros_domain, auto_start=True,
+                       peer_timeout=1.0) as suite:
+        suite.demonstrate()
+        suite.wait_for_step(3)
+        suite.processes['learner_node'].send(signal.SIGSTOP)
+        until = time.monotonic() + 3.0
+        suite.wait(lambda: time.monotonic() > until, 'the end of the sleep')
+        suite.processes['learner_node'].send(signal.SIGCONT)
+        finish(suite)
+        assert Outcome.ABORTED not in outcomes(suite.task), suite.report()
 
 
 @pytest.mark.parametrize('victim', ['learner_node', 'control_field_node', 'sim_node'])

@@ -59,6 +59,52 @@ def trying(play):
     return play
 
 
+class TestSleep:
+    """The process stood still: SIGSTOP, a closed lid, a machine that swaps."""
+
+    @pytest.mark.parametrize('seconds', [2.0, 30.0])
+    def test_what_it_slept_through_is_nobodys_silence(self, trying, seconds):
+        trying('heard_odometry', 1.0)
+        trying('heard_command')
+        trying.wait(0.5)
+        trying.now += seconds
+        assert trying.wait(0.1) == []
+        assert trying.phase is Phase.TRIAL
+        trying('saw_decisions', 1, 3)
+        trying('heard_odometry', 9.0)
+        assert trying('saw_status', ended(decisions=3, stamp=9.0)) == [Close()]
+
+    def test_silence_after_it_counts(self, trying):
+        trying.now += 30.0
+        [said, abandoned, stop] = trying.wait(5.2)
+        assert said.text.startswith('trial 1 is broken off: no odometry for 5.')
+
+    def test_peers_that_have_to_be_found_anew_have_time(self, trying):
+        trying.now += 30.0
+        assert trying('saw_peers', Peers()) == []
+        trying.wait(1.0)
+        trying('saw_peers', Peers(controller=True, robot=True))
+        trying('heard_command')
+        assert trying.phase is Phase.TRIAL
+
+    def test_peers_that_are_gone_are_missed_a_little_later(self, trying):
+        trying.now += 30.0
+        assert trying('saw_peers', Peers()) == []
+        for _ in range(60):
+            trying('heard_command')
+            trying.wait(0.1)
+        assert any('went away' in effect.text for effect in trying('saw_peers', Peers())
+                   if isinstance(effect, Say))
+
+    def test_a_trial_of_which_decisions_are_lost_says_why(self, trying):
+        trying.now += 30.0
+        trying('saw_decisions', 1, 2)
+        trying('saw_status', ended(decisions=3))
+        effects = trying.wait(5.2)
+        assert any('2 of 3 decisions arrived; the learner itself had stood still for 30'
+                   in effect.text for effect in effects if isinstance(effect, Say))
+
+
 class TestDemonstration:
 
     def test_is_closed_when_no_more_comes(self, play):
