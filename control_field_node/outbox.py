@@ -50,9 +50,10 @@ class Outbox:
         self._node, self._settings, self._supervisor = node, settings, supervisor
         self._writer = writer
         self._told: tuple[object, ...] = ()
-        self.commands = node.create_publisher(writer.kind, 'cmd_vel', qos.COMMAND)
+        commanded = qos.LOCKSTEP_PUB if settings.lockstep else qos.COMMAND
+        self.commands = node.create_publisher(writer.kind, 'cmd_vel', commanded)
         writer.publish = self.commands.publish
-        self._requests = node.create_publisher(TwistStamped, 'cmd_vel_requested', qos.COMMAND)
+        self._requests = node.create_publisher(TwistStamped, 'cmd_vel_requested', commanded)
         self._experience = node.create_publisher(PointCloud2, 'experience', qos.EXPERIENCE)
         self.trials = node.create_publisher(DiagnosticStatus, 'trial', qos.LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)

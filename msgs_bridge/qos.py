@@ -24,6 +24,9 @@ COMMAND: Final = _reliable(1)
 #: How ticks and their answers are read in lock-step, where none may be lost, whatever others send
 #: in between.
 LOCKSTEP: Final = _reliable(1000)
+#: How they are published: a lock-step does not wait for who records it, and a short queue would
+#: drop what has not got through to one that the machine does not let run for a while.
+LOCKSTEP_PUB: Final = _reliable(4000)
 #: `control_field`, `prototypes`, `trial`, `map`, `markers`: a late reader gets the newest.
 LATCHED: Final = _reliable(1, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `experience`: no decision may be lost.

@@ -122,11 +122,12 @@ class SimNode(Node):
         return world
 
     def _make_topics(self) -> None:
-        self._odometry = self.create_publisher(Odometry, 'odom', qos.ODOMETRY_PUB)
+        lockstep = self._settings.lockstep
+        self._odometry = self.create_publisher(
+            Odometry, 'odom', qos.LOCKSTEP_PUB if lockstep else qos.ODOMETRY_PUB)
         # A lost sight would stop a lock-step for good; who reads best effort is served as well.
         self._sight = self.create_publisher(
-            OccupancyGrid, 'neighbourhood',
-            qos.ODOMETRY_PUB if self._settings.lockstep else qos.SENSOR)
+            OccupancyGrid, 'neighbourhood', qos.LOCKSTEP_PUB if lockstep else qos.SENSOR)
         self._map = self.create_publisher(OccupancyGrid, 'map', qos.LATCHED)
         self._contact = self.create_publisher(Bool, 'contact', qos.LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)

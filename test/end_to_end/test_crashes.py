@@ -33,12 +33,11 @@ def finish(suite):
 def test_a_learner_that_was_suspended_takes_its_own_sleep_for_nobodys_silence(
     ros_domain, tmp_path,
 ):
-    with running_suite(tmp_path / 'suite', ros_domain, auto_start=True,
-                       peer_timeout=1.0) as suite:
+    with running_suite(tmp_path / 'suite', ros_domain, auto_start=True) as suite:
         suite.demonstrate()
         suite.wait_for_step(3)
         suite.processes['learner_node'].send(signal.SIGSTOP)
-        until = time.monotonic() + 3.0
+        until = time.monotonic() + 7.0  # more than its peer_timeout
         suite.wait(lambda: time.monotonic() > until, 'the end of the sleep')
         suite.processes['learner_node'].send(signal.SIGCONT)
         finish(suite)

@@ -15,7 +15,9 @@ from learner_node.waiting import Raw
 from learner_node.worker import result_of, Worker
 from msgs_bridge.bag_folder import BagError, EpisodeKind, TaskFolder
 from msgs_bridge.bag_records import BagReader
+from msgs_bridge.bag_repair import needs_repair
 from msgs_bridge.trial_status import Label
+from ros_helpers import wait_until
 
 
 @pytest.fixture
@@ -190,6 +192,32 @@ class TestRecorder:
         # Who plays it does not wait from when the field was sent until the bag begins.
         assert [(channel.topic, log, sent) for channel, log, sent, _ in records] == [
             ('/contact', 5, 1), ('/map', 5, 2), ('/odom', 6, 6)]
+
+    def test_writes_what_waits_for_long_and_takes_back_what_came_after_the_end(self, tmp_path):
+        library = library_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(library.task, library.header)
+        first = recorder.start(EpisodeKind.DEMO, 0)
+        for stamp in range(6):
+            recorder.arrived('odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
+        recorder.take()
+
+        def catch_up():
+            recorder.catch_up()
+            return len(list(BagReader(first.bag).records())) == 6
+
+        wait_until(catch_up, what='what waits in the bag')
+        # The session, once it goes on, ends the bag behind the third and begins the next there.
+        recorder.take()
+        recorder.take()
+        recorder.close()
+        second = recorder.start(EpisodeKind.TRIAL, 9)
+        while recorder.oldest():
+            recorder.take()
+        recorder.close()
+        found = [[sent for *_, sent, _ in BagReader(episode.bag).records()]
+                 for episode in (first, second)]
+        assert found == [[0, 1, 2], [3, 4, 5]]
+        assert not needs_repair(first.path)
 
     def test_keeps_the_decisions_of_a_trial_that_starts_during_a_demonstration(self, tmp_path):
         library = library_of(TaskFolder(tmp_path, 'task1'))

@@ -76,7 +76,7 @@ class TestSleep:
 
     def test_silence_after_it_counts(self, trying):
         trying.now += 30.0
-        [said, abandoned, stop] = trying.wait(5.2)
+        said, *_ = trying.wait(5.2)
         assert said.text.startswith('trial 1 is broken off: no odometry for 5.')
 
     def test_peers_that_have_to_be_found_anew_have_time(self, trying):
