@@ -123,6 +123,10 @@ class Arrival:
         """Take in that a neighbourhood of a stamp has come."""
         self._seen = stamp
 
+    def is_behind(self, stamp: float) -> bool:
+        """Tell whether the sight of a stamp may yet come: that of before has."""
+        return self._seen is not None and self._seen < stamp
+
     def is_seen(self, now: float) -> bool:
         """Tell whether the robot is there, and the sight is not of before; not for too long."""
         return self._stamp is not None and (

@@ -188,7 +188,7 @@ class Session(Teaching):
         if self.phase is not Phase.FINISHING or status is None or status.outcome is None:
             return []
         if self._tally[self.trial] < status.decisions or (
-                self._stamp < status.stamp
+                (self._stamp < status.stamp or self._arrival.is_behind(status.stamp))
                 and now - self._began < patience(self.settings.lockstep)):
             return []
         if status.outcome is not Outcome.ABORTED and (

@@ -40,7 +40,9 @@ class Teaching(Transitions):
 
     def _settle(self, now: float) -> Effects:
         waited = now - self._began
-        if min(now - self._heard, waited) < QUIET and waited < patience(self.settings.lockstep):
+        is_quiet = min(now - self._heard, waited) >= QUIET
+        if waited < patience(self.settings.lockstep) and (
+                not is_quiet or self._arrival.is_behind(self._stamp)):
             return []
         return self._learn(now)
 

@@ -181,7 +181,8 @@ def _gaps(bag: BagReader, header: EpisodeHeader) -> BagGaps:
     is_cut = bag.path.with_name(bag.path.name + WHOLE).exists()
     bounds = [] if is_cut else [*rows['stamp'].tolist(), *said]
     holes = [*_holes('odom', stamps['odom'], start, bounds),
-             *_holes('neighbourhood', stamps['neighbourhood'], start, [])]
+             *_holes('neighbourhood', stamps['neighbourhood'], start,
+                     stamps['odom'][[0, -1]].tolist() if len(stamps['odom']) else [])]
     steps = np.unique(rows['step'].astype(np.int64))
     n_missing = int(steps[-1]) + 1 - len(steps) if len(steps) else 0
     # Of the first numbers, as many as there are steps and a few more, a few must be missing.

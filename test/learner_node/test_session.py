@@ -133,6 +133,20 @@ class TestDemonstration:
             effects += play.wait(0.05)
         assert effects == [Close()]
 
+    def test_waits_for_the_sight_of_its_end_but_not_for_long(self, play):
+        play('saw_sight', 0.5)
+        play('heard_odometry', 1.0)
+        play('record')
+        play('keep')
+        assert play.wait(0.2) == []
+        play('saw_sight', 1.0)
+        assert play.wait(0.05) == [Close()]
+        play('learnt', 2)
+        play('heard_odometry', 2.0)
+        play('record')
+        play('keep')
+        assert play.wait(0.4) == [Close()]
+
     def test_can_be_thrown_away(self, play):
         play('record')
         assert play('discard') == [Discard()]
