@@ -202,10 +202,9 @@ def _decided(
         own = [status for _, status in statuses(messages('trial')) if status.trial == 0]
         return rows[:0], [status.stamp for status in own], 0
     number, ended = own_trial(messages('trial'), rows)
-    rows = rows[rows['trial'] == number]
-    said = [status.stamp for _, status in statuses(messages('trial'))
-            if status.trial == number and status.stamp >= rows['stamp'].min(initial=np.inf)]
-    return rows, said, ended.decisions if ended is not None else 0
+    n_decided = ended.decisions if ended is not None else 0
+    said = [ended.stamp] if ended is not None else []
+    return rows[rows['trial'] == number], said, n_decided
 
 
 def _stamps(messages: RawMessages) -> npt.NDArray[np.float64]:

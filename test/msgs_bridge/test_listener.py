@@ -1,0 +1,58 @@
+"""Topics heard in a thread of their own."""
+
+from collections import Counter
+import time
+
+import pytest
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import String
+
+from msgs_bridge import qos
+from msgs_bridge.listener import Listener
+from ros_helpers import wait_until
+
+
+@pytest.fixture
+def heard(ros_node):
+    """Listen to `talk`; return the texts that came and when, [ns]."""
+    found = []
+    listener = Listener(ros_node, Counter())
+    listener.hear(String, '/talk', lambda cdr, arrived: found.append(
+        (deserialize_message(cdr, String).data, arrived)),
+        (qos.RECORDING,), qos.RECORDING_BEST_EFFORT)
+    listener.start()
+    yield found
+    listener.close()
+
+
+def say_until_heard(publisher, text, heard):
+    def is_heard():
+        publisher.publish(String(data=text))
+        return any(said == text for said, _ in heard)
+    wait_until(is_heard, what=text)
+
+
+def test_who_publishes_best_effort_is_heard_too_and_nobody_twice(ros_node, heard):
+    reliable = ros_node.create_publisher(String, '/talk', qos.RECORDING)
+    say_until_heard(reliable, 'reliable', heard)
+    lossy = ros_node.create_publisher(String, '/talk', qos.RECORDING_BEST_EFFORT)
+    say_until_heard(lossy, 'lossy', heard)
+    wait_until(lambda: reliable.get_subscription_count() == 2, what='both subscriptions')
+    numbers = [str(number) for number in range(100)]
+    for number in numbers:
+        reliable.publish(String(data=number))
+    say_until_heard(reliable, 'end', heard)
+    assert [said for said, _ in heard if said.isdecimal()] == numbers
+
+
+def test_it_is_told_when_the_middleware_got_it(ros_node, heard):
+    publisher = ros_node.create_publisher(String, '/talk', qos.RECORDING)
+    before = time.time_ns()
+    say_until_heard(publisher, 'now', heard)
+    assert all(before <= arrived <= time.time_ns() for _, arrived in heard)
+
+
+def test_it_has_a_name_of_its_own_and_ends_at_once(ros_node, heard):
+    names = ros_node.get_node_names()
+    assert f'{ros_node.get_name()}_recorder' in names
+    assert len(names) == len(set(names))
