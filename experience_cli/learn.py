@@ -24,7 +24,8 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
                         'recorders')
     parser.add_argument('--save', type=Path, metavar='FIELD.npz', help='write the field here')
     parser.add_argument('--check', action='store_true',
-                        help='compare with the fields that the live learner published')
+                        help='compare with the fields that the live learner published, and '
+                        'fail where a bag is incomplete')
     parser.add_argument('--quiet', action='store_true', help='print the last line only')
     foreign.add_options(parser, keeping=True)
     return parser
