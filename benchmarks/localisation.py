@@ -25,6 +25,7 @@ from control_field.parameters import Parameters
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.sight import masks_from_neighbourhood
 from control_field_node.answer import Answer
+from control_field_node.placing import take_place
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
 from experience_cli.demo import WAY
@@ -228,9 +229,9 @@ class Bench:
         """Tell the controller a noisy pose."""
         noise = self._rng.standard_normal(3) * (POSE_STD, POSE_STD, POSE_YAW_STD)
         x, y, yaw = (np.array(self.simulation.robot.truth) + noise).tolist()
-        self.supervisor.saw_localisation(
-            Pose(self._now, x, y, yaw, frame_id='map'),
-            (POSE_STD**2, POSE_STD**2, POSE_YAW_STD**2))
+        take_place(
+            self.supervisor, Pose(self._now, x, y, yaw, frame_id='map'),
+            (POSE_STD**2, POSE_STD**2, POSE_YAW_STD**2), self._now)
 
     def _take(self, answer: Answer, rows: list[Any]) -> None:
         rows += answer.rows

@@ -7,7 +7,7 @@ far as the robot's disc, driving its arc and then braking, touches no cell that 
 blocked and stays within the nine cells. Turning on the spot moves no disc and always passes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 import math
@@ -34,6 +34,7 @@ class GateReason(StrEnum):
     SPEED = 'speed'                #: cut to what the robot can drive
     SLOWED = 'slowed'              #: near something blocked
     BLOCKED = 'blocked'            #: no forward motion: it would touch a blocked cell
+    LATE = 'late'                  #: no forward motion: where it is by now is too uncertain
     NO_SIGHT = 'no_sight'          #: no forward motion: the sight does not show where it is
     NOT_FINITE = 'not_finite'      #: stopped: NaN, infinity or a time that is negative
 
@@ -45,6 +46,7 @@ class GateReason(StrEnum):
 
 _SENTENCES: Final = {
     GateReason.BLOCKED: 'blocked or unseen cells are in the way',
+    GateReason.LATE: 'poses arrive so late that where it is by now is too uncertain here',
     GateReason.NO_SIGHT: 'nothing shows what is around it',
     GateReason.NOT_FINITE: 'command, pose or time is no number, or the time is negative'}
 
@@ -101,9 +103,29 @@ def sight_from_cells(
     return Sight(boxes, (low_x, low_y, low_x + 3 * side, low_y + 3 * side))
 
 
+def clear_of_obstacles(
+    velocity: Velocity, dt: float, pose: tuple[float, float, float], sight: Sight, limits: Limits,
+) -> tuple[Velocity, GateReason]:
+    """Return the velocity, slowed as far as its braking way needs."""
+    v, w = velocity
+    if abs(v) < SLOWEST:
+        return (0.0, w), GateReason.NONE
+    if not is_within(pose, sight):
+        return (0.0, w), GateReason.NO_SIGHT
+    for share in (1.0, 0.5, 0.25):
+        if is_clear((share * v, w), dt, pose, sight, limits):
+            return (share * v, w), GateReason.NONE if share == 1.0 else GateReason.SLOWED
+    return (0.0, w), GateReason.BLOCKED
+
+
+#: What slows a velocity down for what is in its way.
+Slowing = Callable[[Velocity, float, tuple[float, float, float], Sight, Limits],
+                   tuple[Velocity, GateReason]]
+
+
 def gate(
     command: Velocity, previous: Velocity, dt: float, pose: tuple[float, float, float],
-    sight: Sight | None, limits: Limits,
+    sight: Sight | None, limits: Limits, slowed: Slowing = clear_of_obstacles,
 ) -> tuple[Velocity, GateReason]:
     """
     Return the command that may go to the wheels, and what was done to it.
@@ -122,12 +144,14 @@ def gate(
         None where there is no sight: then the robot may only turn.
     limits : Limits
         What the robot can do.
+    slowed : callable
+        Looks at what is in the way; `control_field.late_gate` has one for poses that come late.
 
     Returns
     -------
     velocity : tuple of float
         Within the limits of speed, and within those of acceleration unless the reason is
-        ``BLOCKED``, ``SLOWED``, ``NO_SIGHT`` or ``NOT_FINITE``: those brake at once.
+        ``BLOCKED``, ``SLOWED``, ``LATE``, ``NO_SIGHT`` or ``NOT_FINITE``: those brake at once.
     reason : GateReason
 
     """
@@ -138,7 +162,7 @@ def gate(
     ramped = within_speed(within_acceleration(slow, previous, dt, limits), limits)
     if sight is None:
         return (0.0, ramped[1]), GateReason.NO_SIGHT
-    velocity, reason = _clear_of_obstacles(ramped, dt, pose, sight, limits)
+    velocity, reason = slowed(ramped, dt, pose, sight, limits)
     if reason is not GateReason.NONE:
         return velocity, reason
     if ramped != slow:
@@ -146,20 +170,10 @@ def gate(
     return ramped, GateReason.SPEED if slow != command else GateReason.NONE
 
 
-def _clear_of_obstacles(
-    velocity: Velocity, dt: float, pose: tuple[float, float, float], sight: Sight, limits: Limits,
-) -> tuple[Velocity, GateReason]:
-    """Return the velocity, slowed as far as its braking way needs."""
-    v, w = velocity
-    if abs(v) < SLOWEST:
-        return (0.0, w), GateReason.NONE
+def is_within(pose: tuple[float, float, float], sight: Sight) -> bool:
+    """Tell whether a pose lies within what is seen."""
     low_x, low_y, high_x, high_y = sight.seen
-    if not (low_x <= pose[0] <= high_x and low_y <= pose[1] <= high_y):
-        return (0.0, w), GateReason.NO_SIGHT
-    for share in (1.0, 0.5, 0.25):
-        if is_clear((share * v, w), dt, pose, sight, limits):
-            return (share * v, w), GateReason.NONE if share == 1.0 else GateReason.SLOWED
-    return (0.0, w), GateReason.BLOCKED
+    return low_x <= pose[0] <= high_x and low_y <= pose[1] <= high_y
 
 
 def braking_way(v: float, dt: float, limits: Limits) -> float:

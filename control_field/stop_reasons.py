@@ -10,6 +10,7 @@ class StopReason(StrEnum):
     """Why the robot was stopped."""
 
     STALE_ODOMETRY = 'stale_odometry'
+    LATE_POSES = 'late_poses'
     STALE_NEIGHBOURHOOD = 'stale_neighbourhood'
     CLOCK_JUMPED_BACK = 'clock_jumped_back'
     OUTSIDE_WORKSPACE = 'outside_workspace'
@@ -52,6 +53,7 @@ class StopReason(StrEnum):
 
 _SENTENCES: Final = {
     StopReason.STALE_ODOMETRY: 'no usable odometry has arrived in time',
+    StopReason.LATE_POSES: 'odometry arrives too late to drive by',
     StopReason.STALE_NEIGHBOURHOOD: 'no usable neighbourhood has arrived in time',
     StopReason.CLOCK_JUMPED_BACK: 'the stamps of the odometry went back in time',
     StopReason.OUTSIDE_WORKSPACE: 'the robot has left the workspace',

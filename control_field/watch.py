@@ -216,6 +216,7 @@ class ProgressWatch:
 
     def observe(
         self, stamp: float, x: float, y: float, yaw: float, n_cells: int, told: float,
+        patience: float = 1.0,
     ) -> StopReason | None:
         """
         Take in where the robot is.
@@ -228,6 +229,8 @@ class ProgressWatch:
             Cells entered so far.
         told : float
             Speed it was told to drive since the last pose, [m/s].
+        patience : float
+            How many times `progress_time` it has: a robot that is heard late drives slower.
 
         """
         if self._started is None:
@@ -244,7 +247,7 @@ class ProgressWatch:
         if self._base is None or n_cells != self._base[3] or math.hypot(
                 x - self._base[1], y - self._base[2]) >= self.rules.progress_distance:
             self._base = (stamp, x, y, n_cells)
-        if stamp - self._base[0] > self.rules.progress_time:
+        if stamp - self._base[0] > self.rules.progress_time * patience:
             return StopReason.NO_PROGRESS
         return None
 

@@ -3,16 +3,13 @@
 from collections import Counter
 from collections.abc import Callable
 import math
-from typing import Final
 
-from control_field.watch import Freshness, PoseWatch
+from control_field.lateness import OTHER_CLOCK
+from control_field.watch import Freshness, PoseWatch, StopReason
 from control_field_node.settings import Settings
 from msgs_bridge.kinds import SaidOnce
 from msgs_bridge.neighbourhoods import Neighbourhood
 from msgs_bridge.poses import Pose
-
-#: Age from which a stamp is taken to be of another clock, [s].
-_OTHER_CLOCK: Final = 60.0
 
 
 class Intake:
@@ -30,6 +27,8 @@ class Intake:
     ----------
     counts : Counter
         What was refused or passed over, by what it is.
+    too_late : float, [s]
+        Age of the odometry that came since the last that was fresh enough, 0 if none did.
     odometry, sight : Freshness
     poses : PoseWatch
     why_late : str
@@ -44,6 +43,7 @@ class Intake:
         self.places = Freshness(math.inf)  # of a localisation
         self.poses = PoseWatch(settings.rules)
         self.why_late = ''
+        self.too_late = 0.0
         self._log = log
         self._bad_until = -math.inf
         self._refused = SaidOnce()
@@ -81,6 +81,8 @@ class Intake:
         if is_missed and what.is_stale(now):
             self._bad_until = now + what.timeout
         what.saw(now)
+        if what is self.odometry:
+            self.too_late = 0.0
 
     def is_late_pose(self, pose: Pose, clock: float) -> bool:
         """
@@ -92,16 +94,23 @@ class Intake:
         """
         age, timeout = clock - pose.stamp, self._settings.odom_timeout
         n_behind = self.poses.n_behind(pose.stamp)
-        old = timeout < age < _OTHER_CLOCK and not self.poses.went_back(n_behind)
+        old = timeout < age < OTHER_CLOCK and not self.poses.went_back(n_behind)
+        if old:
+            self.too_late = age
         if old and not n_behind:
-            self.refuse(f'odom: age is {age:.2f} s, must be below odom_timeout '
-                        f'({timeout:g} s); are the clocks set?')
+            self.refuse(f'odom: age is {age:.2f} s when it arrives, must be below odom_timeout '
+                        f'({timeout:g} s); is the link that slow, or are the clocks not set?')
         late = self.poses.is_repeated(pose.stamp) or (old and n_behind > 0)
         self.counts['late odometry'] += late
         self.why_late = f'its stamps do not advance (last {pose.stamp:.2f} s)' if late else (
             f'it is {age:.2f} s old by its stamps, must be below odom_timeout ({timeout:g} s): '
-            f'are the clocks set?')
+            f'is the link that slow, or are the clocks not set?')
         return old or late
+
+    def why_stale(self, now: float) -> StopReason:
+        """Return why there is no fresh odometry: none comes, or only such as is too old."""
+        late = self.too_late and self.odometry.comes_in_vain(now)
+        return StopReason.LATE_POSES if late else StopReason.STALE_ODOMETRY
 
     def is_late_sight(self, sight: Neighbourhood, last: Neighbourhood | None) -> bool:
         """Tell whether a neighbourhood is older than the last, and is to be passed over."""

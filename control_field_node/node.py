@@ -26,6 +26,7 @@ from control_field_node.placing import take_place
 from control_field_node.reports import Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.supervisor import Supervisor
+from control_field_node.wheels import GUARD_PERIOD
 from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.company import CompanyWatch
@@ -92,6 +93,8 @@ class ControlFieldNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_WATCH_PERIOD, self._watch, clock=steady)
         self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
+        if not self._settings.lockstep:
+            self.create_timer(GUARD_PERIOD, self._guard, clock=steady)
         self._log('info', f'waits for a control field; it drives by {self._writer.kind.__name__} '
                   f'on {self._out.commands.topic_name}')
 
@@ -193,7 +196,7 @@ class ControlFieldNode(Node):
             self._take_tick(msg, pose, now)
         elif not self.supervisor.intake.is_late_pose(pose, clock):
             self._book.odometry = msg
-            self._publish(self.supervisor.saw_pose(pose, now), msg)
+            self._publish(self.supervisor.saw_pose(pose, now, clock), msg)
         else:
             self.supervisor.intake.odometry.pass_over(now, self.supervisor.intake.why_late)
 
@@ -336,6 +339,11 @@ class ControlFieldNode(Node):
             self._look_at_peers()
         if self.supervisor.held != self._told_held:  # a person wonders why nothing moves
             self._tell()
+
+    def _guard(self) -> None:
+        """Take the last command back if the robot must not follow it until the next pose."""
+        clock = self.get_clock().now().nanoseconds * 1e-9
+        self._publish(self.supervisor.guard(time.monotonic(), clock))
 
     def _end_teleop(self) -> None:
         """Stop the robot when a person lets go of the keys outside a trial."""

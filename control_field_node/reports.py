@@ -83,7 +83,7 @@ def diagnostic_from_supervisor(
         'stop_reason': _reason(supervisor) or '', 'held': supervisor.held,
         'field_refused': supervisor.refusal, 'other_publishers': ', '.join(sorted(peers.others)),
         'speed': f'{supervisor.velocity[0]:.3f}', 'turn_rate': f'{supervisor.velocity[1]:.3f}',
-        **_localisation(supervisor),
+        **_localisation(supervisor), **_latency(supervisor),
         **{key.replace(' ', '_'): count for key, count in counts}}
     message = (
         peers.mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
@@ -97,6 +97,17 @@ def diagnostic_from_supervisor(
         name=f'{name.lstrip("/")}: controller', hardware_id=supervisor.settings.robot_id,
         message=message or (problem.sentence if problem is not None else status.sentence),
         values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+
+
+def _latency(supervisor: Supervisor) -> dict[str, str]:
+    """Return how late the robot is heard and answers; nothing in lock-step, where it is not."""
+    if supervisor.settings.lockstep:
+        return {}
+    link = supervisor.wheels.lateness
+    return {'odom_age': f'{link.age:.3f}', 'odom_age_worst': f'{link.worst_age:.3f}',
+            'odom_lost': f'{link.lost:.2f}', 'response_time': f'{link.response.usual:.3f}',
+            'latency': f'{link.longest:.3f}', 'clocks_differ': str(link.clocks_differ).lower(),
+            'speed_share': f'{link.slowing:.2f}'}
 
 
 def _localisation(supervisor: Supervisor) -> dict[str, str]:

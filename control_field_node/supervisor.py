@@ -8,10 +8,9 @@ the `Answer` it gets.
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from control_field.gate import gate, GateReason
+from control_field.gate import GateReason
 from control_field.grid import Grid
-from control_field.limits import (
-    nearest_to_rest, STANDSTILL, Velocity, within_acceleration, within_speed)
+from control_field.limits import nearest_to_rest, STANDSTILL, Velocity
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.takeover import moves, TakeoverWatch
@@ -25,10 +24,12 @@ from control_field_node.refusals import why_no_start
 from control_field_node.seen import Seen
 from control_field_node.settings import Settings
 from control_field_node.sights import Sights
+from control_field_node.standing import status_at_end, status_now
 from control_field_node.trial_run import ended_by, Move, TrialRun
+from control_field_node.wheels import Wheels
 from msgs_bridge.neighbourhoods import Neighbourhood
 from msgs_bridge.poses import FRAME_OWNERS, Pose, problem_with_frame
-from msgs_bridge.trial_status import State, TrialStatus
+from msgs_bridge.trial_status import TrialStatus
 
 #: Time a command is taken to last where it is not known yet, [s].
 _USUAL_STEP: Final = 0.05
@@ -49,6 +50,10 @@ class Supervisor:
 
     Attributes
     ----------
+    ended : TrialStatus or None
+        How the last trial ended, until the next one or another field.
+    detail : str
+        What is known of `problem` beyond its sentence.
     who : callable
         Returns the names of the other nodes that publish on a topic; set by whoever knows.
 
@@ -64,12 +69,10 @@ class Supervisor:
         self.problem: StopReason | None = None
         self.ended_by: StopReason | None = None
         self.refusal = self.odometry_refusal = ''
-        self.held = ''
         self.is_ungated = False
-        self.velocity: Velocity = STANDSTILL
         self.pose: Pose | None = None
-        self._trial = 0
-        self._ended: TrialStatus | None = None
+        self.trial = 0
+        self.ended: TrialStatus | None = None
         self._log = log
         self.who: Callable[[str], Sequence[str]] = lambda topic: ()
         self.localisation = Localisation(settings, parameters.seed)
@@ -77,24 +80,35 @@ class Supervisor:
         self.intake = Intake(settings, log)
         self.heartbeat = Heartbeat(settings)
         self.sights = Sights(self.intake, self.localisation)
+        self.wheels = Wheels(settings, self.intake.counts)
         self._dt = _USUAL_STEP
         self._driven: float | None = None
-        self._detail = ''
+        self.detail = ''
         self._by_hand, self._is_stopped, self._pressed = False, False, 0.0
         self.change_settings(settings)
 
     def change_settings(self, settings: Settings) -> None:
         """Take over new settings; a trial under way keeps how it drives."""
-        self.settings = settings
-        self.limits = settings.limits
+        self.settings, self.limits = settings, settings.limits
         self._takeover.timeout = settings.takeover_timeout
         self.localisation.settings = self.heartbeat.settings = settings
         self.intake.change_settings(settings)
+        self.wheels.change_settings(settings)
 
     @property
     def grid(self) -> Grid | None:
         """Return the workspace; None before the first field."""
         return None if self.field is None else self.field.grid
+
+    @property
+    def velocity(self) -> Velocity:
+        """Return the command that holds, [m/s] and [rad/s]."""
+        return self.wheels.velocity
+
+    @property
+    def held(self) -> str:
+        """Return why a robot that is to drive stands; empty if it does not."""
+        return self.wheels.held
 
     @property
     def neighbourhood(self) -> Neighbourhood | None:
@@ -104,24 +118,7 @@ class Supervisor:
     @property
     def status(self) -> TrialStatus:
         """Return how the trial stands."""
-        run = self.run
-        if run is None:
-            why, reason = words.why_idle(self.field, self.refusal)
-            return self._ended or TrialStatus(
-                State.IDLE, self._trial, reason=why, stop_reason=reason,
-                revision=-1 if self.field is None else self.field.revision,
-                memory='' if self.field is None else self.field.memory)
-        problem = self.problem
-        return TrialStatus(
-            State.RUNNING if problem is None else State.PAUSED, run.trial,
-            reason='' if problem is None else problem.told(self._detail), stop_reason=problem,
-            steps=run.policy.n_steps, decisions=run.policy.n_decisions,
-            reinforcements=run.policy.n_reinforcements, revision=run.revision,
-            stamp=self._stamp, memory=run.memory)
-
-    @property
-    def _stamp(self) -> float:
-        return 0.0 if self.pose is None else self.pose.stamp
+        return status_now(self)
 
     # The field
 
@@ -140,7 +137,7 @@ class Supervisor:
             self.run.refresh(field)
         else:
             # Whoever waits to start the next trial sees by the revision that it is here.
-            self._ended = None
+            self.ended = None
         if tells and (old is None or (field.revision, field.memory) != (
                 old.revision, old.memory)):
             self._log('info', words.of_field(field))
@@ -160,33 +157,30 @@ class Supervisor:
         refusal = why_no_start(self, now)
         if refusal or self.field is None:
             return refusal
-        self._trial += 1
-        self.run = TrialRun(self.field, self.parameters, self.settings, self._trial)
-        self.problem = self.ended_by = self._ended = None
+        self.trial += 1
+        self.run = TrialRun(self.field, self.parameters, self.settings, self.trial)
+        self.problem = self.ended_by = self.ended = None
         self._takeover.let_go()
-        self._log('info', f'trial {self._trial} starts on field revision {self.field.revision}')
+        self._log('info', f'trial {self.trial} starts on field revision {self.field.revision}')
         return ''
 
     def stop(self, reason: StopReason = StopReason.ASKED, detail: str = '') -> Answer:
         """End the trial with one standstill; who drives by hand has to let go first."""
         self._is_stopped = self._by_hand
         if self.run is None:
-            self.velocity = STANDSTILL
+            self.wheels.velocity = STANDSTILL
             return STOP if self._is_stopped else NOTHING
         return self._end(ended_by(reason, reason.told(detail)))
 
     def _end(self, move: Move) -> Answer:
         run, silent = self.run, self.problem is StopReason.TAKEN_OVER and not self._is_stopped
         assert run is not None
-        self._ended = TrialStatus(
-            State.ENDED, run.trial, move.outcome, move.reason, run.policy.n_steps,
-            run.policy.n_decisions, run.policy.n_reinforcements, run.revision, self._stamp,
-            stop_reason=move.stop, memory=run.memory)
-        self.run, self.problem, self.ended_by, self.held = None, None, move.stop, ''
-        self._log('info' if move.stop is None else 'warning', self._ended.sentence)
+        self.ended = status_at_end(self, run, move)
+        self.run, self.problem, self.ended_by, self.wheels.held = None, None, move.stop, ''
+        self._log('info' if move.stop is None else 'warning', self.ended.sentence)
         if silent:
             return Answer(None, move.rows)
-        self.velocity = STANDSTILL
+        self.wheels.velocity = STANDSTILL
         return Answer(STANDSTILL, move.rows)
 
     def _pause(self, reason: StopReason, detail: str = '') -> Answer:
@@ -196,23 +190,21 @@ class Supervisor:
             return NOTHING
         if reason.outcome is not None:
             return self._end(ended_by(reason, detail))
-        self.problem, self._detail = reason, detail
+        self.problem, self.detail = reason, detail
         run.interrupt()
         if reason is StopReason.TAKEN_OVER:
             self._log('warning', f'trial {run.trial} pauses: {reason.told(detail)}')
             return NOTHING
         self._log('warning', f'trial {run.trial} pauses: {detail or reason.sentence}')
-        self.velocity = STANDSTILL
+        self.wheels.velocity = STANDSTILL
         return STOP
 
     def _resume(self) -> None:
         if self.problem is not None and self.run is not None:
             self._log('info', f'trial {self.run.trial} continues: {self.problem.end_sentence}')
             if self.problem is StopReason.TAKEN_OVER and self.pose is not None:
-                self.velocity = nearest_to_rest(self.velocity, (self.pose.v, self.pose.w))
+                self.wheels.velocity = nearest_to_rest(self.velocity, (self.pose.v, self.pose.w))
             self.problem = None
-
-    # What arrives
 
     def saw_neighbourhood(
         self, neighbourhood: Neighbourhood, now: float, cells: Grid | None = None,
@@ -225,7 +217,8 @@ class Supervisor:
         self.intake.distrust(now)
         self.intake.odometry.pass_over(now, what)
         self.odometry_refusal = what
-        if self.problem is StopReason.STALE_ODOMETRY or self._takeover.is_taken_over(now):
+        if self.problem in (StopReason.STALE_ODOMETRY, StopReason.LATE_POSES) or (
+                self._takeover.is_taken_over(now)):
             answer = NOTHING  # the robot stands as nothing good comes, or a person drives it
         else:
             answer = self._pause(StopReason.BAD_INPUT, what)
@@ -236,7 +229,7 @@ class Supervisor:
         """Take in a command on `cmd_vel` that is not an own one: somebody else may drive."""
         topic = 'cmd_vel'
         if self._takeover.saw_foreign(now, moves(velocity), topic):
-            self.velocity = velocity
+            self.wheels.velocity = velocity
             return self._hand_over()
         if self.run is not None and self.intake.is_new(words.idle_sender((), topic)):
             self._log('warning', words.idle_sender(self.who(topic), topic))
@@ -257,11 +250,12 @@ class Supervisor:
         """Take in that the robot touches something."""
         return self._pause(StopReason.CONTACT)
 
-    def saw_pose(self, pose: Pose, now: float) -> Answer:
-        """Take in a pose of the odometry and answer it."""
+    def saw_pose(self, pose: Pose, now: float, clock: float | None = None) -> Answer:
+        """Take in a pose of the odometry and answer it; ``clock`` is what stamps are made of."""
         last, self.pose, self.odometry_refusal = self.pose, pose, ''
         self.intake.came(self.intake.odometry, now, self.problem is not None)
         if self.field is None:
+            self.wheels.heard(pose, now, clock)
             return NOTHING
         problem = problem_with_frame(
             pose.frame_id, self.field.grid.frame_id, 'odom', FRAME_OWNERS)
@@ -270,6 +264,7 @@ class Supervisor:
         if last is not None and pose.stamp > last.stamp:
             self._dt = pose.stamp - last.stamp
         self.pose = self.localisation.place(pose, self.neighbourhood)
+        self.wheels.heard(self.pose, now, clock)
         reason = self.intake.poses.observe(
             pose.stamp, pose.x, pose.y, self.field.grid, (self.pose.x, self.pose.y))
         if self.run is None:
@@ -292,12 +287,13 @@ class Supervisor:
         if self.intake.is_bad(now):
             return NOTHING
         self._resume()
-        move = run.step(pose, seen, self.velocity[0])
+        move = run.step(pose, seen, self.velocity[0], self.wheels.predicted(pose, now),
+                        self.wheels.patience)
         if move.outcome is not None:
             return self._end(move)
-        velocity, reason = self._gated(move.velocity, pose, seen, self._dt, now)
+        reason = self._pass_on(self.wheels.slowed(move.velocity), pose, seen, self._dt, now)
         return Answer(
-            velocity, move.rows, None if reason is GateReason.NONE else move.velocity)
+            self.velocity, move.rows, None if reason is GateReason.NONE else move.velocity)
 
     def _follow(self, run: TrialRun, pose: Pose, seen: Seen | None) -> Answer:
         self._hand_over()
@@ -310,34 +306,40 @@ class Supervisor:
         parameters = self.parameters if self.run is None else self.run.parameters
         return self.sights.seen_from(self.pose, now, parameters.unknown_is_blocked)
 
-    def _gated(
+    def _seen_lately(self, now: float) -> Seen | None:
+        return None if self.intake.odometry.is_stale(now) else self._seen_now(now)
+
+    def _pass_on(
         self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float, now: float,
-    ) -> tuple[Velocity, GateReason]:
-        self.velocity, reason = gate(
-            wanted, self.velocity, dt, (pose.x, pose.y, pose.yaw),
-            None if seen is None else seen.sight, self.limits)
-        if reason is not GateReason.NONE:
-            self.intake.counts[f'gate {reason}'] += 1
-        self.held = reason.sentence if wanted[0] and not self.velocity[0] else ''
+    ) -> GateReason:
+        reason = self.wheels.pass_on(wanted, pose, seen, dt, now)
         if self.held and reason is GateReason.NO_SIGHT:
-            self.held += f': {self.sights.problem(self.pose, now)}'
-        return self.velocity, reason
+            self.wheels.held += f': {self.sights.problem(pose, now)}'
+        return reason
+
+    def guard(self, now: float, clock: float | None = None) -> Answer:
+        """Look whether the last command may hold while no pose comes, or has to be repeated."""
+        if self.settings.lockstep or self.pose is None or (
+                self.problem is StopReason.TAKEN_OVER and not self._by_hand):
+            return NOTHING
+        seen = self._seen_lately(now)
+        drives = (self.run is not None or self._by_hand) and not self.is_ungated
+        if self.wheels.look(self.pose, seen, now, clock, drives):
+            return Answer(self.velocity)
+        return NOTHING
 
     def let_go(self) -> bool:
         """Take in that nobody drives by hand any more; tell whether the robot is to be stopped."""
         self._by_hand = self._is_stopped = self.is_ungated = False
         if self.run is not None:
             return False
-        drove, self.velocity, self.held = self.velocity != STANDSTILL, STANDSTILL, ''
         self._driven = None
-        return drove
+        return self.wheels.stand()
 
     def saw_goal(self, x: float, y: float, frame_id: str) -> None:
         """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
         problem = words.problem_with_goal(self.field, x, y, frame_id)
         self._log('warning' if problem else 'info', problem or words.LEADS_THERE)
-
-    # Time alone
 
     def watch(self, now: float) -> Answer:
         """Look whether something has not arrived for too long."""
@@ -348,7 +350,7 @@ class Supervisor:
             return NOTHING
         if self.intake.odometry.is_stale(now):
             return self._pause(
-                StopReason.STALE_ODOMETRY, self.intake.odometry.absence(now, 'odometry'))
+                self.intake.why_stale(now), self.intake.odometry.absence(now, 'odometry'))
         if self.intake.sight.is_stale(now) and self.problem is None:
             return self._pause(
                 StopReason.STALE_NEIGHBOURHOOD, self.sights.problem(self.pose, now))
@@ -380,16 +382,15 @@ class Supervisor:
         if self.run is None and not self.settings.teleop_outside_trials:
             return NOTHING
         self._hand_over()
-        wanted = within_acceleration(
-            within_speed(wanted, self.limits), self.velocity, dt, self.limits)
+        wanted = self.wheels.ramped(wanted, dt)
         self.is_ungated = self.pose is None or not self.intake.sight.has_come
         if self.pose is None or self.is_ungated:
             if self.intake.is_new(words.UNGATED):
                 self._log('warning', words.UNGATED)
-            self.velocity, self.held = wanted, ''
+            self.wheels.velocity, self.wheels.held = wanted, ''
             return Answer(wanted)
-        seen = None if self.intake.odometry.is_stale(now) else self._seen_now(now)
-        return Answer(self._gated(wanted, self.pose, seen, self._dt + self._since(dt), now)[0])
+        self._pass_on(wanted, self.pose, self._seen_lately(now), self._dt + self._since(dt), now)
+        return Answer(self.velocity)
 
     def _since(self, dt: float) -> float:
         """Return the time since a person's last command, in that of the stamps if it is more."""

@@ -113,7 +113,8 @@ class TrialRun:
         self._is_home = False
         self._followed = None
 
-    def step(self, pose: Pose, seen: Seen, told: float) -> Move:
+    def step(self, pose: Pose, seen: Seen, told: float, ahead: Pose | None = None,
+             patience: float = 1.0) -> Move:
         """
         Answer a pose.
 
@@ -125,20 +126,25 @@ class TrialRun:
             What it sees.
         told : float
             Speed it was told to drive since the last pose, [m/s].
+        ahead : Pose, optional
+            Where it is by now, with the stamp of ``pose``; that itself by default.
+        patience : float
+            How many times longer than usual it may take to come forward.
 
         """
         if self._cell != (seen.row, seen.col):
             self._cell = seen.row, seen.col
             self._n_cells += 1
         stop = self._progress.observe(
-            pose.stamp, pose.x, pose.y, pose.yaw, self._n_cells, told)
+            pose.stamp, pose.x, pose.y, pose.yaw, self._n_cells, told, patience)
         if stop is not None:
             return ended_by(stop)
-        if not self.drive.is_due(pose, seen):
-            return Move(self.drive.velocity(pose))
+        ahead = ahead or pose
+        if not self.drive.is_due(ahead, seen):
+            return Move(self.drive.velocity(ahead))
         if self._is_home:
             return Move(STANDSTILL, _NO_ROWS, Outcome.GOAL)
-        return self._decide(pose, seen)
+        return self._decide(ahead, seen)
 
     def follow(self, pose: Pose, seen: Seen) -> Move:
         """Report what a person drives: a row for each step from cell to cell."""

@@ -1,0 +1,94 @@
+"""A robot behind a link: late, irregular, lost. None may make it touch anything."""
+
+import numpy as np
+import pytest
+
+from benchmarks.late_poses import cluttered, LateBench, Link, straight_to
+from control_field.grid import Grid
+from control_field.watch import StopReason
+from control_field_node.reports import diagnostic_from_supervisor, Peers
+from sim_node.world import World
+
+CALM, WORSE = Link(), Link(delay=0.3)
+
+
+def bench(link, seed=1, **settings):
+    return LateBench(*cluttered(seed), link, seed, settings=settings)
+
+
+@pytest.mark.parametrize('link', [
+    Link(delay=0.2), Link(delay=0.3), Link(0.15, 0.0, 0.0, 0.15),
+    Link(delay=0.1, jitter=0.2, loss=0.3), Link(delay=0.1, jitter=0.2, loss=0.3, overtakes=True),
+    Link(delay=0.2, clock_offset=1e6), Link(delay=0.2, clock_offset=0.15),
+    Link(delay=0.2, clock_offset=-0.15)])
+def test_up_to_300_ms_late_every_trial_succeeds_and_nothing_is_touched(link):
+    rides = [bench(link, seed).run() for seed in (1, 3, 5)]
+    assert all(ride.is_success for ride in rides), rides
+
+
+@pytest.mark.parametrize('link', [
+    Link(delay=0.45), Link(0.4, 0.0, 0.0, 0.4), Link(0.3, 1.0, 0.5, 0.3, 1.0, 0.5, True),
+    Link(0.0, 0.0, 0.5, 0.0, 0.0, 0.5), Link(delay=0.4, command_delay=0.4, good_for=3.0),
+    Link(outage=0.6), Link(delay=1.0)])
+def test_however_bad_a_link_is_nothing_is_touched(link):
+    assert not any(bench(link, seed).run().n_collisions for seed in (1, 3, 7))
+
+
+def test_a_good_link_costs_no_time():
+    """What may be driven blind is a part of what a sight shows in the open."""
+    world = World(Grid(20, 20, 0.25), np.zeros((20, 20), np.int8))
+    field = straight_to((10, 16), world.grid)
+    ride = LateBench(world, field, CALM, 1).run()
+    assert ride.is_success
+    start = LateBench(world, field, CALM, 1).simulation.robot.truth
+    x, y = world.grid.world_from_cell(10, 16)
+    assert ride.seconds < 1.25 * (abs(x - start.x) + abs(y - start.y)) / 0.22 + 3.0
+
+
+def test_the_latency_is_told_and_slows_the_robot():
+    late = bench(WORSE)
+    late.run()
+    values = {pair.key: pair.value for pair in diagnostic_from_supervisor(
+        late.supervisor, '/controller', Peers()).values}
+    assert float(values['odom_age']) == pytest.approx(0.3, abs=0.02)
+    assert float(values['latency']) == pytest.approx(0.3, abs=0.1)
+    assert 0.4 < float(values['speed_share']) < 0.9
+    assert values['clocks_differ'] == 'false'
+
+
+def test_odometry_that_is_too_old_is_the_reason_and_says_how_old():
+    late = bench(Link(delay=0.7, good_for=2.0))
+    while late.supervisor.problem is not StopReason.LATE_POSES:
+        late.step()
+        if late.now > 103.0 and late.supervisor.run is None:
+            assert late.supervisor.start(late.now) == ''
+        assert late.now < 120.0
+    assert '0.70 s old' in late.supervisor.status.reason
+    assert late.supervisor.velocity == (0.0, 0.0)
+
+
+def test_a_start_is_refused_with_the_age():
+    ride = bench(Link(delay=0.7)).run()
+    assert ride.outcome == 'refused'
+    assert '0.70 s old' in ride.reason
+
+
+def test_where_messages_get_lost_a_standstill_is_said_again_until_the_base_has_stopped():
+    late = bench(Link(0.0, 0.0, 0.3, 0.0, 0.0, 0.3))
+    late.run()
+    ends = [velocity for _, velocity in late.commands[-10:]]
+    assert ends == [(0.0, 0.0)] * 10
+    n = len(late.commands)
+    for _ in range(300):
+        late.step()
+    assert len(late.commands) == n
+
+
+def test_a_person_behind_a_late_link_touches_nothing_either():
+    late = bench(Link(0.3, 0.0, 0.0, 0.3))
+    while late.now < 140.0:
+        late.step()
+        if late.now > 102.0 and late.n_steps % 10 == 0:
+            late._take(late.supervisor.teleop((0.22, 0.4), late.now, 0.1))
+    assert late.simulation.n_collisions == 0
+    assert late.simulation.robot._distance > 0.1
