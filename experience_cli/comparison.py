@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, Final
+import zipfile
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +23,9 @@ from experience_cli.references import find_whole_bag, named_path, task_folder
 from experience_cli.relearning import fold
 from experience_cli.summary import grid_text
 from msgs_bridge.safe_files import open_regular
+
+#: Largest saved field that is read, unpacked, [bytes]; the largest workspace has 0.8 GB.
+_MOST_UNPACKED: Final = 2**30
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,14 +120,25 @@ def side_from(text: str, bags: Path | None) -> Side:
 
 def _side_from_file(path: Path) -> Side:
     try:
-        with open_regular(path) as stream, np.load(stream, allow_pickle=False) as file:
-            return _side_from_arrays(path, dict(file))
+        with open_regular(path) as stream:
+            _check_unpacked(stream)
+            with np.load(stream, allow_pickle=False) as file:
+                return _side_from_arrays(path, dict(file))
     except OSError as error:
         raise UserError(f'cannot read {path}: {error.strerror or error}') from None
     except Exception as error:
         # Unpacking raises what it runs into, of many types, on a file that is damaged.
         text = f'it has no {error}' if isinstance(error, KeyError) else str(error)
         raise UserError(f'{path} is no saved field: {text or type(error).__name__}') from None
+
+
+def _check_unpacked(stream: BinaryIO) -> None:
+    """Refuse a file that becomes too much: a few kB of it may become all that memory holds."""
+    with zipfile.ZipFile(stream) as packed:
+        n_bytes = sum(member.file_size for member in packed.infolist())
+    if n_bytes > _MOST_UNPACKED:
+        raise ValueError(f'it has {n_bytes} bytes unpacked, must be at most {_MOST_UNPACKED}')
+    stream.seek(0)
 
 
 def _side_from_arrays(path: Path, arrays: Mapping[str, npt.NDArray[Any]]) -> Side:

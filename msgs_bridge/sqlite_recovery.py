@@ -100,7 +100,9 @@ def _copied(path: Path, beside: list[Path], folder: Path) -> Path:
     for file in files:
         # The name of the copy is ours: SQLite finds what belongs to it by that.
         name = 'bag.db3' + file.name.removeprefix(path.name)
-        with open_regular(file) as source, (folder / name).open('wb') as target:
+        # A person may have named the file by a link; what lies beside it does not lead away.
+        within = None if file == path else path.parent
+        with open_regular(file, within) as source, (folder / name).open('wb') as target:
             shutil.copyfileobj(source, target, 2**20)
     if _state(files) != before:
         raise BagError(f'cannot read {path}: it is being written just now, stop its recorder')

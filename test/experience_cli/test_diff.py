@@ -3,6 +3,7 @@
 import json
 import os
 from pathlib import Path
+import zipfile
 
 import numpy as np
 from PIL import Image
@@ -159,3 +160,12 @@ def test_a_task_of_one_demonstration_can_be_compared(task, diff):
 def test_the_picture_must_be_a_png(task, capsys):
     assert main(['diff', FIRST, SECOND, '--out', 'x.jpg']) == 2
     assert 'must end in .png' in capsys.readouterr().err
+
+
+def test_a_saved_field_that_becomes_too_much_is_refused(task, capsys, monkeypatch):
+    monkeypatch.setattr('experience_cli.comparison._MOST_UNPACKED', 2**20)
+    with zipfile.ZipFile('bomb.npz', 'w', zipfile.ZIP_DEFLATED) as file:
+        file.writestr('vx.npy', bytes(2**21))
+    assert main(['diff', 'bomb.npz', 'bags/sample']) == 2
+    assert 'bomb.npz is no saved field: it has 2097152 bytes unpacked' in (
+        capsys.readouterr().err)
