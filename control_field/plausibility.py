@@ -249,7 +249,8 @@ def _without_spikes(
         last = kept[-1]
         if not fits(last, i):
             ahead = range(i + 1, min(i + 1 + _SPIKE_LENGTH, len(order)))
-            after = next((j for j in ahead if fits(last, j) and _is_known(
+            # It leaps back, too: what goes on from where it leapt to is another frame.
+            after = next((j for j in ahead if fits(last, j) and not fits(j - 1, j) and _is_known(
                 at[[last, j]], places[[last, j]], limits)), None)
             if after is None and len(order) - i <= _SPIKE_LENGTH and _is_soon(at[[last, -1]]):
                 after = len(order)  # the robot is still where it was a moment before
@@ -279,7 +280,10 @@ def _last_part(
     starts = [0, *(found.index for found in breaks)]
     rest = order[starts[-1]:]
     rest = rest[np.argsort(stamps[rest], kind='stable')]
-    if len(rest) < 2 or len(breaks) > _MOST_SPIKES or breaks_of(stamps[rest], xy[rest], limits):
+    # In a hole the robot did not stand: the drive begins somewhere in it.
+    if (len(rest) < 2 or len(breaks) > _MOST_SPIKES
+            or any(found.kind is BreakKind.HOLE for found in breaks)
+            or breaks_of(stamps[rest], xy[rest], limits)):
         raise ImplausibleDriveError(breaks)
     for start, end in pairwise(starts):
         places = xy[order[start:end]]

@@ -157,6 +157,18 @@ def test_a_robot_that_only_stood_before_the_leap_begins_after_it(seed, share, of
     assert f'{n} pose' in drive.sentences()[0]
 
 
+def test_a_reset_beside_the_place_before_is_no_spike():
+    x = np.concatenate([np.arange(0.3, 0.6, 0.005), np.arange(0.0, 2.0, 0.005)])
+    [found] = refused(np.arange(len(x)) / 20.0, np.stack([x, 0.0 * x], axis=1))
+    assert found.kind is BreakKind.LEAP
+
+
+def test_a_drive_that_begins_in_a_hole_has_no_beginning():
+    stamps, xy = smooth_drive(2)
+    left = np.r_[0:4, 100:600]
+    assert refused(stamps[left], xy[left])[0].kind is BreakKind.HOLE
+
+
 def test_faster_than_the_robot_is_refused():
     stamps, xy = smooth_drive(3, rate=50.0, speed=4.5)
     assert refused(stamps, xy)
