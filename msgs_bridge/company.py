@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+import math
 import os
 import secrets
 import socket
@@ -21,6 +22,7 @@ from msgs_bridge.statements import (
 
 #: How often a node looks around, [s], and how long a statement holds; they come every second.
 _PERIOD: Final = 1.0
+_PAUSE: Final = 0.1
 _HOLDS: Final = 4.0
 #: For how long two publishers have to be there until that is said, [s]. Of two with one name one
 #: may have been killed: the graph of ROS forgets it after 20 s.
@@ -149,6 +151,7 @@ class CompanyWatch:
         self._doubles, self._said = Doubles(), SaidOnce(kind=str)
         self._topics = [node.resolve_topic_name('odom'), '/clock']
         self.problems: list[Misfit] = []
+        self._judged_at = -math.inf
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 50,
                                  raw=True)
         node.create_timer(_PERIOD, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -182,7 +185,8 @@ class CompanyWatch:
         now = time.monotonic()
         for statement in filter(None, map(statement_from_status, array.status)):
             self._company.saw(statement, now)
-        self._judge(now)
+        if now - self._judged_at >= _PAUSE:  # a flood of them must not keep the node busy
+            self._judge(now)
 
     def look(self) -> None:
         """Look who publishes what only one may publish, and what does not hold any more."""
@@ -194,6 +198,7 @@ class CompanyWatch:
         self._judge(now)
 
     def _judge(self, now: float) -> None:
+        self._judged_at = now
         self.problems = self._company.misfits(now)
         for problem in self.problems:
             self._tell(problem.text, problem.subject)
