@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import StrEnum
-import fcntl
 from itertools import pairwise
 import os
 from pathlib import Path
@@ -17,14 +16,12 @@ import shutil
 from typing import Final
 
 from msgs_bridge.bag_lock import (
-    IN_USE, is_in_use, lock, open_lock, REMOVED, sweep, taken)
+    IN_USE, is_in_use, LOCK, lock, numbering, open_lock, REMOVED, sweep, taken)
 from msgs_bridge.foreign_text import printable
 from msgs_bridge.safe_files import check_folder, OddFileError
-from msgs_bridge.safe_files import open_lock as open_lock_file
 
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
 _EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
-_LOCK: Final = '.lock'
 #: Folder within a task's folder for the bags that were forgotten.
 _FORGOTTEN: Final = '.forgotten'
 
@@ -246,7 +243,7 @@ class TaskFolder:
         kind = EpisodeKind(kind)
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            with self._locked():
+            with numbering(self.path):
                 taken = [*self.episodes(), *self.forgotten()]
                 number = max((episode.number for episode in taken), default=0) + 1
                 path = self.path / f'{number:04d}_{kind}'
@@ -305,7 +302,7 @@ class TaskFolder:
     def _move(self, episode: EpisodeFolder, folder: Path, action: str) -> EpisodeFolder:
         path = folder / episode.path.name
         try:
-            with self._locked():
+            with numbering(self.path):
                 check_folder(folder)
                 folder.mkdir(exist_ok=True)
                 if any(other.number == episode.number for other in _episodes_in(folder)):
@@ -314,16 +311,6 @@ class TaskFolder:
         except OSError as error:
             raise BagError(error_line(action, episode.path, error)) from None
         return EpisodeFolder(episode.number, episode.kind, path)
-
-    @contextmanager
-    def _locked(self) -> Iterator[None]:
-        """Hold the folder's lock; the system lets go of it when the process dies."""
-        file = open_lock_file(self.path / _LOCK)
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX)
-            yield
-        finally:
-            os.close(file)
 
 
 @contextmanager
@@ -368,7 +355,7 @@ def changing(folder: Path, make: bool = False) -> Iterator[None]:
 
 def _remove_unused(folder: Path) -> None:
     with suppress(OSError):
-        for name in (_LOCK, IN_USE):
+        for name in (LOCK, IN_USE):
             (folder / name).unlink(missing_ok=True)
         folder.rmdir()
 

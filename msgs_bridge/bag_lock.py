@@ -1,6 +1,7 @@
 """Whose a task's folder is: a learner's for as long as it lives, a command's while it works."""
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 import fcntl
 import os
 from pathlib import Path
@@ -11,6 +12,8 @@ from msgs_bridge import safe_files
 
 #: The file that is locked; the system lets go of it when the process ends, however it ends.
 IN_USE: Final = '.in_use'
+#: The file that is locked while numbers are given.
+LOCK: Final = '.lock'
 #: What a bag is called once it is removed, followed by its name, until all of it is deleted.
 REMOVED: Final = '.removed-'
 #: Folders in which bags are made or changed before they take their places, followed by more.
@@ -18,6 +21,17 @@ MAKING: Final = '.making-'
 TRIM: Final = '.trim-'
 #: Ending of the whole recording beside one that was cut; no reader takes it for a bag.
 WHOLE: Final = '.whole'
+
+
+@contextmanager
+def numbering(folder: Path) -> Iterator[None]:
+    """Hold the lock on a folder's numbers; the system lets go of it when the process dies."""
+    file = safe_files.open_lock(folder / LOCK)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(file)
 
 
 def open_lock(folder: Path) -> int:
