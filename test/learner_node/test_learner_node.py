@@ -308,6 +308,27 @@ def test_a_drive_that_ends_where_it_began_is_said_and_the_task_goes_on(
     assert len(TaskFolder(tmp_path / 'bags', 'task').episodes()) == 2
 
 
+def test_a_drive_that_leaps_is_refused_where_it_is_kept_and_after_a_restart(
+    ros_domain, ros_node, tmp_path,
+):
+    with start(tmp_path) as process:
+        robot = Robot(ros_node)
+        robot.meet(process)
+        robot.cross(process, None, lambda: robot.stamp > 20.0)
+        wait_until(lambda: robot.drive(4.4 + 0.01 * (robot.stamp - 20.0)) and robot.stamp > 30.0,
+                   node=ros_node)
+        answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
+                      SetBool.Request(data=False))
+    assert not answer.success
+    assert answer.message.startswith('Drive 0001 is not learnt: this is not one drive of')
+    assert 'the pose leaps by' in answer.message
+    assert '[WARN]' in next(
+        line for line in process.stderr.splitlines() if 'Drive 0001 is not learnt' in line)
+    with start(tmp_path) as process:
+        wait_until(lambda: 'the pose leaps by' in process.stderr, processes=[process],
+                   what='the same sentence')
+
+
 def test_a_change_that_cannot_be_relearnt_publishes_nothing(ros_domain, ros_node, tmp_path):
     bags = [demonstration_bag(tmp_path / 'bags', n) for n in (200, 250)]
     fields = collect(ros_node, PointCloud2, 'control_field', qos.LATCHED)
