@@ -4,7 +4,7 @@ from collections.abc import Iterable
 import re
 from typing import Final
 
-from msgs_bridge.bag_folder import TaskFolder, tasks
+from msgs_bridge.bag_folder import BagError, TaskFolder, tasks
 
 #: From how many letters on a name may be off by one, and by two: short names differ by little.
 _LETTERS: Final = (5, 12)
@@ -18,13 +18,14 @@ def check_is_meant(task: TaskFolder) -> None:
     ------
     ValueError
         With the name that may have been meant.
-    BagError
-        If the folder of all tasks cannot be read.
 
     """
-    if task.episodes() or task.forgotten():
-        return
-    old = close_name(task.task, tasks(task.root))
+    try:
+        if task.episodes() or task.forgotten():
+            return
+        old = close_name(task.task, tasks(task.root))
+    except BagError:
+        return  # whoever records into it says so
     if old is not None:
         raise ValueError(f'there is no task {task.task} in {task.root} yet, but {old}: set '
                          f'task:={old}, or new_task:=true if a new one is meant')

@@ -74,8 +74,10 @@ class Asking:
         finally:
             self._node.destroy_timer(timer)
 
-    async def is_simulated(self) -> bool:
-        """Ask the learner whether it may set the robot back."""
+    async def is_simulated(self) -> bool | None:
+        """Ask the learner whether it may set the robot back; None if it does not answer."""
         request = GetParameters.Request(names=['simulation'])
         answer = await self._answer(self._parameters, request)
-        return bool(answer is not None and answer.values and answer.values[0].bool_value)
+        if answer is None or not answer.values:
+            return None
+        return bool(answer.values[0].bool_value)

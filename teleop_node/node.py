@@ -271,8 +271,8 @@ class TeleopNode(Node):
             self._gathered.saw_answer(False, answer.success, time.monotonic())
         return answer
 
-    async def is_simulated(self) -> bool:
-        """Ask the learner whether it may set the robot back."""
+    async def is_simulated(self) -> bool | None:
+        """Ask the learner whether it may set the robot back; None if it does not answer."""
         return await self._asking.is_simulated()
 
     async def set_back(self, to_start: bool) -> Answer:

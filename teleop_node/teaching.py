@@ -30,8 +30,8 @@ class Peers(Protocol):
     ) -> Answer:
         """Call a Trigger, or a SetBool with ``on``; wait that long for the answer, [s]."""
 
-    async def is_simulated(self) -> bool:
-        """Tell whether the learner may set the robot back."""
+    async def is_simulated(self) -> bool | None:
+        """Tell whether the learner may set the robot back; None if it does not answer."""
 
     async def set_back(self, to_start: bool) -> Answer:
         """Set a simulated robot to where trials start, or where the demonstration began."""
@@ -147,7 +147,10 @@ class Teaching:
         """Set a simulated robot back to the start."""
         if refusal := self._refusal('set the robot back'):
             return Answer(False, refusal)
-        if not await self._peers.is_simulated():
+        simulated = await self._peers.is_simulated()
+        if simulated is None:
+            return self._no_learner
+        if not simulated:
             return Answer(False, 'a real robot is not set back: drive it back by the keys')
         return await self._peers.set_back(to_start=True)
 
@@ -155,9 +158,16 @@ class Teaching:
         """Set a simulated robot to where to teach next; of a real one say where that is."""
         if refusal := self._refusal('set the robot elsewhere'):
             return Answer(False, refusal)
-        if not await self._peers.is_simulated():
+        simulated = await self._peers.is_simulated()
+        if simulated is None:
+            return self._no_learner
+        if not simulated:
             return self._peers.where_to_teach()
         return await self._peers.set_where_to_teach()
+
+    @property
+    def _no_learner(self) -> Answer:
+        return Answer(False, f'{self._learner} is not there')
 
     @property
     def drives_by_itself(self) -> bool:

@@ -101,6 +101,11 @@ def test_a_real_robot_is_not_set_back_and_tries_once():
     assert there == (True, 'drive there')
 
 
+@pytest.mark.parametrize('action', [Action.SET_BACK, Action.TEACH_HERE])
+def test_without_a_learner_nobody_is_called_a_real_robot(action):
+    assert perform(Here(simulated=None), action) == [(False, 'l is not there')]
+
+
 @pytest.mark.parametrize(('state', 'words'), [
     ({'recording': True}, 'a demonstration is recorded; n keeps it, r begins it anew, a abandons'),
     ({'trying': True}, 'the robot tries; space stops it'), ({'series': True}, 'the robot tries')])
