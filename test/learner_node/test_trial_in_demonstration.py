@@ -60,6 +60,7 @@ class TestATrialThatRuns:
             effects += session.tick(1.1 + 0.05 * tick)
         effects += session.saw_status(status(State.ENDED, BEGAN + 0.4), 7.0)
         assert effects == []
+        session.heard_odometry(BEGAN + 8.0, 8.0)
         session.record(8.0)
         assert session.phase is Phase.DEMONSTRATION
 
