@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
     """Draw what the bags up to one have taught, and say it."""
-    from experience_cli.cuts import say_cuts
+    from experience_cli.cuts import say_cuts, say_gaps
     from experience_cli.episodes import episodes_up_to
     from experience_cli.output import write_output
     from experience_cli.relearning import fold
@@ -49,6 +49,8 @@ def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
     episodes = episodes_up_to(last)
     lessons, each = fold(episodes)
     say_cuts('inspect', episodes)
+    for episode in episodes:
+        say_gaps('inspect', episode)
     if lessons is None or lessons.refresh is None:
         raise UserError(f'{arguments.bag}: nothing was learnt up to there')
     lesson = [lesson for lesson in each if lesson.read is not None][-1]

@@ -89,6 +89,8 @@ def test_everybody_calls_it_incomplete(task, capsys):
     found = capsys.readouterr().err
     assert said in found
     assert '1 bag of these is incomplete' in found
+    assert main(['inspect', str(folder), '--out', str(task.root / 'drawn.png')]) == 0
+    assert said in capsys.readouterr().err
 
 
 def test_nothing_is_explained_within_a_hole(task, capsys):
