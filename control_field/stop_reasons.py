@@ -30,6 +30,7 @@ class StopReason(StrEnum):
     SHUTDOWN = 'shutdown'
     ASKED = 'asked'
     NO_HEARTBEAT = 'no_heartbeat'
+    READING_FIELD = 'reading_field'
 
     @property
     def sentence(self) -> str:
@@ -73,6 +74,7 @@ _SENTENCES: Final = {
     StopReason.SHUTDOWN: 'the controller is shutting down',
     StopReason.ASKED: 'the trial was stopped by request',
     StopReason.NO_HEARTBEAT: 'nobody watches over the trial any more: teleop_node fell silent',
+    StopReason.READING_FIELD: 'a large control field is being read',
 }
 
 #: What ends a pause.
@@ -80,6 +82,8 @@ _ENDS: Final = {
     StopReason.STALE_ODOMETRY: 'odometry arrives again',
     StopReason.STALE_NEIGHBOURHOOD: 'the sight arrives again',
     StopReason.TAKEN_OVER: 'nobody is driving any more',
+    StopReason.LATE_POSES: 'odometry arrives in time again',
+    StopReason.READING_FIELD: 'the control field has been read',
     StopReason.BAD_INPUT: 'its messages are good again',
 }
 

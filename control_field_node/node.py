@@ -20,6 +20,7 @@ from control_field.watch import StopReason
 from control_field_node.answer import Answer
 from control_field_node.command_ages import CommandAges
 from control_field_node.commands import CommandWriter
+from control_field_node.field_reader import FieldReader, Outcome
 from control_field_node.lockstep import TickBook
 from control_field_node.outbox import Outbox
 from control_field_node.placing import take_place
@@ -43,8 +44,9 @@ from msgs_bridge.poses import (
     pose_from_pose_stamped,
     variances_from_covariance,
 )
+from msgs_bridge.raw_messages import hear_small
 from msgs_bridge.statements import Deed, method_from_parameters
-from msgs_bridge.tables import field_from_cloud, OtherVersionError
+from msgs_bridge.tables import OtherVersionError
 from msgs_bridge.velocities import velocity_from_twist
 
 #: How often the node looks for what has not come, and tells how it stands, [s] of the wall clock.
@@ -81,7 +83,7 @@ class ControlFieldNode(Node):
         self._ages = CommandAges(self.supervisor.intake, self.supervisor.who)
         self._book = TickBook()
         self._writer = CommandWriter(self._settings, self._book, self._time)
-        self._peers = Peers()
+        self._peers, self._fields = Peers(), FieldReader()
         self._told_held = ''
         self._teleop_at: float | None = None
         self._out = Outbox(self, self._settings, self.supervisor, self._writer)
@@ -100,16 +102,18 @@ class ControlFieldNode(Node):
 
     def _make_subscriptions(self) -> None:
         lockstep = self._settings.lockstep
-        self.create_subscription(PointCloud2, 'control_field', self._on_field, qos.LATCHED)
+        self.create_subscription(
+            PointCloud2, 'control_field', self._on_field, qos.LATCHED, raw=True)
         # A lost tick would stop a lock-step for good.
         sensed = qos.LOCKSTEP if lockstep else qos.SENSOR
-        self.create_subscription(OccupancyGrid, 'neighbourhood', self._on_neighbourhood, sensed)
-        self.create_subscription(Odometry, 'odom', self._on_odometry, sensed)
-        self.create_subscription(PoseStamped, 'goal_pose', self._on_goal, qos.POSE)
+        for kind, topic, callback, profile in (
+                (OccupancyGrid, 'neighbourhood', self._on_neighbourhood, sensed),
+                (Odometry, 'odom', self._on_odometry, sensed),
+                (PoseStamped, 'goal_pose', self._on_goal, qos.POSE),
+                (self._writer.kind, 'cmd_vel', self._on_command, qos.SENSOR),
+                (self._writer.kind, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)):
+            hear_small(self, kind, topic, callback, profile, self.supervisor.intake.refuse)
         qos.hear_all(self, Bool, 'contact', self._on_contact, qos.CONTACTS)
-        self.create_subscription(self._writer.kind, 'cmd_vel', self._on_command, qos.SENSOR)
-        self.create_subscription(
-            self._writer.kind, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)
         self.create_subscription(
             Empty, 'teleop_heartbeat', lambda _: self.supervisor.heartbeat.saw(), qos.SENSOR)
         if self._settings.has_pose_topic:
@@ -118,8 +122,6 @@ class ControlFieldNode(Node):
 
     def _time(self) -> Time:
         return self.get_clock().now().to_msg()
-
-    # Parameters and log
 
     def _on_parameters(self, parameters: Parameters) -> None:
         self.supervisor.parameters = parameters
@@ -138,22 +140,24 @@ class ControlFieldNode(Node):
         else:
             self.get_logger().error(text)
 
-    # What comes in
-
-    def _on_field(self, msg: PointCloud2) -> None:
-        try:
-            field = field_from_cloud(msg)
-        except OtherVersionError as error:
-            self.supervisor.refuse_field(str(error))
-            self._leave_field()
-        except ValueError as error:
-            self.supervisor.refuse_field(str(error))
+    def _on_field(self, message: bytes) -> None:
+        outcome = self._fields.read(message, aside=not self._settings.lockstep)
+        if outcome is None:
+            self._publish(self.supervisor.reads_field())
         else:
-            if self.supervisor.accept_field(field):
-                self._read_sight(self._book.sight)
-                self._out.tell_trial()
-            else:
+            self._settle(outcome)
+
+    def _settle(self, outcome: Outcome) -> None:
+        """Take over a field that was read, or say why not."""
+        if isinstance(outcome, ValueError):
+            self.supervisor.refuse_field(str(outcome))
+            if isinstance(outcome, OtherVersionError):
                 self._leave_field()
+        elif self.supervisor.accept_field(outcome):
+            self._read_sight(self._book.sight)
+            self._out.tell_trial()
+        else:
+            self._leave_field()
 
     def _leave_field(self) -> None:
         """End a trial: a field that belongs to something else has come in the place of its own."""
@@ -294,8 +298,6 @@ class ControlFieldNode(Node):
             return
         take_place(self.supervisor, pose, variances, time.monotonic())
 
-    # Services
-
     def _on_start(self, _: Any, response: Any) -> Any:
         others = self._peers.others if self._settings.exclusive_cmd_vel else []
         response.message = (
@@ -324,8 +326,6 @@ class ControlFieldNode(Node):
     def _publish(self, answer: Answer, odometry: Odometry | None = None) -> None:
         self._out.publish(answer, odometry)
 
-    # Time alone
-
     def _watch(self) -> None:
         now = time.monotonic()
         self._publish(self.supervisor.watch(now))
@@ -344,6 +344,10 @@ class ControlFieldNode(Node):
         """Take the last command back if the robot must not follow it until the next pose."""
         clock = self.get_clock().now().nanoseconds * 1e-9
         self._publish(self.supervisor.guard(time.monotonic(), clock))
+        outcome = self._fields.finished()
+        self.supervisor.is_reading = self._fields.is_reading
+        if outcome is not None:
+            self._settle(outcome)
 
     def _end_teleop(self) -> None:
         """Stop the robot when a person lets go of the keys outside a trial."""

@@ -50,10 +50,6 @@ class Supervisor:
 
     Attributes
     ----------
-    ended : TrialStatus or None
-        How the last trial ended, until the next one or another field.
-    detail : str
-        What is known of `problem` beyond its sentence.
     who : callable
         Returns the names of the other nodes that publish on a topic; set by whoever knows.
 
@@ -69,7 +65,7 @@ class Supervisor:
         self.problem: StopReason | None = None
         self.ended_by: StopReason | None = None
         self.refusal = self.odometry_refusal = ''
-        self.is_ungated = False
+        self.is_ungated = self.is_reading = False
         self.pose: Pose | None = None
         self.trial = 0
         self.ended: TrialStatus | None = None
@@ -120,8 +116,6 @@ class Supervisor:
         """Return how the trial stands."""
         return status_now(self)
 
-    # The field
-
     def accept_field(self, field: ControlField) -> bool:
         """Take over a field for the next decision; refuse one of another grid."""
         old, tells = self.field, self.run is None  # in a trial `trial` tells the revision
@@ -143,14 +137,17 @@ class Supervisor:
             self._log('info', words.of_field(field))
         return True
 
+    def reads_field(self) -> Answer:
+        """Take in that a large field is being read: stand until `is_reading` is no more."""
+        self.is_reading = True
+        return NOTHING if self.problem is not None else self._pause(StopReason.READING_FIELD)
+
     def refuse_field(self, why: str) -> None:
         """Keep the field there is; say so once a kind of reason."""
         self.intake.counts['refused fields'] += 1
         if self.intake.is_new(f'control field: {why}'):
             self._log('error', f'control field refused: {why} (not said again)')
         self.refusal = why
-
-    # Trials
 
     def start(self, now: float) -> str:
         """Start a trial; return why not, or an empty string."""
@@ -286,6 +283,11 @@ class Supervisor:
             return self._pause(StopReason.BAD_INPUT, problem)
         if self.intake.is_bad(now):
             return NOTHING
+        if self.is_reading or (run.has_large_fresh and self.problem is None):
+            return self._pause(StopReason.READING_FIELD)
+        if run.has_large_fresh:  # the robot stands: nothing else is looked at meanwhile
+            end = run.take_fresh()
+            return NOTHING if end is None else self._end(end)
         self._resume()
         move = run.step(pose, seen, self.velocity[0], self.wheels.predicted(pose, now),
                         self.wheels.patience)
@@ -359,8 +361,6 @@ class Supervisor:
     def is_let_go(self, now: float) -> bool:
         """Tell whether a person has driven and does not any more."""
         return self.problem is StopReason.TAKEN_OVER and not self._takeover.is_taken_over(now)
-
-    # A person's commands through the gate
 
     def teleop(self, wanted: Velocity, now: float, dt: float) -> Answer:
         """

@@ -14,6 +14,7 @@ from control_field.records import CellFlag, ControlField, Outcome
 from control_field.watch import is_lost, ProgressWatch, StopReason
 from control_field_node import words
 from control_field_node.drive import Drive
+from control_field_node.field_reader import FEW_CELLS
 from control_field_node.seen import Seen
 from control_field_node.settings import Settings
 from msgs_bridge.memory_identity import task_of
@@ -106,6 +107,22 @@ class TrialRun:
         """Take over a field of the same grid at the next decision."""
         self._fresh = control_field
 
+    @property
+    def has_large_fresh(self) -> bool:
+        """Tell whether a field waits that takes long to be taken over."""
+        return self._fresh is not None and self._fresh.vx.size > FEW_CELLS
+
+    def take_fresh(self) -> Move | None:
+        """Drive on the field that has come, if one has; return what ends the trial by it."""
+        fresh, self._fresh = self._fresh, None
+        if fresh is None:
+            return None
+        if words.is_of_another_task(fresh, self.policy.field):
+            return ended_by(StopReason.WRONG_FIELD, StopReason.WRONG_FIELD.told(
+                f'it is of task {task_of(fresh.memory)}'))
+        self.policy.replace_field(fresh)
+        return None
+
     def interrupt(self) -> None:
         """Forget the way: something else has moved or stopped the robot."""
         self.drive.reset()
@@ -162,12 +179,8 @@ class TrialRun:
         return Move(STANDSTILL, (rows,))
 
     def _decide(self, pose: Pose, seen: Seen) -> Move:
-        if self._fresh is not None:
-            fresh, self._fresh = self._fresh, None
-            if words.is_of_another_task(fresh, self.policy.field):
-                return ended_by(StopReason.WRONG_FIELD, StopReason.WRONG_FIELD.told(
-                    f'it is of task {task_of(fresh.memory)}'))
-            self.policy.replace_field(fresh)
+        if (move := self.take_fresh()) is not None:
+            return move
         if self.policy.field.is_void:
             return ended_by(StopReason.NO_FIELD)
         if self.policy.at_goal(seen.row, seen.col):
