@@ -262,7 +262,7 @@ class ControlFieldNode(Node):
             return
         if why := self._why_old(msg, 'cmd_vel_teleop'):
             if self.supervisor.run is None:  # the person wonders why nothing moves
-                self.supervisor.held = self.supervisor.held or why
+                self.supervisor.wheels.held = self.supervisor.held or why
                 self._teleop_at = time.monotonic()
             return
         now = time.monotonic()
