@@ -135,7 +135,7 @@ def test_with_a_heartbeat_a_trial_ends_when_teleop_dies_or_hangs(ros_node, tmp_p
             'start_trial').message, 'the refusal')
         with ros_helpers.start_node(
                 'teleop_node.node', tmp_path, {'keyboard': False}) as teleop_node:
-            peer.drive()
+            peer.start()
             later = time.monotonic() + 1.5  # more than the timeout
             peer.wait(lambda: time.monotonic() > later, 'a while')
             assert peer.status.state is State.RUNNING
@@ -143,5 +143,5 @@ def test_with_a_heartbeat_a_trial_ends_when_teleop_dies_or_hangs(ros_node, tmp_p
             peer.wait(lambda: peer.status.state is State.ENDED, 'the end')
             assert peer.status.stop_reason is StopReason.NO_HEARTBEAT
             assert peer.status.outcome is Outcome.STOPPED
-            peer.wait(peer.has_stopped, 'a standstill')
+            peer.wait(lambda: peer.commands and peer.has_stopped(), 'a standstill')
             teleop_node.kill()
