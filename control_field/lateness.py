@@ -254,7 +254,7 @@ class Lateness:
         gaps = sorted(later - earlier for earlier, later in pairwise(stamps))
         usual, whole = gaps[len(gaps) // 5], stamps[-1] - stamps[0]
         self._gap = max(usual, 0.0)
-        if usual <= 0.0:
+        if usual <= 0.0 or whole <= 0.0:  # stamps of two senders go back and forth
             return 0.0
         return min(max(1.0 - (len(gaps) + 0.5) * usual / whole, 0.0), 0.95)
 

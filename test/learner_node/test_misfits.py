@@ -34,8 +34,8 @@ def test_what_is_asked_for_is_refused_with_the_reason(session, deed, ask):
 
 
 def test_a_series_waits_for_what_does_not_fit_and_says_so(session):
+    session.saw_peers(Peers(True, False), 0.5)
     session.run_trials(2, 1.0)
-    session.saw_peers(Peers(True, False), 1.1)
     session.why_not = lambda what: '2 controllers in one namespace'
     effects = [effect for k in range(200) for effect in session.tick(2.0 + 0.05 * k)]
     said = [effect.text for effect in effects if isinstance(effect, Say)]
