@@ -62,7 +62,8 @@ def _stop_at(number: int, how: str, root: str) -> None:
 def _wrapped(call: Callable[..., object], before: Callable[[], None]) -> Callable[..., object]:
     def wrapped(*arguments: object) -> object:
         before()
-        return call(*arguments)
+        # A stopped process loses nothing the system has; to wait for disks takes minutes.
+        return None if call.__name__ == 'fsync' else call(*arguments)
     return wrapped
 
 

@@ -6,19 +6,22 @@ import shutil
 import subprocess
 import sys
 
+import pytest
+
 from ros_helpers import ROOT
 from stopping import state_of
 
 IMPORT = ['learn', '{}/sample/0001_demo', '{}/sample/0001_demo', '--into', '{}/shelf', '--quiet']
 COMMANDS = [
-    ('kill', IMPORT), ('interrupt', IMPORT),
-    ('kill', ['learn', '{}/sample/0001_demo', '--into', '{}/sample', '--quiet']),
+    ('kill', IMPORT),
+    ('interrupt', ['learn', '{}/sample/0001_demo', '--into', '{}/sample', '--quiet']),
     ('kill', ['trim', '{}/sample/0001_demo', '--from', '0.5']),
     ('kill', ['forget', '{}/sample/0002_trial']),
     ('kill', ['label', '{}/sample/0002_trial', 'success']),
     ('kill', ['repair', '{}/sample/0003_trial'])]
 
 
+@pytest.mark.slow
 def test_it_is_done_or_not_begun(tmp_path):
     bags = tmp_path / 'bags'
     shutil.copytree(ROOT / 'bags/sample', bags / 'sample')
