@@ -210,11 +210,18 @@ def _watch(node: Any, n_trials: int, revision: int, progress: Progress) -> None:
                 progress.show(f'trial {status.trial} of {n_trials}: step {status.steps}')
             else:
                 told = status.trial
-                progress.keep(status.sentence)
+                progress.keep(_ending(status, learner))
         return (int(learner.get('revision', 0)) >= revision and learner.get('phase') == 'idle'
                 and learner.get('trials_left') == '0')
 
     node.wait_until(is_done, 'the end of the trials', patience=60.0 * n_trials + 60.0)
+
+
+def _ending(status: Any, learner: Mapping[str, str]) -> str:
+    """Say how a trial ended, and in which bag it is, as far as that is known."""
+    bag = learner.get('bag', '') if learner.get('trial') == str(status.trial) else ''
+    name = f'trial {status.trial}'
+    return status.sentence.replace(name, f'{name} ({bag})', 1) if bag else str(status.sentence)
 
 
 def _report(

@@ -60,7 +60,7 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
 
     """
     from control_field.learner import Learner
-    from control_field.words import counted
+    from control_field.words import counted, sentences
     from learner_node.lessons import goal_moved
     from msgs_bridge.bag_import import learnt_from
     from msgs_bridge.foreign_drive import open_drive
@@ -73,13 +73,14 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
             demonstration, report, notes = learnt_from(
                 drive, header.grid, number, header.speed_max)
         before = learner.refresh
-        refresh = learner.add_demonstration(demonstration)
+        certificate = learner.add_demonstration(demonstration).certificate
         if not arguments.quiet:
-            taught = (f'{counted(len(refresh.prototypes), "prototype")}, '
-                      f'basin {refresh.certificate.basin:.1%}')
-            print('; '.join(
-                [f'{path} demo  {report}', *guessed(drive, arguments), *notes, taught,
-                 *filter(None, [goal_moved(before, refresh)])]))
+            print(sentences([
+                f'{path} is learnt: {counted(report.n_steps, "step")}',
+                goal_moved(before, learner.refresh), *report.sentences(),
+                *guessed(drive, arguments), *notes, certificate.sentence()]))
+        if arguments.verbose and not arguments.quiet:
+            print(f'    in numbers: {report.numbers()}; {certificate.numbers()}')
     return learner
 
 

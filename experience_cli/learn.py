@@ -26,6 +26,8 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     parser.add_argument('--check', action='store_true',
                         help='compare with the fields that the live learner published, and '
                         'fail where a bag is incomplete')
+    parser.add_argument('-v', '--verbose', action='store_true',
+                        help='say of each bag in numbers, too, what it taught')
     parser.add_argument('--quiet', action='store_true', help='print the last line only')
     foreign.add_options(parser, keeping=True)
     return parser
@@ -92,7 +94,7 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
             say_cuts('learn', [episode])
             n_gaps += say_gaps('learn', episode)
             if not arguments.quiet:
-                _print(line_from_lesson(lesson))
+                _print(text_from_lesson(lesson, arguments.verbose))
     if lessons.refresh is None:
         raise UserError('nothing was learnt: there is no demonstration in these bags')
     _finish(arguments, lessons.refresh, lessons.field())
@@ -159,19 +161,14 @@ def _print(line: str) -> None:
     tqdm.write(line)
 
 
-def line_from_lesson(lesson: Any) -> str:
-    """Say in a line what a bag taught."""
-    from control_field.words import counted
+def text_from_lesson(lesson: Any, verbose: bool = False) -> str:
+    """Say what a bag taught, in numbers, too, where that is asked for."""
+    from learner_node.reports import numbers_from_lesson, sentence_from_lesson
 
-    refresh = lesson.refresh
-    said = f'{lesson.episode.name} {lesson.episode.kind:<5} {lesson.note}'
-    if refresh is None:
-        return said
-    kept = '' if refresh.pushed else f', not pushed: {refresh.reason}'
-    kept += f'. {lesson.moved}' if lesson.moved else ''
-    return (f'{said}; {counted(len(refresh.prototypes), "prototype")}, '
-            f'{counted(refresh.reinforcements, "reinforcement")}, '
-            f'basin {refresh.certificate.basin:.1%}{kept}')
+    number, name = f'{lesson.episode.number:04d}', lesson.episode.name
+    said = sentence_from_lesson(lesson).replace(f'Drive {number}', f'Drive {name}', 1)
+    numbers = numbers_from_lesson(lesson) if verbose else ''
+    return f'{said}\n    in numbers: {numbers}' if numbers else said
 
 
 def field_bytes(field: Any) -> bytes:

@@ -248,18 +248,20 @@ def write_report(path: Path, reports: Sequence[TaskReport], config: Mapping[str,
 def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
     """Return the lines of a table for the terminal."""
     yield ''
-    yield 'task    trial   steps  hidden neurons  reinforcements  collisions  outcome   seconds'
+    yield 'task    trial   steps      prototypes  reinforcements  collisions  outcome   seconds'
     for report in reports:
         for trial in report.trials:
             yield (f'{report.name:<8}{trial.trial:>5}{trial.steps:>8}{trial.hidden_neurons:>16}'
                    f'{trial.reinforcements:>16}{trial.collisions:>12}  {trial.outcome:<9}'
                    f'{trial.seconds:>8.1f}')
     yield ''
+    yield ('Prototypes: places with the direction the robot has learnt there (in the paper hidden '
+           'neurons).')
+    yield 'Reinforcements: rewards and punishments that the trial was learnt from.'
+    yield ''
     for report in reports:
         other = report.other_starts
         collisions = counted(other['collisions'], 'collision')
-        certificate = report.final.certificate
-        yield (f'{report.name}: {certificate.sentence()} Set down at {other["starts"]} other '
-               f'starts it reached the goal {counted(other["reached"], "time")}, with '
-               f'{collisions}.')
-        yield f'       in numbers: {certificate.numbers()}'
+        yield (f'{report.name}: {report.final.certificate.sentence()} Set down at '
+               f'{other["starts"]} other starts it reached the goal '
+               f'{counted(other["reached"], "time")}, with {collisions}.')

@@ -12,7 +12,7 @@ from control_field.headings import heading_from_step
 from control_field.learner import Learner, Refresh
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Outcome, Trial
-from control_field.words import counted
+from control_field.words import how_it_ended
 from learner_node.frames import with_remedy
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder
@@ -42,6 +42,8 @@ class Lesson:
         What it was, or why nothing was learnt.
     moved : str
         A sentence on where the goal is now and was before; empty if it is where it was.
+    missing : str
+        What the recording lacks; empty if nothing.
 
     """
 
@@ -50,6 +52,7 @@ class Lesson:
     refresh: Refresh | None
     note: str
     moved: str = ''
+    missing: str = ''
 
 
 class Lessons:
@@ -115,14 +118,13 @@ class Lessons:
     def _learn_trial(self, read: Episode, trial: Trial, note: str) -> Lesson:
         if read.doubt:
             return Lesson(read.folder, read, None, f'{NOTHING}{read.doubt}')
-        steps = counted(trial.n_steps, 'step')
-        said = f'{trial.outcome} after {steps}' + (f', {note}' if note else '')
+        said = f'{how_it_ended(trial.outcome, trial.n_steps)}' + (f', {note}' if note else '')
         if trial.outcome is Outcome.ABORTED:
-            return Lesson(read.folder, read, None, f'{NOTHING}{said}')
+            return Lesson(read.folder, read, None, f'{NOTHING}it {said}')
         self.n_trials += 1
         if self.refresh is None:
             return Lesson(read.folder, read, None,
-                          f'{NOTHING}no demonstration came before it ({said})')
+                          f'{NOTHING}no demonstration came before it; it {said}')
         return Lesson(read.folder, read, self._learner.add_trial(trial), said)
 
     def teach_here(self, n: int) -> list[tuple[float, float]]:

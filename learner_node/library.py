@@ -162,7 +162,8 @@ class Library:
         gaps = note_gaps(episode.path)
         lesson = self.lessons.learn(episode)
         self._name_memory()
-        return replace(lesson, note='; '.join(filter(None, [lesson.note, str(gaps)])))
+        return replace(lesson, note='; '.join(filter(None, [lesson.note, str(gaps)])),
+                       missing=str(gaps))
 
     def _name_memory(self) -> None:
         refresh = self.refresh

@@ -7,13 +7,15 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.learner import Refresh
 from control_field.parameters import Parameters
-from control_field.words import counted
+from control_field.records import Trial
+from control_field.words import counted, how_it_ended, sentences
 from learner_node.lessons import Lesson, NOTHING
 from learner_node.phases import Phase
 from learner_node.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
 from msgs_bridge.command_line import names_of, Program
+from msgs_bridge.episodes import Episode
 
 
 PROGRAM: Final = Program(
@@ -82,27 +84,44 @@ def certificate_values(refresh: Refresh) -> dict[str, str]:
 
 
 def sentence_from_lesson(lesson: Lesson) -> str:
-    """Say what an episode taught: plain sentences first, numbers in brackets at the end."""
-    number = f'{lesson.episode.number:04d}'
-    if lesson.refresh is None and lesson.episode.kind is EpisodeKind.DEMO:
-        return f'Drive {number} is not learnt: {lesson.note.removeprefix(NOTHING)}'
-    # People hear of a trial by the number that the controller counts, and look for its bag.
+    """Say what an episode taught, in plain sentences; `numbers_from_lesson` has the rest."""
+    name = name_from_lesson(lesson)
+    refresh, read = lesson.refresh, lesson.read
+    if refresh is None or read is None:
+        why = lesson.note
+        if lesson.episode.kind is EpisodeKind.DEMO:
+            return f'{name} is not learnt: {why.removeprefix(NOTHING)}'
+        return f'{name}: {why}'
+    said = [f'{name} {_what_was_done(read)}', lesson.moved,
+            *(read.report.sentences() if read.report is not None else ()), *read.notes,
+            lesson.missing, refresh.certificate.sentence()]
+    if not refresh.pushed:
+        said.append(f'The robot keeps its old courses: {refresh.reason}')
+    return sentences(part[:1].upper() + part[1:] for part in said)
+
+
+def name_from_lesson(lesson: Lesson) -> str:
+    """Name an episode: a drive, or a trial by the controller's number and by its bag's."""
+    if lesson.episode.kind is EpisodeKind.DEMO:
+        return f'Drive {lesson.episode.number:04d}'
     status = lesson.read.status if lesson.read is not None else None
-    trial = f' (trial {status.trial})' if status is not None and status.trial else ''
-    if lesson.refresh is None:
-        return f'{lesson.episode.name}{trial}: {lesson.note}'
-    numbers = [lesson.note, lesson.refresh.certificate.numbers()]
-    said = [f'{lesson.episode.name}{trial}: {lesson.note}']
-    report = lesson.read.report if lesson.read is not None else None
-    if lesson.read is not None and report is not None:
-        said = [f'Drive {number} kept: {counted(report.n_steps, "step")}',
-                lesson.moved, *report.sentences()]
-        numbers[0] = '; '.join([report.numbers(), *lesson.read.notes])
-    else:
-        del numbers[0]
-    said.append(lesson.refresh.certificate.sentence().rstrip('.'))
-    if not lesson.refresh.pushed:
-        said.append(f'The courses stay: {lesson.refresh.reason}')
-    if report is not None:
-        said.append('Press t in teleop_node to let the robot try')
-    return '. '.join(filter(None, said)) + f'. ({"; ".join(numbers)})'
+    if status is None or not status.trial:
+        return f'Trial {lesson.episode.name}'
+    return f'Trial {status.trial} ({lesson.episode.name})'
+
+
+def _what_was_done(read: Episode) -> str:
+    if isinstance(read.record, Trial):
+        return how_it_ended(read.record.outcome, read.record.n_steps)
+    steps = read.report.n_steps if read.report is not None else len(read.record.cells) - 1
+    return f'kept: {counted(steps, "step")}'
+
+
+def numbers_from_lesson(lesson: Lesson) -> str:
+    """Return what an episode taught in numbers, for who wants to know more."""
+    if lesson.refresh is None or lesson.read is None:
+        return ''
+    report = lesson.read.report
+    return '; '.join([*([report.numbers()] if report is not None else []),
+                      f'{counted(lesson.refresh.reinforcements, "reinforcement")} learnt',
+                      lesson.refresh.certificate.numbers()])

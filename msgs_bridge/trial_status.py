@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.records import Outcome
 from control_field.watch import StopReason
-from control_field.words import counted
+from control_field.words import counted, how_it_ended
 
 #: ``name`` of the status.
 NAME: Final = 'trial'
@@ -112,8 +112,7 @@ class TrialStatus:
         if self.outcome is None:
             return f'trial {self.trial} is {self.state}, {counted(self.steps, "step")}'
         why = f': {self.reason}' if self.reason else ''
-        steps = counted(self.steps, 'step')
-        return f'trial {self.trial} ended after {steps}, {self.outcome}{why}'
+        return f'trial {self.trial} {how_it_ended(self.outcome, self.steps)}{why}'
 
     @property
     def level(self) -> bytes:

@@ -98,9 +98,9 @@ def test_show_tells_the_decisions_of_a_trial(task, experience):
     assert made['online_reinforcements'] == record.n_online_reinforcements == len(made['notable'])
     assert 'blocked' in experience('show', FIRST)
     # What is learnt from is what `learn` counts.
-    learnt = next(line for line in experience('learn', 'bags/sample').splitlines()
-                  if line.startswith(FIRST))
-    assert f', {made["reinforcements"]} reinforcements,' in learnt
+    lines = experience('learn', '-v', 'bags/sample').splitlines()
+    first = next(i for i, line in enumerate(lines) if f'({FIRST})' in line)
+    assert f' {made["reinforcements"]} reinforcements learnt;' in lines[first + 1]
     assert f'; {made["reinforcements"]} reinforcements to learn from' in experience('show', FIRST)
     assert json.loads(experience('show', SECOND, '--json'))['decisions']['notable'] == []
 

@@ -84,7 +84,7 @@ def test_a_drive_of_another_robot_teaches(tmp_path, capsys, storage, compression
     bag = record(tmp_path / 'rosbag2_2025', NAMES, storage, compression)
     assert learn(bag, *OPTIONS, '--save', tmp_path / 'field.npz') == 0
     line, last = capsys.readouterr().out.splitlines()
-    assert '9 cells from 200 poses' in line
+    assert 'is learnt: 8 steps. From ' in line
     assert last.startswith('control_field revision 1 sha256 ')
     with np.load(tmp_path / 'field.npz') as saved:
         assert saved['goal'].tolist() == [2, 10]
@@ -297,8 +297,8 @@ def test_without_any_option(tmp_path, capsys, storage, compression, name):
     for path in paths:
         assert learn(path) == 0
         line, last = capsys.readouterr().out.splitlines()
-        assert line.startswith(f'{path} demo  ')
-        assert '9 cells from 200 poses' in line
+        assert line.startswith(f'{path} is learnt: 8 steps. From all ')
+        assert 'poses' not in line
         assert 'odom is' not in line
         assert last.startswith('control_field revision 1 sha256 ')
 
@@ -328,8 +328,8 @@ def test_a_topic_without_messages_is_neither_taken_nor_offered(tmp_path, capsys)
     for _, log_time, publish_time, message in open_bag(path).records():
         file.add(topic, message, log_time, publish_time)
     file.finish('void.mcap')
-    assert learn(tmp_path / 'void.mcap') == 0
-    assert '9 cells from 200 poses' in capsys.readouterr().out
+    assert learn('-v', tmp_path / 'void.mcap') == 0
+    assert 'in numbers: 9 cells from 200 poses' in capsys.readouterr().out
     line = mistake(capsys, tmp_path / 'void.mcap', '--odom-topic', '/odom')
     assert 'there is no message on /odom (odom), there are /robot/odom (Odometry)' in line
 

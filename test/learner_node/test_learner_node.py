@@ -209,8 +209,10 @@ def test_a_kept_demonstration_is_answered_with_what_it_taught(ros_domain, ros_no
                       SetBool.Request(data=False))
         assert process.running
     assert answer.success, answer.message
-    assert 'cells from' in answer.message
+    assert answer.message.startswith('Drive 0001 kept: ')
     assert 'gets to the goal' in answer.message
+    assert 'cells from' not in answer.message
+    assert 'in numbers: ' in process.stderr
 
 
 def test_a_demonstration_can_be_labelled_and_dropped(ros_domain, ros_node, tmp_path):

@@ -5,10 +5,10 @@ import pytest
 
 from bridge_helpers import GRID, loop_bag, nanoseconds, ODOMETRY, raw_odometry
 from control_field.parameters import Parameters
-from experience_cli.learn import line_from_lesson
+from experience_cli.learn import text_from_lesson
 from learner_node.lessons import Lessons
 from learner_node.library import Library
-from learner_node.reports import sentence_from_lesson
+from learner_node.reports import numbers_from_lesson, sentence_from_lesson
 from msgs_bridge.bag_file import start_bag
 from msgs_bridge.bag_folder import episode_from_path, TaskFolder
 from msgs_bridge.episode_header import EpisodeHeader
@@ -26,12 +26,12 @@ def learn(lessons, folder):
     return lessons.learn(episode_from_path(folder))
 
 
-def test_a_plain_sentence_comes_first_and_numbers_last(tmp_path, lessons):
+def test_a_plain_sentence_says_it_and_numbers_are_apart(tmp_path, lessons):
     lesson = learn(lessons, loop_bag(tmp_path, ROUND[:5]))
     sentence = sentence_from_lesson(lesson)
     assert sentence.startswith('Drive 0001 kept: 4 steps. From all ')
-    assert sentence.endswith(')')
-    assert '(5 cells from 5 poses' in sentence
+    assert sentence.endswith(' the robot gets to the goal.')
+    assert numbers_from_lesson(lesson).startswith('5 cells from 5 poses')
     assert 'goal is now' not in sentence
 
 
@@ -48,7 +48,7 @@ def test_a_drive_that_moves_the_goal_says_so_wherever_it_is_learnt(tmp_path, les
     assert [bool(lesson.moved) for lesson in moved] == [False, False, True]
     said = 'The goal is now at (1.12, 1.12) m, it was at (1.38, 0.88) m'
     assert said in sentence_from_lesson(moved[2])
-    assert said in line_from_lesson(moved[2])
+    assert said in text_from_lesson(moved[2])
 
 
 def test_a_bag_that_is_taken_away_may_move_the_goal_back(tmp_path):

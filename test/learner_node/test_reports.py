@@ -4,10 +4,13 @@ import pytest
 
 from bridge_helpers import demonstration_bag, GRID
 from control_field.parameters import Parameters
+from control_field.records import Outcome
+from control_field.words import how_it_ended
 from learner_node.lessons import Lessons
 from learner_node.library import Library
-from learner_node.reports import sentence_from_lesson
+from learner_node.reports import numbers_from_lesson, sentence_from_lesson
 from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.trial_status import State, TrialStatus
 
 
 @pytest.fixture
@@ -18,11 +21,24 @@ def task(tmp_path):
 
 def test_a_demonstration_is_said_plainly_before_its_numbers(task):
     lesson = Lessons(GRID, Parameters()).learn(task.episodes()[0])
-    plain, _, numbers = sentence_from_lesson(lesson).partition(' (')
+    plain, numbers = sentence_from_lesson(lesson), numbers_from_lesson(lesson)
     assert plain.startswith('Drive 0001 kept: ')
-    assert plain.endswith('Press t in teleop_node to let the robot try.')
+    assert plain.endswith(' seen so far the robot gets to the goal.')
     assert 'cells from 200 poses' in numbers
     assert 'prototypes' in numbers
+    for word in ('poses', 'basin', 'prototype', 'coherence', 'fidelity', '('):
+        assert word not in plain
+
+
+@pytest.mark.parametrize(('outcome', 'said'), [
+    (Outcome.GOAL, 'reached the goal in 2 steps'), (Outcome.GAVE_UP, 'gave up after 2 steps'),
+    (Outcome.COLLISION, 'ran into something after 2 steps'),
+    (Outcome.STOPPED, 'was stopped after 2 steps'),
+    (Outcome.ABORTED, 'was broken off after 2 steps')])
+def test_every_end_of_a_trial_is_told_in_words(outcome, said):
+    assert how_it_ended(outcome, 2) == said
+    status = TrialStatus(State.ENDED, trial=3, outcome=outcome, steps=2, reason='so it was')
+    assert status.sentence == f'trial 3 {said}: so it was'
 
 
 def test_places_are_told_of_in_metres(task):

@@ -42,10 +42,10 @@ def test_round_trip(status):
     (TrialStatus(State.RUNNING, 3, steps=5), DiagnosticStatus.OK, 'trial 3 is running, 5 steps'),
     (TrialStatus(State.PAUSED, 3), DiagnosticStatus.WARN, 'trial 3 is paused, 0 steps'),
     (TrialStatus(State.ENDED, 3, Outcome.GOAL), DiagnosticStatus.OK,
-     'trial 3 ended after 0 steps, goal'),
+     'trial 3 reached the goal in 0 steps'),
     (TrialStatus(State.ENDED, 3, Outcome.COLLISION, 'bump'), DiagnosticStatus.ERROR,
-     'trial 3 ended after 0 steps, collision: bump'),
-    (TrialStatus(State.ENDED, 3, Outcome.GAVE_UP), DiagnosticStatus.WARN, 'gave_up'),
+     'trial 3 ran into something after 0 steps: bump'),
+    (TrialStatus(State.ENDED, 3, Outcome.GAVE_UP), DiagnosticStatus.WARN, 'gave up'),
     (TrialStatus(State.ENDED, 3, Outcome.STOPPED), DiagnosticStatus.WARN, 'stopped'),
 ], ids=lambda value: value.sentence if isinstance(value, TrialStatus) else '')
 def test_level_and_sentence(status, level, sentence):

@@ -37,7 +37,7 @@ class Trial:
     def _stop(self, _, response):
         self.asked.append('trial')
         self.tell(State.ENDED, Outcome.STOPPED)
-        response.success, response.message = True, 'trial 3 ended after 5 steps'
+        response.success, response.message = True, 'trial 3 was stopped after 5 steps'
         return response
 
     def _stop_series(self, _, response):
@@ -76,7 +76,7 @@ def test_whoever_leaves_ends_the_trial_and_the_series_first(ros_node, tmp_path, 
         assert process.wait() == 0
         assert trial.is_ended()
         if end != 'closed_window':
-            assert 'trial 3 ended after 5 steps; no more trials are run' in process.read()
+            assert 'trial 3 was stopped after 5 steps; no more trials are run' in process.read()
             assert process.mode() == process.before
 
 
