@@ -13,6 +13,7 @@ class BreakKind(StrEnum):
     """Why poses are not one drive."""
 
     LEAP = 'leap'        #: farther than the robot drives in that time
+    FAST = 'fast'        #: all the time faster than the robot
     HOLE = 'hole'        #: seconds without a pose in which the robot drove on
     BACK = 'back'        #: the stamps go back
     STANDING = 'standing'  #: the stamps stand while the robot moves
@@ -61,6 +62,9 @@ class Break:
             case BreakKind.HOLE:
                 return (f'no pose has come between {self.at - self.seconds:.2f} and {at}, and '
                         f'nothing says which way the robot took meanwhile, {far} {way}')
+            case BreakKind.FAST:
+                return (f'from {self.at - self.seconds:.2f} to {at} it drives {far}, {way}, where '
+                        f'the robot gets {self.reach:.2f} m at most')
             case BreakKind.BACK:
                 return f'at {at} the stamps go back by {-self.seconds:.2f} s, {way}'
             case BreakKind.STANDING:
@@ -76,6 +80,8 @@ class Break:
 _REMEDIES: Final = {
     BreakKind.LEAP: 'Odometry was reset, the robot was carried, or its localisation found it '
                     'somewhere else: show the way again in one go',
+    BreakKind.FAST: 'If the robot is that fast, say so with --max-speed (speed_max of '
+                    'learner_node); else its stamps are not in seconds',
     BreakKind.HOLE: 'Messages or a part of the recording are lost: show the way again',
     BreakKind.BACK: 'A clock was set or the simulation began anew: show the way again',
     BreakKind.STANDING: 'Who publishes the poses has to stamp each with the time it is of',

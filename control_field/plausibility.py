@@ -26,8 +26,8 @@ SPEED_MAX: Final = 3.0
 POSE_JUMP: Final = 0.1
 #: A single step may be so much faster than this drive usually is, but always so fast, [m/s].
 _HASTE, _SLOWEST_BOUND = 3.0, 0.5
-#: Way from pose to pose that is motion, [m].
-_MOVING: Final = 1e-3
+#: Way from pose to pose that is motion, and that is more than noise, [m].
+_MOVING, _DRIVEN = 1e-3, 0.02
 #: Time without a pose that is a hole: so many times the usual one, and at least so much, [s].
 _RARE, _LEAST_HOLE = 5.0, 0.5
 #: At most so many poses in a row, so many times, are poses gone wrong rather than another drive.
@@ -132,7 +132,7 @@ def whole_drive(stamps: Floats, xy: Floats, limits: DriveLimits) -> WholeDrive:
     found = breaks_of(stamps[order], xy[order], limits)
     sources = _two_sources(stamps[order], xy[order], bool(found), limits)
     # A clock that was set back mixes pieces of one drive; in the order recorded they are apart.
-    back = _set_back(stamps, xy) if found or sources else []
+    back = _set_back(stamps, xy, found or sources)
     if back and not _two_sources(stamps, xy, bool(found), limits):
         return _last_part(stamps, xy, np.arange(len(stamps)), back, limits)
     if sources is not None:
@@ -179,7 +179,8 @@ def _speed(dt: Floats, way: Floats, limits: DriveLimits) -> float:
     """Return how fast a single step may be: no faster than the robot, nor than it ever is."""
     moving = np.sort((way / np.maximum(dt, 1e-9))[(dt > 0.0) & (way > _MOVING)])
     # The few fastest may be leaps themselves; of a handful of steps the middle one counts.
-    rank = len(moving) - 1 - max(3, math.ceil(0.02 * len(moving)))
+    n_driven = int((way > _DRIVEN).sum())  # a robot that waits for minutes drives no slower later
+    rank = len(moving) - 1 - max(3, math.ceil(0.02 * n_driven))
     usual = float(moving[max(rank, len(moving) // 2)]) if len(moving) else 0.0
     return min(limits.speed_max, max(_HASTE * usual, _SLOWEST_BOUND))
 
@@ -206,16 +207,24 @@ def _too_fast(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
         reach = limits.pose_jump + limits.speed_max * dt
         if (way > reach).any():
             first = int((way > reach).argmax())
-            return [_break(BreakKind.LEAP, first, first + lag, stamps, xy, float(reach[first]))]
+            return [_break(BreakKind.FAST, first, first + lag, stamps, xy, float(reach[first]))]
         lag *= 2
     return []
 
 
-def _set_back(stamps: Floats, xy: Floats) -> list[Break]:
-    """Return where stamps go back, in the order recorded, by more than messages are late."""
+def _set_back(stamps: Floats, xy: Floats, is_broken: object) -> list[Break]:
+    """
+    Return where stamps go back, in the order recorded, by more than messages are late.
+
+    Where they make a drive nevertheless, those count that all that follows stays behind: sorted
+    by stamp the end of such a drive would come before its beginning.
+    """
+    steps = np.flatnonzero(np.diff(stamps) < -_CLOCK_JUMP).tolist()
+    if not is_broken:
+        steps = [i for i in steps if len(stamps) - i > 1 + _SPIKE_LENGTH
+                 and stamps[i + 1:].max() < stamps[:i + 1].max() - _CLOCK_JUMP]
     return [replace(_break(BreakKind.BACK, i, i + 1, stamps, xy),
-                    at=float(stamps[i] - stamps[0]))
-            for i in np.flatnonzero(np.diff(stamps) < -_CLOCK_JUMP).tolist()]
+                    at=float(stamps[i] - stamps[0])) for i in steps]
 
 
 def _two_sources(

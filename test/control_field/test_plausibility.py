@@ -135,6 +135,28 @@ def test_stamps_that_go_back_are_refused(seed, share, seconds):
     assert found.seconds == pytest.approx(-seconds)
 
 
+@given(shares, st.floats(60.0, 4000.0), st.booleans())
+@steady
+def test_a_round_whose_clock_is_set_back_does_not_end_in_its_middle(share, seconds, is_late):
+    turn = np.linspace(0.0, 1.98 * np.pi, 600)
+    stamps, xy = 100.0 + np.arange(600) / 20, np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    assert np.hypot(*(xy[-1] - xy[0])) < LIMITS.cell
+    at = int(share * len(xy))
+    stamps[at:] -= seconds
+    if is_late:
+        stamps[[at + 5, at + 6]] = stamps[[at + 6, at + 5]]
+    assert refused(stamps, xy)[0].kind is BreakKind.BACK
+
+
+@pytest.mark.parametrize('unit', [1e-3, 1e-6])
+def test_stamps_that_are_not_in_seconds_are_called_so(unit):
+    stamps, xy = smooth_drive(1)
+    [found] = refused(100.0 + unit * (stamps - 100.0), xy)
+    assert found.kind is BreakKind.FAST
+    with pytest.raises(ImplausibleDriveError, match=r'it drives 0\.1.* not in seconds'):
+        whole_drive(100.0 + unit * (stamps - 100.0), xy, LIMITS)
+
+
 @pytest.mark.parametrize('seconds', [
     np.zeros_like, lambda stamps: stamps % 1.0,
     lambda stamps: np.where((stamps > 105.0) & (stamps < 108.0), 105.0, stamps)],
@@ -186,6 +208,14 @@ class TestHonestDrives:
         stamps, xy = smooth_drive(seed, n_at(rate), rate)
         noisy = xy + np.random.default_rng(seed).normal(0.0, noise, xy.shape)
         assert len(whole_drive(stamps, noisy, LIMITS).kept) == len(xy)
+
+    @given(seeds, st.floats(0.5, 1.5), st.integers(200, 600))
+    @steady
+    def test_a_robot_that_waits_for_minutes_may_drive_off_fast(self, seed, speed, seconds):
+        xy = smooth_drive(seed, 10, 1.0, speed)[1]
+        xy = np.concatenate([np.tile(xy[:1], (seconds, 1)), xy])
+        xy += np.random.default_rng(seed).normal(0.0, 0.004, xy.shape)
+        assert len(whole_drive(np.arange(len(xy)) + 100.0, xy, LIMITS).kept) == len(xy)
 
     @given(seeds, rates)
     @steady
