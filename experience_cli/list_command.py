@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Iterator
 import json
 from pathlib import Path
+import sys
 from typing import Any
 
 from experience_cli.errors import UserError
@@ -32,32 +33,42 @@ def run(arguments: argparse.Namespace) -> int:
     from experience_cli.references import named_path
     from experience_cli.summary import summary_of, table_lines
 
-    summaries = [summary_of(episode) for episode in episodes_in(named_path(arguments.folder))]
+    problems: list[str] = []
+    episodes = episodes_in(named_path(arguments.folder), problems)
+    summaries = [summary_of(episode) for episode in episodes]
     if arguments.json:
         print(json.dumps([summary.to_json() for summary in summaries], indent=2))
-        return 0
-    print('\n'.join(table_lines([_TITLES, *map(_row, summaries)], _RIGHT)))
-    for summary in summaries:
+    else:
+        print('\n'.join(table_lines([_TITLES, *map(_row, summaries)], _RIGHT)))
+    for summary in summaries if not arguments.json else ():
         if summary.state in ('cut', 'unreadable', 'not kept', 'aborted', 'incomplete'):
             print(f'{summary.bag}: {summary.note}')
+    for problem in problems:
+        print(f'not in the list: {problem}', file=sys.stderr)
     return 0
 
 
-def episodes_in(folder: Path) -> Iterator[Any]:
+def episodes_in(folder: Path, problems: list[str]) -> Iterator[Any]:
     """
     Go through the bags of a task, or of all tasks in a folder, those forgotten among them.
+
+    Parameters
+    ----------
+    folder : Path
+    problems : list of str
+        Of all tasks: what cannot be read of one is said here, the others come all the same.
 
     Raises
     ------
     UserError
         If there are none.
     BagError
-        If one of the folders cannot be read.
+        If the folder, or that of the one task, cannot be read.
 
     """
     from experience_cli.episodes import is_named_like_ours
     from experience_cli.references import task_folder
-    from msgs_bridge.bag_folder import episode_from_path, TaskFolder, tasks
+    from msgs_bridge.bag_folder import BagError, episode_from_path, task_folders
 
     if not folder.is_dir():
         raise UserError(f'there is no folder {folder}')
@@ -65,11 +76,21 @@ def episodes_in(folder: Path) -> Iterator[Any]:
     if task is None and is_named_like_ours(folder):
         yield episode_from_path(folder)
         return
-    found = [task] if task else [TaskFolder(folder, name) for name in tasks(folder)]
-    if not found:
+    if task:
+        yield from sorted([*task.episodes(), *task.forgotten()])
+        return
+    found = []
+    for each in task_folders(folder):
+        of_task = []
+        for read in (each.episodes, each.forgotten):
+            try:
+                of_task += read()
+            except BagError as error:
+                problems.append(str(error))
+        found += sorted(of_task)
+    if not found and not problems:
         raise UserError(f'{folder} holds no bags, must be the folder of a task or of all tasks')
-    for each in found:
-        yield from sorted([*each.episodes(), *each.forgotten()])
+    yield from found
 
 
 def _row(summary: Any) -> tuple[str, ...]:

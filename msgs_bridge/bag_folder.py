@@ -378,14 +378,19 @@ def _episodes_in(folder: Path) -> list[EpisodeFolder]:
 
 def tasks(root: Path | str) -> list[str]:
     """Return the names of the tasks in a bags folder that have a bag; no links that lead out."""
+    return [task.task for task in task_folders(root) if task.episodes()]
+
+
+def task_folders(root: Path | str) -> list[TaskFolder]:
+    """Return the folders in a bags folder that may be a task's, by name, with bags or without."""
     try:
         entries = sorted(entry.name for entry in os.scandir(root) if entry.is_dir())
     except FileNotFoundError:
         return []
     except OSError as error:
         raise BagError(error_line('read', Path(root), error)) from None
-    return [name for name in entries if _TASK.fullmatch(name) and not _leads_out(Path(root), name)
-            and TaskFolder(root, name).episodes()]
+    return [TaskFolder(root, name) for name in entries
+            if _TASK.fullmatch(name) and not _leads_out(Path(root), name)]
 
 
 def _leads_out(root: Path, name: str) -> bool:

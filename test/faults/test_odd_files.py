@@ -153,6 +153,32 @@ def test_what_is_ours_in_a_task_is_no_link_out(task, tmp_path, capsys, name, exi
             outside.read_text() == 'mine')
 
 
+def link_for_forgotten(path):
+    (path / '.forgotten').symlink_to(path.parent.parent)
+
+
+def same_number_twice(path):
+    (path / '0002_demo').mkdir()
+
+
+@pytest.mark.parametrize('spoil', [link_for_forgotten, same_number_twice])
+def test_a_task_that_cannot_be_read_does_not_hide_the_others(task, capsys, spoil):
+    bags = task.root
+    for name in ('a_task', 'b_task', 'z_task'):
+        shutil.copytree(task.path, bags / name)
+    spoil(bags / 'b_task')
+    for _ in range(3):
+        TaskFolder(bags, 'z_task').forget(len(TaskFolder(bags, 'z_task').episodes()))
+    code, output = said(capsys, 'list')
+    assert code == 0
+    rows = [line.split()[0] for line in output.out.splitlines()[1:] if ': ' not in line]
+    assert {f'{name}/000{number}' for name in ('a_task', 'sample', 'z_task')
+            for number in (1, 2, 3)} <= set(rows)
+    assert len(output.err.splitlines()) == 1
+    assert output.err.startswith('not in the list: ')
+    assert 'bags/b_task/' in output.err
+
+
 @pytest.mark.parametrize('name', ['.in_use', '.lock'])
 def test_a_pipe_instead_of_a_lock_is_said(task, name):
     os.mkfifo(task.path / name)
