@@ -38,6 +38,9 @@ class PoseTable:
         Messages that were left out.
     refusal : str
         Why the first of them was.
+    before, after : tuple of int and float
+        How many messages before the first and after the last pose were left out, and for how
+        long, [s].
 
     """
 
@@ -45,6 +48,8 @@ class PoseTable:
     xy: npt.NDArray[np.float64]
     n_refused: int
     refusal: str
+    before: tuple[int, float] = (0, 0.0)
+    after: tuple[int, float] = (0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +104,19 @@ def pose_table(messages: RawMessages, frame_id: str) -> PoseTable:
     _refuse(columns, ~_is_rotation(values), f'{messages.topic}: orientation is no rotation')
     kept = columns.accepted
     return PoseTable(_seconds(values)[kept], np.stack([values['x'], values['y']], axis=1)[kept],
-                     int((~kept).sum()), columns.refusal)
+                     int((~kept).sum()), columns.refusal, *_at_the_ends(messages, kept))
+
+
+def _at_the_ends(
+    messages: RawMessages, kept: npt.NDArray[np.bool_],
+) -> tuple[tuple[int, float], tuple[int, float]]:
+    """Return how many messages at either end are not kept, and how long they last, [s]."""
+    left = np.flatnonzero(kept)
+    if not len(left):
+        return (0, 0.0), (0, 0.0)
+    first, last, times = int(left[0]), int(left[-1]), messages.log_times
+    return ((first, float(times[first] - times[0]) * 1e-9),
+            (len(kept) - 1 - last, float(times[-1] - times[last]) * 1e-9))
 
 
 def sight_table(messages: RawMessages, grid: Grid) -> SightTable:

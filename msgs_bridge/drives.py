@@ -13,12 +13,15 @@ from control_field.records import Demonstration
 from control_field.words import counted
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_records import RawMessages
-from msgs_bridge.bag_tables import pose_table, sight_table
+from msgs_bridge.bag_tables import pose_table, PoseTable, sight_table
 
 #: Seconds that stamps of sights may step back before a clock that jumped is assumed.
 CLOCK_JUMP: Final = 1.0
 #: What lies on one side of these breaks is a drive of its own, if a person says so.
 _CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.HOLE)
+
+#: So few messages, and so short, [s], are no part of a drive; so far, [m], is driving meanwhile.
+_FEW, _SOON, _SET_OFF = 3, 0.5, 0.05
 
 #: A demonstration, what was dropped of it, and sentences on what was passed over.
 Drive = tuple[Demonstration, DemonstrationReport, tuple[str, ...]]
@@ -59,12 +62,37 @@ def read_drive(
     if not len(poses.stamps):
         raise NothingToLearnError(
             'has no pose in it' + (f': {poses.refusal}' if poses.refusal else ''))
+    _check_ends(poses)
     seen = _in_order(sights.stamps)
     record, report = demonstration_from_poses(
         grid, poses.stamps, poses.xy, sights.stamps[seen], sights.blocked[seen],
         sights.unknown[seen], number, speed_max, sights.cells[seen])
     _check_open(record)
     return record, report, notes
+
+
+def _check_ends(poses: PoseTable) -> None:
+    """Refuse a drive that began or went on where no message is a pose: frames that change, NaN."""
+    soon = poses.stamps - poses.stamps[0] <= _SOON
+    if np.hypot(*(poses.xy[soon] - poses.xy[0]).T).max() > _SET_OFF:
+        check_end('begins', 'first', *poses.before, poses.refusal)
+    check_end('ends', 'last', *poses.after, poses.refusal)
+
+
+def check_end(what: str, which: str, n: int, seconds: float, refusal: str) -> None:
+    """
+    Refuse a drive whose ``n`` first or last messages, in some seconds [s], are no poses.
+
+    Raises
+    ------
+    ValueError
+
+    """
+    if n > _FEW and seconds > _SOON:
+        raise ValueError(
+            f'nobody knows where this drive {what}: its {which} {n} messages ({seconds:.1f} s) '
+            f'are refused, such as: {refusal}. Let every pose be a sound one, in one frame, and '
+            f'show the way again')
 
 
 def remedy_for_own(error: ValueError, bag: str) -> str:

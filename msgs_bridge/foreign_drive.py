@@ -13,12 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from control_field.grid import Grid
+from control_field.words import counted
 from msgs_bridge.any_bag import notes_on, open_bag
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_records import Bag, RawMessages
 from msgs_bridge.bag_roles import roles_of_topics, scans_in
 from msgs_bridge.drive_poses import (
     brought_to_frame, DrivePoses, poses_from_frames, poses_from_messages)
+from msgs_bridge.drives import check_end
 from msgs_bridge.laser_mount import Mount, mount_from_transform
 from msgs_bridge.laser_sight import Body
 from msgs_bridge.scan_sights import described, read_scans, sights_from_scans
@@ -147,6 +149,21 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
                         (*roles.notes, *notes_on(bag)), roles.read_from, bag.counts)
 
 
+def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
+    """Say how many messages are no poses in the frame of the first; refuse if the last are."""
+    n = len(messages) - len(found.stamps_ns)
+    if not n:
+        return []
+    why = f'{messages.topic}: no sound pose in {found.frame_id!r}, the frame of the first'
+    last = int(found.log_times.max())
+    try:
+        check_end('ends', 'last', int((messages.log_times > last).sum()),
+                  float(messages.log_times.max() - last) * 1e-9, why)
+    except ValueError as error:
+        raise BagError(str(error)) from None
+    return [f'{counted(n, "message")} refused: {why}']
+
+
 class _Roles:
     """Finds out what a bag's topics are good for."""
 
@@ -200,10 +217,12 @@ class _Roles:
             if not self._tf:
                 raise BagError(f'{self.bag.path}: {self._no_frames}, name one with --odom-topic')
             return poses_from_frames(self.tree, self.reading.base_frame, frame_id, topic)
-        found = poses_from_messages(self.bag.messages(topic))
+        messages = self.bag.messages(topic)
+        found = poses_from_messages(messages)
         if found.frame_id != frame_id.lstrip('/') and self._tf:
-            return brought_to_frame(
-                found, self.tree, frame_id.lstrip('/'), self._tf[0]) or (found, [])
+            brought = brought_to_frame(found, self.tree, frame_id.lstrip('/'), self._tf[0])
+            if brought is not None:
+                return brought[0], [*brought[1], *_left_out(messages, found)]
         return found, []
 
     def make_sight(self, made: dict[str, RawMessages], poses: DrivePoses) -> None:

@@ -221,3 +221,34 @@ def test_how_fast_the_robot_is_stands_in_the_bag(tmp_path):
     read_episode(own_bag(tmp_path, whole), GRID)
     with pytest.raises(NothingToLearnError, match=r'it drives .* gets .* m at most'):
         read_episode(own_bag(tmp_path, whole, speed_max=0.05), GRID)
+
+
+def written(path, frames):
+    """Record the whole drive; the frame of each pose is ``frames(i)``, None for no number."""
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        odom = writer.add_connection('/odom', ODOMETRY, typestore=STORE)
+        for i, (stamp, (x, y)) in enumerate(zip(STAMPS.tolist(), WAY.tolist(), strict=True)):
+            message = raw_odometry(stamp, x if frames(i) else np.nan, y, frames(i) or 'odom')
+            writer.write(odom, nanoseconds(stamp), message)
+    return path
+
+
+@pytest.mark.parametrize('other', ['map', None])
+def test_a_drive_that_goes_on_in_another_frame_has_no_goal(tmp_path, capsys, other):
+    path = written(tmp_path / 'theirs', lambda i: 'odom' if i < 150 else other)
+    with pytest.raises(BagError, match=r'where this drive ends: its last 150 messages \(7\.5 s\)'):
+        read_foreign_demonstration(path, GRID)
+    assert main(['learn', str(path), '--into', str(tmp_path / 'bags' / 'task')]) == 2
+    assert 'are refused, such as: /odom: ' in capsys.readouterr().err
+    path = written(tmp_path / 'began', lambda i: other if i < 150 else 'odom')
+    with pytest.raises(BagError, match=r'where this drive begins: its first 150 messages'):
+        read_foreign_demonstration(path, GRID)
+
+
+@pytest.mark.parametrize('frames', [
+    lambda i: 'map' if i % 3 == 0 else 'odom', lambda i: None if i < 3 or i > 297 else 'odom'],
+    ids=['another node says the same in its frame', 'none at the very ends'])
+def test_messages_in_between_that_are_no_poses_are_left_out_and_said(tmp_path, frames):
+    record, _, [note] = read_foreign_demonstration(written(tmp_path / 'theirs', frames), GRID)
+    assert GRID.cells_from_world(WAY[[3, -5]]).tolist() == record.cells[[0, -1]].tolist()
+    assert 'messages refused, the first: /odom: ' in note

@@ -164,6 +164,17 @@ class TestPoses:
         [_, note] = open_drive(tmp_path / 'bag', IN_MAP).notes
         assert note.startswith('in the last 3.1 s nothing new is said of odom in map')
 
+    def test_odometry_that_changes_its_frame_under_way_has_no_end(self, tmp_path):
+        for name, last in ('half', N), ('few', 62):
+            with RobotBag(tmp_path / name) as bag:
+                bag.transforms(1.0, ('map', 'odom', 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+                for i in range(N):
+                    stamp, x, y, yaw = place(i)
+                    bag.odometry(stamp, x, y, yaw, frame='ship' if 60 <= i < last else 'odom')
+        with pytest.raises(BagError, match=r"half: .* drive ends: its last 60 mess.*in 'odom', t"):
+            open_drive(tmp_path / 'half', IN_MAP)
+        assert open_drive(tmp_path / 'few', IN_MAP).notes[-1].startswith('2 messages refused: /od')
+
     def test_a_frame_that_is_not_there_names_those_that_are(self, tmp_path):
         path = robot_bag(tmp_path / 'bag', odometry=False)
         with pytest.raises(BagError, match="not under 'map' but under odom: learn it with --fra"):
