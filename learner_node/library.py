@@ -9,7 +9,7 @@ from control_field.learner import Refresh
 from control_field.parameters import Parameters
 from control_field.plausibility import SPEED_MAX
 from control_field.records import ControlField
-from control_field.words import counted
+from control_field.words import counted, sentences
 from learner_node.lessons import goal_moved, Lesson, Lessons
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
@@ -228,7 +228,7 @@ class Library:
         except BagError as error:
             raise BagError(f'{change}, but the control field stays as it was: {error}') from None
         moved = goal_moved(before, self.refresh)
-        return f'{change}: {self._standing()}' + (f' {moved}.' if moved else '')
+        return sentences([change, self._standing(), moved])
 
     def _last(self) -> EpisodeFolder:
         episodes = self.task.episodes()
@@ -238,7 +238,7 @@ class Library:
 
     def _standing(self) -> str:
         if self.refresh is None:
-            return 'nothing is left that was demonstrated: there is no control field any more'
+            return 'Nothing is left that was demonstrated: show the way again'
         return self.refresh.certificate.sentence()
 
     def next_start(self, spread: bool) -> StartPose:

@@ -84,7 +84,8 @@ class Performer:
         if kind is EpisodeKind.DEMO:
             self._frame_check.is_due = True
             self._write_status(State.RUNNING, 0)
-        self._node.say(f'recording {episode.name}')
+        then = ': drive the robot to the goal, then n keeps it' if kind is EpisodeKind.DEMO else ''
+        self._node.say(f'recording {episode.name}{then}')
 
     def _close_and_learn(self) -> None:
         if self._recorder.kind is EpisodeKind.DEMO:

@@ -59,6 +59,14 @@ WORDS: Final = {
     Phase.PLACING: 'the robot is being set back', Phase.STARTING: 'a trial is being started'}
 
 
+def remedy(phase: Phase) -> str:
+    """Say how a person ends what is under way, as the end of a sentence; empty where it ends."""
+    if phase is Phase.DEMONSTRATION:
+        return '; in teleop_node n keeps it, a abandons it'
+    running = phase in (Phase.WAITING, Phase.PLACING, Phase.STARTING, Phase.TRIAL)
+    return '; space in teleop_node ends that' if running else ''
+
+
 @dataclass(frozen=True)
 class Peers:
     """Who is there: the controller, and a robot that publishes odometry."""

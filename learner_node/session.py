@@ -63,7 +63,7 @@ class Session(Teaching):
                                f'its start and call {self.settings.controller}/start_trial')
         self._check_idle('run trials', Deed.DRIVE)
         if self.revision < 0:
-            raise SessionError('nothing was learnt yet, record a demonstration first')
+            raise SessionError('nothing was learnt yet: show the way first, s in teleop_node')
         self.n_left = n_trials
         self._go(Phase.WAITING, now)
         return self._proceed(now)

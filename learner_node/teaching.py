@@ -35,7 +35,7 @@ class Teaching(Transitions):
 
     def _check_recording(self) -> None:
         if self.phase is not Phase.DEMONSTRATION:
-            lost = f': {self._lost}' if self._lost else ''
+            lost = f': {self._lost}' if self._lost else '; s in teleop_node starts one'
             raise SessionError(f'no demonstration is being recorded{lost}')
 
     def _settle(self, now: float) -> Effects:

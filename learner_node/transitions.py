@@ -6,7 +6,8 @@ import math
 from learner_node.absence import Absence
 from learner_node.effects import Abandon, Close, Discard, Effect, Effects, Place, Say, StopTrial
 from learner_node.phases import (
-    Arrival, ASLEEP, IN_TRIAL, obstacle, Peers, Phase, RECORDING, RETRY, SessionError, WORDS)
+    Arrival, ASLEEP, IN_TRIAL, obstacle, Peers, Phase, RECORDING, remedy, RETRY, SessionError,
+    WORDS)
 from learner_node.settings import Settings, StartPose
 from learner_node.tally import Intruder, is_running, Tally
 from msgs_bridge.statements import Deed
@@ -72,7 +73,7 @@ class Transitions:
 
     def _check_idle(self, what: str, deed: Deed) -> None:
         if self.phase is not Phase.IDLE:
-            raise SessionError(f'cannot {what} now: {self.describe()}')
+            raise SessionError(f'cannot {what} now: {self.describe()}{remedy(self.phase)}')
         if why := self.why_not(deed):
             raise SessionError(f'cannot {what}: {why}')
 

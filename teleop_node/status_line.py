@@ -117,11 +117,10 @@ def _trial(facts: Facts) -> str:
 
 def _field(facts: Facts) -> str:
     if facts.prototypes < 0:
-        return 'no field yet'
-    text = counted(facts.prototypes, 'prototype')
-    if math.isfinite(facts.basin) and math.isfinite(facts.fidelity):
-        text += f', basin {share(facts.basin)}, fidelity {share(facts.fidelity)}'
-    return text
+        return 'nothing learnt yet'
+    if math.isfinite(facts.basin):
+        return f'goal reached from {share(facts.basin)} of the places seen'
+    return ''
 
 
 def share(value: float) -> str:

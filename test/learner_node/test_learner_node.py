@@ -233,7 +233,7 @@ def test_a_demonstration_can_be_labelled_and_dropped(ros_domain, ros_node, tmp_p
         fields = collect(ros_node, PointCloud2, 'control_field', qos.LATCHED)
         wait_until(lambda: fields, node=ros_node, what='a field')
     assert field_from_cloud(fields[-1]).is_void
-    assert 'nothing is left' in failure.message
+    assert 'Nothing is left' in failure.message
     assert 'gets to the goal' in success.message
     assert dropped.success
     assert not again.success

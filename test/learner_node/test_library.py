@@ -112,7 +112,7 @@ class TestLibrary:
         assert 'task1/0001 and task1/0002 are set aside' in library.lines[0]
         assert '~/undo, brings' in library.lines[0]
         assert set_aside(task) == ''
-        assert library.undo().startswith('task1/0001 and task1/0002 are back: ')
+        assert library.undo().startswith('task1/0001 and task1/0002 are back. ')
         library.drop_last()
         assert library.field().q.tobytes() == field
 
@@ -131,7 +131,7 @@ class TestLibrary:
 
     def test_heeds_labels(self, task):
         library = library_of(task)
-        assert 'nothing is left' in library.label_last(Label.FAILURE)
+        assert 'Nothing is left' in library.label_last(Label.FAILURE)
         assert library.refresh is None
         library.label_last(Label.SUCCESS)
         assert library.refresh is not None

@@ -189,7 +189,7 @@ class TestTrials:
         assert play.session.n_left == 0
 
     def test_need_a_field(self):
-        with pytest.raises(SessionError, match='record a demonstration first'):
+        with pytest.raises(SessionError, match='show the way first'):
             Play()('run_trials', 1)
 
     def test_of_a_real_robot_are_started_by_a_person(self, play):

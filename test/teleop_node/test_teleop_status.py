@@ -18,17 +18,17 @@ FULL = Facts(phase='demonstration', seconds=12.4, trial=4, trial_state='ended', 
 
 def test_everything_in_order_of_importance():
     assert line_from_facts(FULL, 200) == (
-        'RECORDING 12 s | trial 4 goal, 17 steps | 34 prototypes, basin 99 %, fidelity 100 % | '
+        'RECORDING 12 s | trial 4 goal, 17 steps | goal reached from 99 % of the places seen | '
         '0.20 m/s 1.0 rad/s')
     assert line_from_facts(FULL, 84) == (
-        'RECORDING 12 s | trial 4 goal, 17 steps | 34 prototypes, basin 99 %, fidelity 100 %')
+        'RECORDING 12 s | trial 4 goal, 17 steps | goal reached from 99 % of the places seen')
     assert line_from_facts(FULL, 79) == 'RECORDING 12 s | trial 4 goal, 17 steps'
     assert line_from_facts(FULL, 9) == 'RECORDING'
 
 
 def test_before_anything_is_there():
     assert line_from_facts(Facts(), 200) == (
-        'no learner | no trial yet | no field yet | 0.00 m/s 0.0 rad/s')
+        'no learner | no trial yet | nothing learnt yet | 0.00 m/s 0.0 rad/s')
 
 
 words = st.text(st.characters(codec='ascii', exclude_categories=('Cc',)))
