@@ -72,9 +72,9 @@ def problem_with_sight(seen: Seen, grid: Grid, x: float, y: float) -> str:
     if abs(seen.row - cell[0]) <= 1 and abs(seen.col - cell[1]) <= 1:
         return ''
     there = grid.world_from_cell(seen.row, seen.col)
-    return (f'neighbourhood: its middle, ({there[0]:g}, {there[1]:g}) m, is cell ({seen.row}, '
-            f'{seen.col}), which must be, or be beside, that of the robot, {cell}, at '
-            f'({x:g}, {y:g}) m')
+    return (f'neighbourhood: it shows the place around ({there[0]:g}, {there[1]:g}) m, and the '
+            f'robot is at ({x:g}, {y:g}) m: its middle must be in the cell of the robot or in one '
+            f'beside it')
 
 
 def problem_with_place(grid: Grid, x: float, y: float) -> str:

@@ -59,7 +59,17 @@ def lines_from(about: dict[str, Any]) -> list[str]:
     rows.append(('sinks', str(len(first['sinks'])), str(len(second['sinks']))))
     rows.append(('goal', *('({:.2f}, {:.2f}) m'.format(*side['goal_place'])
                            for side in (first, second))))
-    return [*table_lines(rows, (1, 2)), '', *_difference_lines(about), about['figure']]
+    return [_plain(about), '', *table_lines(rows, (1, 2)), '', *_difference_lines(about),
+            about['figure']]
+
+
+def _plain(about: dict[str, Any]) -> str:
+    """Say in a sentence whether the robot is taught otherwise."""
+    n, total = about['courses_differ'], about['cells']
+    if n == 0:
+        return 'Both lead the robot the same way everywhere.'
+    goal = ' They lead to different goals.' if about['goal_moved'] else ''
+    return f'They lead the robot another way in {n} of {total} places.{goal}'
 
 
 def _difference_lines(about: dict[str, Any]) -> list[str]:

@@ -1,10 +1,11 @@
 """`experience explain`: why the robot did what it did at a moment of a bag."""
 
 import argparse
+from collections.abc import Mapping
 import json
 import math
 import sys
-from typing import Any
+from typing import Any, Final
 
 from experience_cli import foreign
 from experience_cli.errors import UserError
@@ -23,6 +24,14 @@ _NO_SHARES = {
           'no prototype had a say',
     False: 'its prototypes do not make up this vector: bags that it was learnt from are missing '
            'or have changed'}
+#: What the robot does, by the kind of its decision.
+_DOES: Final[Mapping[str, str]] = {
+    'field': 'The robot drives {}, as it has learnt',
+    'blocked': 'The robot does not drive {}: something is in the way',
+    'avoid': 'The robot drives {}, around something in its way',
+    'explore': 'The robot tries {}, to get out of a circle',
+    'taught': 'A person drives the robot {}',
+    'detour': 'The robot drives {}: the way ahead is known to be blocked farther on'}
 
 
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
@@ -105,6 +114,7 @@ def about_moment(moment: Any) -> dict[str, Any]:
         'bag': moment.recording.episode.name, 'kind': str(moment.recording.episode.kind),
         'at': round(moment.seconds, 6), 'stamp': moment.stamp, 'pose': list(moment.pose),
         'robot_cell': list(moment.robot_cell), 'cell': list(moment.cell),
+        'place': list(moment.header.grid.world_from_cell(*moment.cell)),
         'trial': None if status is None else {
             'number': status.trial, 'state': str(status.state), 'reason': status.reason},
         'decision': [_row(row, moment) for row in moment.decisions],
@@ -135,6 +145,7 @@ def _row(row: Any, moment: Any) -> dict[str, Any]:
         'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
         'reward': int(row['reward']), 'at': round(float(row['stamp']) - moment.recording.start, 6),
         'cell': [int(row['row']), int(row['col'])],
+        'place': list(moment.header.grid.world_from_cell(int(row['row']), int(row['col']))),
         'next_cell': [int(row['next_row']), int(row['next_col'])],
         'sight_blocked': [compass(h) for h in range(8) if int(row['blocked']) >> h & 1],
         'sight_unknown': [compass(h) for h in range(8) if int(row['unknown']) >> h & 1],
@@ -181,7 +192,9 @@ def _voices(moment: Any, course: Any) -> list[dict[str, Any]]:
         shown = bool(table.demonstrated[i])
         found.append({
             'share': share, 'weight': weight, 'distance': distance,
-            'cell': table.cells[i].tolist(), 'heading': compass(int(table.headings[i])),
+            'cell': table.cells[i].tolist(),
+            'place': list(course.field.grid.world_from_cell(*table.cells[i].tolist())),
+            'heading': compass(int(table.headings[i])),
             'q': float(table.q[i]), 'demonstrated': shown, 'episode': number,
             'second': sources.second(number, stamp) if number > 0 else None,
             'stamp': None if math.isnan(stamp) else stamp,
@@ -192,9 +205,9 @@ def _voices(moment: Any, course: Any) -> list[dict[str, Any]]:
 def lines_from(about: dict[str, Any]) -> list[str]:
     """Return the text for a person."""
     x, y, yaw = about['pose']
-    where = (f'robot at ({x:.3f}, {y:.3f}) m, {math.degrees(yaw):.0f} degrees, in cell '
-             f'{tuple(about["robot_cell"])}')
+    where = f'robot at ({x:.3f}, {y:.3f}) m, {math.degrees(yaw):.0f} degrees'
     lines = [
+        plain_sentence(about),
         f'{about["bag"]} ({about["kind"]}) at {about["at"]:.2f} s, stamp {about["stamp"]:.3f} s',
         where, *_trial_lines(about['trial']), *map(_decision_line, about['decision']),
         *_command_lines(about['command'])]
@@ -202,6 +215,26 @@ def lines_from(about: dict[str, Any]) -> list[str]:
         lines.append('no decision: a person drove' if about['kind'] == 'demo' else
                      'no decision was made yet')
     return lines + _course_lines(about)
+
+
+def plain_sentence(about: dict[str, Any]) -> str:
+    """Say in plain words what the robot did, and where it has that from."""
+    from experience_cli.recording import DIRECTIONS
+
+    decisions, course = about['decision'], about['course']
+    if not decisions:
+        return ('A person drove here.' if about['kind'] == 'demo' else
+                'The robot had decided nothing yet.')
+    last = decisions[-1]
+    said = _DOES[last['kind']].format(DIRECTIONS[last['heading']])
+    voices = course['prototypes'] if course is not None else []
+    if last['kind'] != 'field' or not voices:
+        return f'{said}.'
+    return f'{said}: {voices[0]["share"]:.0%} of that comes from {voices[0]["from"]}.'
+
+
+def _place(thing: dict[str, Any]) -> str:
+    return '({:.2f}, {:.2f}) m'.format(*thing['place'])
 
 
 def _trial_lines(trial: dict[str, Any] | None) -> list[str]:
@@ -221,7 +254,7 @@ def _decision_line(row: dict[str, Any]) -> str:
         'taught': '{heading}, driven by a person',
         'detour': '{heading} by the Q-matrix: the course is free here and known to fail later'}
     blocked = ' '.join(row['sight_blocked']) or 'nothing'
-    return (f'decision at {row["at"]:.2f} s in cell {tuple(row["cell"])}: '
+    return (f'decision at {row["at"]:.2f} s around {_place(row)}: '
             f'{said[row["kind"]].format(heading=row["heading"])} (reward {row["reward"]:+d}, '
             f'blocked in sight: {blocked})')
 
@@ -273,7 +306,7 @@ def _course_lines(about: dict[str, Any]) -> list[str]:
     if course is None:
         return [about['no_course']]
     x, y = course['vector']
-    there = (f'field revision {course["revision"]} in cell {tuple(about["cell"])}: vector '
+    there = (f'field revision {course["revision"]} around {_place(about)}: vector '
              f'({x:+.4f}, {y:+.4f}), course {course["heading"]}, coherence '
              f'{course["coherence"]:.3f}')
     lines = [there, 'Q there: ' + '  '.join(
@@ -286,10 +319,10 @@ def _course_lines(about: dict[str, Any]) -> list[str]:
 def _share_lines(course: dict[str, Any]) -> list[str]:
     from experience_cli.summary import table_lines
 
-    rows = [('share', 'weight', 'cells off', 'cell', 'heading', 'Q', 'from')]
+    rows = [('share', 'weight', 'cells off', 'place', 'heading', 'Q', 'from')]
     voices = course['prototypes']
     rows += [(f'{voice["share"]:.1%}', f'{voice["weight"]:.4f}', f'{voice["distance"]:.2f}',
-              str(tuple(voice['cell'])), voice['heading'], f'{voice["q"]:+.3f}', voice['from'])
+              _place(voice), voice['heading'], f'{voice["q"]:+.3f}', voice['from'])
              for voice in voices[:_MOST]]
     pull = course['pull']
     if pull:

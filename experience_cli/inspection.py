@@ -58,10 +58,10 @@ def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
     write_output(out, partial(inspection_figure(lesson, lessons).savefig, format='png'))
     certificate = lessons.refresh.certificate
     print(f'{last.name}: {certificate.sentence()}')
-    print(f'in numbers: {certificate.numbers()}')
     places = ', '.join(f'({x:g}, {y:g})' for x, y in lessons.teach_here(3))
     if places:
-        print(f'one more demonstration would help most from {places} m')
+        print(f'One more demonstration would help most from (x, y) = {places} m.')
+    print(f'in numbers: {certificate.numbers()}')
     print(out)
 
 

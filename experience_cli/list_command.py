@@ -10,7 +10,7 @@ from typing import Any
 from experience_cli.errors import UserError
 from experience_cli.references import BAGS
 
-_TITLES = ('bag', 'kind', 'state', 'began', 'seconds', 'messages', 'cells', 'outcome', 'label',
+_TITLES = ('bag', 'kind', 'state', 'began', 'seconds', 'messages', 'steps', 'outcome', 'label',
            'size')
 _RIGHT = (4, 5, 6, 9)
 
@@ -96,7 +96,7 @@ def episodes_in(folder: Path, problems: list[str]) -> Iterator[Any]:
 def _row(summary: Any) -> tuple[str, ...]:
     from experience_cli.summary import size_text, time_text
 
-    n = summary.cells if summary.steps is None else summary.steps
+    n = summary.steps if summary.cells is None else summary.cells - 1
     return (
         summary.bag, summary.kind, summary.state, time_text(summary.begun),
         '-' if summary.duration is None else f'{summary.duration:.1f}', str(summary.messages),

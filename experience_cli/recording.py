@@ -19,6 +19,10 @@ from msgs_bridge.tables import field_from_cloud, prototypes_from_cloud
 
 #: The compass of the eight headings, index 0 along +x.
 COMPASS = ('E', 'NE', 'N', 'NW', 'W', 'SW', 'S', 'SE')
+#: What people call them: the way of +x is east, that of +y north.
+DIRECTIONS = dict(zip((*COMPASS, '-'), (
+    'east', 'north-east', 'north', 'north-west', 'west', 'south-west', 'south', 'south-east',
+    'nowhere'), strict=True))
 
 
 def compass(heading: int) -> str:

@@ -1,19 +1,26 @@
 """`experience show`: what a bag holds."""
 
 import argparse
+from collections.abc import Mapping
 import json
-from typing import Any
+from typing import Any, Final
 
 from experience_cli import foreign
 from experience_cli.references import add_bag
+
+#: What was done in a step that did not just follow the field.
+_DONE: Final[Mapping[str, str]] = {
+    'blocked': 'the way {} is blocked', 'avoid': 'goes {} around it',
+    'explore': 'tries {} to get out of a circle', 'taught': 'a person drives {}',
+    'detour': 'goes {}: the way ahead is known to be blocked farther on'}
 
 
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     """Add the command."""
     parser: argparse.ArgumentParser = subparsers.add_parser(
         'show', help='say what a bag holds',
-        description='Show a bag: what it started from, its topics, and the demonstration or the '
-        'decisions of the trial in it.')
+        description='Show a bag: what it started from, its topics, and what a person drove or the '
+        'robot did in it. East is the way of x, north that of y.')
     add_bag(parser)
     parser.add_argument('--json', action='store_true', help='print a JSON object instead')
     foreign.add_options(parser)
@@ -150,7 +157,7 @@ def lines_from(about: dict[str, Any]) -> list[str]:
         *([('note', about['note'])] if about['note'] else [])]
     topics = [('topic', 'type', 'messages'), *(
         (each['topic'], each['type'], str(each['messages'])) for each in about['topics'])]
-    return [*table_lines(facts), '', *table_lines(topics, (2,)), *_content_lines(about)]
+    return [*_content_lines(about), *table_lines(facts), '', *table_lines(topics, (2,))]
 
 
 def _changed(parameters: dict[str, Any]) -> list[str]:
@@ -168,22 +175,46 @@ def _content_lines(about: dict[str, Any]) -> list[str]:
 
     if 'demonstration' in about:
         shown = about['demonstration']
-        start, goal = tuple(shown['start_cell']), tuple(shown['goal_cell'])
         loops = [f'  {loop["first"] - about["start"]:7.2f} s to '
                  f'{loop["last"] - about["start"]:.2f} s  a loop of '
                  f'{counted(loop["n_cells"], "cell")}, {loop["length"]:.1f} m, from '
                  f'({loop["place"][0]:.2f}, {loop["place"][1]:.2f}) m back to it: cut out'
                  for loop in shown['report']['loops']]
         places = ' to '.join('({:.2f}, {:.2f})'.format(*shown[end]) for end in ('start', 'goal'))
-        return ['', f'demonstration from cell {start} to {goal}, (x, y) = {places} m', *loops]
+        drove = (f'{about["bag"]}: a person drove from (x, y) = {places} m, '
+                 f'{counted(about["cells"] - 1, "step")} to learn from')
+        return [drove, *loops,
+                f'in numbers: {_numbers(shown["report"])}', '']
     if 'decisions' not in about:
         return []
     made = about['decisions']
     kinds = ', '.join(f'{n} {kind}' for kind, n in made['kinds'].items())
-    counts = (f'{counted(made["count"], "decision")}: {kinds or "none"}; '
+    counts = (f'in numbers: {counted(made["count"], "decision")}: {kinds or "none"}; '
               f'{counted(made["reinforcements"], "reinforcement")} to learn from, '
               f'{made["online_reinforcements"]} given under way, in sum {made["reward"]:+d}')
-    return ['', counts] + [
-        f'  {event["at"]:7.2f} s  ({event["place"][0]:.2f}, {event["place"][1]:.2f}) m  '
-        f'cell {tuple(event["cell"])}  {event["kind"]} '
-        f'{event["heading"]}, reward {event["reward"]:+d}' for event in made['notable']]
+    return [f'{about["bag"]}: {_way(about, made)}', *map(_event_line, made['notable']), counts,
+            '']
+
+
+def _numbers(report: dict[str, Any]) -> str:
+    from control_field.demonstration import DemonstrationReport
+
+    return DemonstrationReport(**{**report, 'loops': (), 'cuts': ()}).numbers()
+
+
+def _way(about: dict[str, Any], made: dict[str, Any]) -> str:
+    """Say in a sentence what the robot did in a trial."""
+    from control_field.words import counted, how_it_ended
+
+    n = made['kinds'].get('blocked', 0)
+    met = f'; {counted(n, "time")} something was in its way' if n else ''
+    ended = how_it_ended(about['outcome'], about['steps']) if about['outcome'] else 'was driving'
+    return f'the robot {ended}{met}' + (':' if made['notable'] else '')
+
+
+def _event_line(event: dict[str, Any]) -> str:
+    from experience_cli.recording import DIRECTIONS
+
+    x, y = event['place']
+    done = _DONE[event['kind']].format(DIRECTIONS[event['heading']])
+    return f'  {event["at"]:7.2f} s  at ({x:.2f}, {y:.2f}) m  {done} (reward {event["reward"]:+d})'

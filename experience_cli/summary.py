@@ -114,7 +114,7 @@ def _learnt(folder: EpisodeFolder) -> dict[str, Any]:
         return {'state': 'not kept', 'note': str(error)}
     record = episode.record
     said = {'state': 'kept', 'label': str(episode.label), 'note': '; '.join(
-        [*([str(episode.report)] if episode.report else []), *episode.notes])}
+        [*(episode.report.sentences() if episode.report else []), *episode.notes])}
     if isinstance(record, Demonstration):
         return said | {'cells': len(record.cells)}
     return said | _trial(episode, record)

@@ -40,9 +40,9 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.undo:
             print(_restored(episode))
         else:
-            print(f'{trim(episode, arguments.first, arguments.last)} (the whole recording is kept '
+            print(f'{trim(episode, arguments.first, arguments.last)} The whole recording is kept '
                   f'beside it; `experience trim --undo {named(arguments.bag, arguments.bags)}` '
-                  f'puts it back)')
+                  f'puts it back.')
         note_gaps(episode.path)
         print(relearnt_sentence(task))
     return 0
@@ -73,6 +73,7 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
         If the bag cannot be read or written.
 
     """
+    from control_field.words import counted, sentences
     from msgs_bridge.bag_lock import TRIM
     from msgs_bridge.bag_trim import cut_copy, drop_draft, replace_recording
     from msgs_bridge.episodes import NothingToLearnError, read_episode
@@ -91,8 +92,12 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
                         ) from None
     finally:
         drop_draft(draft.parent)
-    start, goal = (tuple(cell) for cell in left.record.cells[[0, -1]].tolist())
-    return f'{episode.name} is cut: {left.report}, from cell {start} to {goal}'
+    grid = left.header.grid
+    start, goal = ('({:.2f}, {:.2f})'.format(*grid.world_from_cell(*cell))
+                   for cell in left.record.cells[[0, -1]].tolist())
+    steps = counted(left.report.n_steps, 'step')
+    return sentences([f'{episode.name} is cut: {steps} are left, from {start} to {goal} m',
+                      *left.report.sentences()])
 
 
 def _make(folder: Path) -> None:

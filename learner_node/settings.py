@@ -41,9 +41,9 @@ class Settings:
     cols: int = parameter(20, 'columns of the workspace', unit='cells', low=1, high=2000)
     resolution: float = parameter(0.25, 'side of a cell', unit='m', low=0.01, high=100.0)
     origin_x: float = parameter(
-        0.0, 'x of the lower left corner of cell (0, 0)', unit='m', low=-1e7, high=1e7)
+        0.0, 'x of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
     origin_y: float = parameter(
-        0.0, 'y of the lower left corner of cell (0, 0)', unit='m', low=-1e7, high=1e7)
+        0.0, 'y of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
     simulation: bool = parameter(
         False, 'the robot is a simulated one that initialpose may set back')
     lockstep: bool = parameter(

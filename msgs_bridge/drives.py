@@ -122,9 +122,9 @@ def _check_open(record: Demonstration) -> None:
     first, last = (tuple(cell) for cell in record.cells[[0, -1]].tolist())
     if first == last:
         raise ValueError(
-            f'nothing to learn from this drive: it ends in the cell where it began, {first}, so '
-            f'that it leads nowhere; end the drive at the goal, or cut it to the way there with '
-            f'`experience trim`')
+            'nothing to learn from this drive: it ends in the cell where it began, so that it '
+            'leads nowhere; end the drive at the goal, or cut it to the way there with '
+            '`experience trim`')
 
 
 def _in_order(stamps: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:

@@ -35,9 +35,9 @@ class SightSettings:
     cols: int = parameter(20, 'columns of the workspace', unit='cells', low=1, high=2000)
     resolution: float = parameter(0.25, 'side of a cell', unit='m', low=0.01, high=100.0)
     origin_x: float = parameter(
-        0.0, 'x of the lower left corner of cell (0, 0)', unit='m', low=-1e7, high=1e7)
+        0.0, 'x of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
     origin_y: float = parameter(
-        0.0, 'y of the lower left corner of cell (0, 0)', unit='m', low=-1e7, high=1e7)
+        0.0, 'y of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
     timeout: float = parameter(
         0.5, 'age of scan or costmap, by its stamp, from which nothing is known', unit='s',
         low=0.05, high=60.0)

@@ -84,7 +84,8 @@ def test_a_sight_of_somewhere_else_is_not_to_be_trusted():
     assert bench.velocity == STANDSTILL
     assert bench.supervisor.problem is StopReason.BAD_INPUT
     [text] = reasons(bench)
-    assert f'cell ({row + 5}, {col})' in text
+    x, y = GRID.world_from_cell(row + 5, col)
+    assert f'it shows the place around ({x:g}, {y:g}) m' in text
     assert bench.run().outcome is Outcome.GOAL
 
 

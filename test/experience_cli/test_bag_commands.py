@@ -57,7 +57,7 @@ def test_list_says_of_every_bag_what_became_of_it(task, experience):
         assert bag['messages'] == sum(len(reader.messages(topic)) for topic in reader.topics)
         assert (bag['size'], bag['begun']) == (reader.path.stat().st_size, None)
     lines = experience('list').splitlines()
-    assert lines[0].split() == ['bag', 'kind', 'state', 'began', 'seconds', 'messages', 'cells',
+    assert lines[0].split() == ['bag', 'kind', 'state', 'began', 'seconds', 'messages', 'steps',
                                 'outcome', 'label', 'size']
     assert len(lines) == 4
 
@@ -87,7 +87,8 @@ def test_show_tells_topics_and_demonstration(task, experience):
     assert shown['grid']['n_rows'] == 20
     assert {topic['topic'] for topic in shown['topics']} >= {'/odom', '/cmd_vel', '/trial'}
     text = experience('show', DEMO)
-    assert 'demonstration from cell (3, 4) to (9, 13)' in text
+    assert text.startswith(
+        'sample/0001: a person drove from (x, y) = (1.12, 0.88) to (3.38, 2.38) m, 15 steps')
     assert '/odom' in text
 
 
@@ -375,10 +376,11 @@ def test_a_drive_that_ends_where_it_began_keeps_no_command_from_its_work(
     loop_bag(tmp_path / 'bags')
     [bag] = json.loads(experience('list', '--json'))
     assert bag['state'] == 'not kept'
-    assert 'ends in the cell where it began, (2, 2)' in bag['note']
+    assert 'ends in the cell where it began, so that it' in bag['note']
     for command in ('learn', 'inspect'):
         assert 'nothing was learnt' in mistake(command, 'bags/task1')
     demonstration_bag(tmp_path / 'bags')
     assert 'ends in the cell where it began' in experience('learn', 'bags/task1')
     assert 'learnt anew' in experience('label', 'task1/0001', 'success')
-    assert 'to (4, 3)' in experience('trim', 'task1/0001', '--to', '5.5')  # as it is advised
+    text = experience('trim', 'task1/0001', '--to', '5.5')  # as it is advised
+    assert 'from (0.62, 0.62) to (0.88, 1.12) m. ' in text

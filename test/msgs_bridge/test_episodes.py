@@ -115,7 +115,7 @@ class TestDemonstrations:
 
     def test_a_drive_that_ends_where_it_began_teaches_nothing(self, tmp_path):
         folder = loop_bag(tmp_path)
-        with pytest.raises(NothingToLearnError, match=r'where it began, \(2, 2\)'):
+        with pytest.raises(NothingToLearnError, match='where it began, so that'):
             read_episode(folder, GRID)
         with pytest.raises(BagError, match='end the drive at the goal'):
             read_foreign_demonstration(folder, GRID)

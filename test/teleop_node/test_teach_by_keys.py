@@ -146,8 +146,8 @@ def test_teach_redo_keep_try_label_drop(person):
     person.holds('i', lambda pose: pose.y > 2.3, 'the goal')
     person.types('n', 'keep')
     goal = person.pose.x, person.pose.y
-    person.wait(lambda: re.search(r'goal reached from \d+ % of the places seen', person.terminal.read()),
-                'the certificate')
+    person.wait(lambda: re.search(
+        r'goal reached from \d+ % of the places seen', person.terminal.read()), 'the certificate')
 
     person.types('t', 'run trials')
     person.wait(lambda: len(person.ended()) == N_TRIALS, 'the trials')
