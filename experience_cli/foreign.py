@@ -65,6 +65,7 @@ def learn_foreign(arguments: argparse.Namespace) -> Any:
     from msgs_bridge.bag_import import learnt_from
     from msgs_bridge.foreign_drive import open_drive
 
+    _check_one_cut(arguments)
     header = _header(arguments, None)
     learner = Learner(header.grid, header.parameters)
     for number, path in enumerate(arguments.bags, start=1):
@@ -118,6 +119,7 @@ def take_over(arguments: argparse.Namespace) -> list[tuple[Any, Any]]:
     from msgs_bridge.bag_making import NewBags
 
     _check_no_bag(arguments.into)
+    _check_one_cut(arguments)
     folder = arguments.into.absolute()
     task = TaskFolder(folder.parent, folder.name)
     with changing(task.path, make=True):
@@ -179,6 +181,13 @@ def _check_no_bag(folder: Path) -> None:
         if file.exists():
             raise UserError(f'--into {folder}: it is a bag, {file.name} is in it; name the folder '
                             f'of a task')
+
+
+def _check_one_cut(arguments: argparse.Namespace) -> None:
+    """Refuse to cut several drives at the same second."""
+    for option in ('from', 'to'):
+        if len(arguments.bags) > 1 and getattr(arguments, option) is not None:
+            raise UserError(f'--{option}: name one bag, the seconds are those of its drive')
 
 
 def _there(path: Path) -> Path:

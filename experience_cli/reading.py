@@ -10,7 +10,7 @@ from experience_cli.errors import UserError
 _TOPICS: Final = {'odom': 'odom_topic', 'neighbourhood': 'neighbourhood_topic',
                   'scan': 'scan_topic', 'cmd_vel': 'cmd_vel_topic'}
 #: What else says how, all of them None where nothing is said.
-_OTHERS: Final = ('base_frame', 'laser', 'body_radius', 'zero_is_no_return')
+_OTHERS: Final = ('base_frame', 'laser', 'body_radius', 'zero_is_no_return', 'from', 'to')
 #: The names of all of them.
 READING: Final = (*_TOPICS.values(), *_OTHERS)
 _HELP: Final = {
@@ -33,6 +33,9 @@ def add_reading_options(group: Any) -> None:
                        help='what is nearer to its middle is the robot itself (0.105 m)')
     group.add_argument('--zero-is-no-return', action='store_const', const=True,
                        help="the laser's driver writes 0 where nothing is in range")
+    group.add_argument('--from', type=float, metavar='S',
+                       help='read the drive from there on only, [s] from its first pose')
+    group.add_argument('--to', type=float, metavar='S', help='read it up to there only, [s]')
 
 
 def add_frame_option(group: Any, text: str) -> None:
@@ -66,7 +69,18 @@ def reading_of(arguments: argparse.Namespace) -> Any:
         values['mount'] = Mount(x, y, yaw, z, roll, pitch)
     if arguments.body_radius is not None:
         values['body'] = Body(arguments.body_radius)
+    first, last = getattr(arguments, 'from'), arguments.to
+    if first is not None or last is not None:
+        values['span'] = _span(0.0 if first is None else first, math.inf if last is None else last)
     return Reading(**values)
+
+
+def _span(first: float, last: float) -> Any:
+    from msgs_bridge.drive_span import Span
+
+    if not 0.0 <= first < last:
+        raise UserError(f'--from {first:g} --to {last:g}: --from must be 0 or more, --to after it')
+    return Span(first, last)
 
 
 def guessed(drive: Any, arguments: argparse.Namespace) -> list[str]:

@@ -30,7 +30,8 @@ def learnt_from(
 
     """
     return demonstration_of_bag(
-        drive.bag, drive.path, drive.topics, grid, number, drive.notes, speed_max)
+        drive.bag, drive.path, drive.topics, grid, number, drive.notes, speed_max,
+        drive.begins)
 
 
 def check_drive(

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from control_field.breaks import Break, BreakKind, ImplausibleDriveError
+from control_field.breaks import BreakKind, ImplausibleDriveError
 from control_field.demonstration import demonstration_from_poses, DemonstrationReport
 from control_field.grid import Grid
 from control_field.outside import OutsideWorkspaceError
@@ -102,19 +102,34 @@ def remedy_for_own(error: ValueError, bag: str) -> str:
         return ('. Drive within the workspace, or teach this as a task of its own, with '
                 f'rows:={grid.n_rows} cols:={grid.n_cols} origin_x:={grid.origin_x:g} '
                 f'origin_y:={grid.origin_y:g}')
-    if isinstance(error, ImplausibleDriveError) and len(error.breaks) == 1:
-        return _remedy_by_cutting(error.breaks[0], bag)
-    return ''
+    return _remedy_by_cutting(error, 0.0, f'`experience trim {bag} --to {{:.2f}}`')
 
 
-def _remedy_by_cutting(found: Break, bag: str) -> str:
+def remedy_for_foreign(error: ValueError, begins: float) -> str:
+    """
+    Say what to do about a drive of another recorder beyond what its refusal says.
+
+    Parameters
+    ----------
+    error : ValueError
+    begins : float, [s]
+        Where in the recording the part that was read begins.
+
+    """
+    return _remedy_by_cutting(error, begins, '--to {:.2f}')
+
+
+def _remedy_by_cutting(error: ValueError, begins: float, command: str) -> str:
     """Say how a person keeps what lies on one side of a break."""
+    if not isinstance(error, ImplausibleDriveError) or len(error.breaks) > 1:
+        return ''
+    [found] = error.breaks
     if found.kind not in _CAN_BE_CUT:
         return ''
-    before = max(np.floor((found.at - found.seconds) * 100.0) / 100.0, 0.0)
-    after = np.ceil(found.at * 100.0) / 100.0
-    return (f', or keep what is before it (`experience trim {bag} --to {before:.2f}`) or after it '
-            f'(--from {after:.2f})')
+    before = begins + max(np.floor((found.at - found.seconds) * 100.0) / 100.0, 0.0)
+    after = begins + np.ceil(found.at * 100.0) / 100.0
+    return (f', or keep what is before it ({command.format(before)}) or after it (--from '
+            f'{after:.2f})')
 
 
 def _check_open(record: Demonstration) -> None:

@@ -18,7 +18,8 @@ from msgs_bridge.bag_folder import (
 from msgs_bridge.bag_label import read_label
 from msgs_bridge.bag_records import Bag, BagReader, RawMessages
 from msgs_bridge.bag_tables import decision_table, statuses
-from msgs_bridge.drives import Drive, NothingToLearnError, read_drive, remedy_for_own
+from msgs_bridge.drives import (
+    Drive, NothingToLearnError, read_drive, remedy_for_foreign, remedy_for_own)
 from msgs_bridge.episode_header import EpisodeHeader, HEADER_NAME
 from msgs_bridge.memory_identity import difference
 from msgs_bridge.trial_status import Label, State, TrialStatus
@@ -204,7 +205,7 @@ def read_foreign_demonstration(
 
 def demonstration_of_bag(
     bag: Bag, path: Path, names: Mapping[str, str], grid: Grid, number: int,
-    said: tuple[str, ...] = (), speed_max: float = SPEED_MAX,
+    said: tuple[str, ...] = (), speed_max: float = SPEED_MAX, begins: float = 0.0,
 ) -> Drive:
     """
     Learn from an opened bag of another recorder; see `read_foreign_demonstration`.
@@ -223,6 +224,8 @@ def demonstration_of_bag(
         Sentences on how it was opened; they end the notes, and an error.
     speed_max : float, [m/s]
         A robot that drives faster is none.
+    begins : float, [s]
+        Where in the recording the part that is read begins.
 
     """
     try:
@@ -232,7 +235,8 @@ def demonstration_of_bag(
         raise OutsideDriveError('; '.join([f'{path}: {error}', *said]), error.fitting) from None
     except ValueError as error:
         where = '' if isinstance(error, BagError) else f'{path}: '
-        raise BagError('; '.join([f'{where}{error}', *said])) from None
+        remedy = remedy_for_foreign(error, begins)
+        raise BagError('; '.join([f'{where}{error}{remedy}', *said])) from None
 
 
 def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -> str:

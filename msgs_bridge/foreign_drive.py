@@ -20,6 +20,7 @@ from msgs_bridge.bag_records import Bag, RawMessages
 from msgs_bridge.bag_roles import roles_of_topics, scans_in
 from msgs_bridge.drive_poses import (
     brought_to_frame, DrivePoses, poses_from_frames, poses_from_messages)
+from msgs_bridge.drive_span import cut, Span
 from msgs_bridge.drives import check_end
 from msgs_bridge.laser_mount import Mount, mount_from_transform
 from msgs_bridge.laser_sight import Body
@@ -44,6 +45,8 @@ class Reading:
         The robot's size, and how far its scans are trusted.
     zero_is_no_return : bool
         Whether the laser's driver writes 0 where nothing is in range.
+    span : Span
+        Which part of the drive is read.
 
     """
 
@@ -52,6 +55,7 @@ class Reading:
     mount: Mount | None = None
     body: Body = field(default_factory=lambda: Body(0.105))
     zero_is_no_return: bool = False
+    span: Span = field(default_factory=Span)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +77,8 @@ class ForeignDrive:
         The topic that poses come from.
     recorded : dict of str to int
         The topics that were recorded, and how many messages.
+    begins : float, [s]
+        Where in the recording the part that is read begins.
 
     """
 
@@ -82,6 +88,7 @@ class ForeignDrive:
     notes: tuple[str, ...]
     read_from: str
     recorded: dict[str, int]
+    begins: float = 0.0
 
 
 class CompletedBag:
@@ -138,15 +145,22 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
     bag, reading = open_bag(path), reading or Reading()
     roles = _Roles(bag, grid, reading)
     made: dict[str, RawMessages] = {}
+    span = reading.span
     try:
         poses = roles.find_poses(made)
+        times = None if span.is_whole else span.log_times(poses.stamps_ns, poses.log_times)
     except BagError as error:
         raise BagError(f'{path}: {str(error).removeprefix(f"{bag.path}: ")}') from None
     if roles.wants_scan:
         roles.make_sight(made, poses)
     topics = {role: topic for role, topic in roles.topics.items() if role != 'scan'}
+    if times is not None:
+        whole = CompletedBag(bag, made)
+        made = cut(map(whole.messages, set(topics.values())), *times)
+        roles.notes.append(str(span))
     return ForeignDrive(Path(path), CompletedBag(bag, made) if made else bag, topics,
-                        (*roles.notes, *notes_on(bag)), roles.read_from, bag.counts)
+                        (*roles.notes, *notes_on(bag)), roles.read_from, bag.counts,
+                        max(span.first, 0.0))
 
 
 def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:

@@ -1,0 +1,73 @@
+"""A part of a drive that others recorded, from one second of it to another."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from msgs_bridge.bag_folder import BagError
+from msgs_bridge.bag_records import RawMessages
+
+
+@dataclass(frozen=True)
+class Span:
+    """
+    What is read of a drive; seconds count from its first pose, as in what is said of it.
+
+    Parameters
+    ----------
+    first, last : float, [s]
+        Both within it.
+
+    """
+
+    first: float = 0.0
+    last: float = math.inf
+
+    @property
+    def is_whole(self) -> bool:
+        """Tell whether it is all of the drive."""
+        return self.first <= 0.0 and self.last == math.inf
+
+    def __str__(self) -> str:
+        """Say which part it is."""
+        end = 'its end' if self.last == math.inf else f'{self.last:.2f} s'
+        return (f'only the part from {self.first:.2f} s to {end} is read (seconds count from '
+                f'there, those of --from and --to from the first pose of all)')
+
+    def log_times(
+        self, stamps_ns: npt.NDArray[np.int64], log_times: npt.NDArray[np.int64],
+    ) -> tuple[int, int]:
+        """
+        Return when its first and last pose were recorded, [ns].
+
+        Parameters
+        ----------
+        stamps_ns, log_times : ndarray, shape (n,), [ns]
+            Of the poses of the whole drive.
+
+        Raises
+        ------
+        BagError
+            If there is none in it.
+
+        """
+        seconds = (stamps_ns - stamps_ns.min(initial=np.iinfo(np.int64).max)) * 1e-9
+        inside = log_times[(seconds >= self.first - 1e-6) & (seconds <= self.last + 1e-6)]
+        if not len(inside):
+            raise BagError(f'no pose is within --from {self.first:g} --to {self.last:g}, the '
+                           f'drive has {seconds.max(initial=0.0):.2f} s')
+        return int(inside.min()), int(inside.max())
+
+
+def cut(tables: Iterable[RawMessages], first: int, last: int) -> dict[str, RawMessages]:
+    """Return what of some topics was recorded between two moments [ns], by topic."""
+    found = {}
+    for table in tables:
+        inside = (table.log_times >= first) & (table.log_times <= last)
+        found[table.topic] = replace(
+            table, starts=table.starts[inside], sizes=table.sizes[inside],
+            log_times=table.log_times[inside])
+    return found

@@ -1,0 +1,77 @@
+"""Parts of drives that others recorded: what a refusal names as whole is learnt as it is."""
+
+import re
+
+import numpy as np
+import pytest
+
+from control_field.grid import Grid
+from experience_cli.main import main
+from msgs_bridge.bag_folder import BagError, TaskFolder
+from msgs_bridge.bag_import import learnt_from
+from msgs_bridge.drive_span import Span
+from msgs_bridge.episodes import read_episode
+from msgs_bridge.foreign_drive import open_drive, Reading
+from robot_bags import N, place, RobotBag
+
+GRID = Grid(20, 20, 0.25)
+PARTS = {'before': ('--to', 0, 60), 'after': ('--from', 60, N)}
+
+
+@pytest.fixture(params=['ros2', 'ros1'])
+def broken(tmp_path, request):
+    """Record a drive whose odometry is set back by 0.5 m, and up, after three seconds."""
+    path = tmp_path / ('drive.bag' if request.param == 'ros1' else 'drive')
+    with RobotBag(path, ros1=request.param == 'ros1') as bag:
+        for i in range(N):
+            stamp, x, y, yaw = place(i)
+            bag.odometry(stamp, x - 0.5 * (i >= 60), y + 1.0 * (i >= 60), yaw)
+            bag.scan(stamp, x, y, yaw, [(2.0, 2.0, 2.4, 2.4)])
+            if i == 0:
+                edge = 'base_footprint', 'base_scan', 0.0, 0.0, 0.2, 0.0, 0.0, 0.0
+                bag.transforms(stamp, edge, topic='/tf_static')
+    return path
+
+
+@pytest.mark.parametrize('which', PARTS)
+def test_the_part_that_a_refusal_names_is_learnt_alone(broken, tmp_path, capsys, which):
+    option, first, last = PARTS[which]
+    task = tmp_path / 'bags' / 'task'
+    assert main(['learn', str(broken), '--into', str(task)]) == 2
+    error = capsys.readouterr().err
+    seconds = re.search(rf'{option} ([0-9.]+)', error)[1]
+    assert main(['learn', str(broken), '--into', str(task), option, seconds]) == 0
+    assert 'is read (seconds count from there' in capsys.readouterr().out
+    [episode] = TaskFolder(task.parent, 'task').episodes()
+    record = read_episode(episode.path).record
+    at = np.array([place(i)[1:3] for i in range(first, last)]) + (
+        (-0.5, 1.0) if first else (0.0, 0.0))
+    assert record.cells[[0, -1]].tolist() == GRID.cells_from_world(at[[0, -1]]).tolist()
+    assert {tuple(cell) for cell in record.cells.tolist()} == {
+        tuple(cell) for cell in GRID.cells_from_world(at).tolist()}
+    assert (record.unknown != 255).any()
+
+
+def test_seconds_of_a_remedy_count_from_the_first_pose_of_all(broken):
+    whole = open_drive(broken, GRID)
+    part = open_drive(broken, GRID, Reading(span=Span(1.0)))
+    named = []
+    for drive in whole, part:
+        with pytest.raises(BagError, match=r'\(--to .*\) or after it \(--from') as caught:
+            learnt_from(drive, GRID)
+        named.append(re.search(r'--to (\S+)\) .*--from (\S+?)\)', str(caught.value)).groups())
+    assert named[0] == named[1]
+
+
+@pytest.mark.parametrize('words', [
+    ['--from', '9'], ['--from', '2', '--to', '1'], ['--from', '-1'], ['--from', 'nan']], ids=str)
+def test_seconds_that_are_none_of_the_drive_are_a_line(broken, capsys, words):
+    assert main(['learn', str(broken), *words]) == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert '--from' in error
+
+
+def test_several_drives_are_not_cut_at_once(broken, capsys):
+    assert main(['learn', str(broken), str(broken), '--to', '2']) == 2
+    assert '--to: name one bag' in capsys.readouterr().err
