@@ -43,7 +43,7 @@ class Intake:
         self.places = Freshness(math.inf)  # of a localisation
         self.poses = PoseWatch(settings.rules)
         self.why_late = ''
-        self.too_late = 0.0
+        self.too_late, self._old_stamp = 0.0, -math.inf
         self._log = log
         self._bad_until = -math.inf
         self._refused = SaidOnce()
@@ -94,13 +94,15 @@ class Intake:
         """
         age, timeout = clock - pose.stamp, self._settings.odom_timeout
         n_behind = self.poses.n_behind(pose.stamp)
-        old = timeout < age < OTHER_CLOCK and not self.poses.went_back(n_behind)
+        # Stamps that stand grow old, too; that is no fault of link or clocks.
+        stands = self.poses.is_repeated(pose.stamp) or pose.stamp == self._old_stamp
+        old = not stands and timeout < age < OTHER_CLOCK and not self.poses.went_back(n_behind)
         if old:
-            self.too_late = age
+            self.too_late, self._old_stamp = age, pose.stamp
         if old and not n_behind:
             self.refuse(f'odom: age is {age:.2f} s when it arrives, must be below odom_timeout '
                         f'({timeout:g} s); is the link that slow, or are the clocks not set?')
-        late = self.poses.is_repeated(pose.stamp) or (old and n_behind > 0)
+        late = stands or (old and n_behind > 0)
         self.counts['late odometry'] += late
         self.why_late = f'its stamps do not advance (last {pose.stamp:.2f} s)' if late else (
             f'it is {age:.2f} s old by its stamps, must be below odom_timeout ({timeout:g} s): '

@@ -57,7 +57,7 @@ class NeighbourhoodNode(Node):
             self, SightSettings, fixed=FIXED, on_change=self._on_settings))
         check_names(self)
         self._complaints = Complaints(self)
-        self._neighbourhoods = self.create_publisher(OccupancyGrid, 'neighbourhood', qos.SENSOR)
+        self._neighbourhoods = qos.tell_all(self, OccupancyGrid, 'neighbourhood', qos.SENSOR)
         #: What came last, as it was sent: a costmap is heard through several subscriptions.
         self._heard: deque[int] = deque(maxlen=_N_HEARD)
         if self._maker.settings.source == 'scan':

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import (
     DurabilityPolicy, HistoryPolicy, qos_profile_sensor_data, QoSProfile, ReliabilityPolicy)
@@ -53,6 +53,16 @@ RECORDING_BEST_EFFORT: Final = QoSProfile(  # type: ignore[no-untyped-call]
 RECORDING_LATCHED: Final = _reliable(2000, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `CONTACTS`, for a recorder.
 RECORDING_CONTACTS: Final = (RECORDING_LATCHED, RECORDING, RECORDING_BEST_EFFORT)
+
+
+def tell_all(node: Node, kind: type, topic: str, profile: QoSProfile) -> Any:
+    """
+    Return a publisher of what some hear through several subscriptions, as `hear_all` makes them.
+
+    It warns of none that does not hear it: another does, or says so itself.
+    """
+    return node.create_publisher(
+        kind, topic, profile, event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
 
 
 def hear_all(

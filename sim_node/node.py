@@ -126,8 +126,8 @@ class SimNode(Node):
         self._odometry = self.create_publisher(
             Odometry, 'odom', qos.LOCKSTEP_PUB if lockstep else qos.ODOMETRY_PUB)
         # A lost sight would stop a lock-step for good; who reads best effort is served as well.
-        self._sight = self.create_publisher(
-            OccupancyGrid, 'neighbourhood', qos.LOCKSTEP_PUB if lockstep else qos.SENSOR)
+        self._sight = qos.tell_all(
+            self, OccupancyGrid, 'neighbourhood', qos.LOCKSTEP_PUB if lockstep else qos.SENSOR)
         self._map = self.create_publisher(OccupancyGrid, 'map', qos.LATCHED)
         self._contact = self.create_publisher(Bool, 'contact', qos.LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)

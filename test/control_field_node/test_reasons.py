@@ -8,6 +8,7 @@ import pytest
 from control_field.limits import STANDSTILL
 from control_field.records import Outcome
 from control_field.watch import StopReason
+from control_field_node.intake import Intake
 from controller_bench import Bench, driving, DT
 from controller_helpers import GRID
 from msgs_bridge.neighbourhoods import Neighbourhood
@@ -155,6 +156,19 @@ def test_odometry_whose_stamps_stand_still_is_not_said_to_be_absent():
     bench.supervisor.teleop((0.2, 0.0), now, DT)
     bench.supervisor.teleop((0.2, 0.0), now, DT)
     assert said in bench.supervisor.held
+
+
+def test_stamps_that_stood_before_anybody_listened_are_not_called_a_slow_link():
+    bench = driving()
+    bench.supervisor.stop()
+    old = dataclasses.replace(bench.pose, stamp=bench.now - 30.0)
+    intake = Intake(bench.supervisor.settings, bench.supervisor._log)
+    said = []
+    for k in range(3):
+        assert intake.is_late_pose(old, bench.now + k)
+        said.append(intake.why_late)
+    assert 'is the link that slow' in said[0]  # nobody can know better yet
+    assert said[1:] == [f'its stamps do not advance (last {old.stamp:.2f} s)'] * 2
 
 
 @pytest.mark.parametrize(('spoil', 'said'), [

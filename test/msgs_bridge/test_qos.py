@@ -1,10 +1,12 @@
 """The profiles fit each other: whoever is meant to hear a topic does."""
 
+from nav_msgs.msg import OccupancyGrid
 import pytest
 from rclpy.qos import qos_check_compatible, QoSCompatibility
 
 from msgs_bridge import qos
 from msgs_bridge.bag_metadata import known_qos
+import ros_helpers
 
 
 @pytest.mark.parametrize(('publisher', 'reader'), [
@@ -30,3 +32,20 @@ def test_a_bag_is_played_with_the_profile_that_the_nodes_publish_with(profile, t
         assert (played.history, played.depth, played.reliability, played.durability) == (
             live.history.name.lower(), live.depth, live.reliability.name.lower(),
             live.durability.name.lower()), topic
+
+
+def test_who_is_heard_through_several_subscriptions_warns_of_none(ros_node, capfd):
+    qos.tell_all(ros_node, OccupancyGrid, 'neighbourhood', qos.SENSOR)
+    for topic in ('neighbourhood', 'other'):
+        qos.hear_all(ros_node, OccupancyGrid, topic, print,
+                     (qos.RECORDING, qos.RECORDING_BEST_EFFORT))
+    ros_node.create_publisher(OccupancyGrid, 'other', qos.SENSOR)
+    said = []
+
+    def warned():
+        said.append(capfd.readouterr().err)
+        return "on topic 'other', requesting incompatible QoS" in said[-1]
+
+    # The one that is made as usual warns, and is made last: the other had time enough for it.
+    ros_helpers.wait_until(warned, node=ros_node, what='the warning')
+    assert 'neighbourhood' not in ''.join(said)
