@@ -1,16 +1,23 @@
-"""Reading control fields without holding up who guards the robot: large ones in a thread."""
+"""Taking and reading control fields without holding up who guards the robot."""
 
+from collections import Counter
 from queue import Empty, SimpleQueue
-import threading
-from typing import Final
+from threading import Event
+from typing import Any, Final
+
+from sensor_msgs.msg import PointCloud2
 
 from control_field.records import ControlField
+from msgs_bridge import qos
+from msgs_bridge.listener import Listener
 from msgs_bridge.raw_messages import cloud_from_cdr
 from msgs_bridge.tables import field_from_cloud
 
 #: Cells that are read, and taken over by a trial, in a few milliseconds; bytes of as many.
 FEW_CELLS: Final = 5000
 _FEW_BYTES: Final = 100 * FEW_CELLS
+#: How often who waits for leave looks whether there is nobody left to give it, [s].
+_PATIENCE: Final = 0.1
 
 
 #: A field, or what is wrong with it.
@@ -29,50 +36,64 @@ def outcome_from_cdr(message: bytes) -> Outcome:
 
 class FieldReader:
     """
-    Reads large fields one after the other, the newest that waits next.
+    Takes fields from the middleware and reads them, in a thread beside the one that guards.
 
-    Attributes
-    ----------
-    is_reading : bool
-        Whether one is read or waits.
-
+    How large a message is shows only once it has been taken, and taking holds all of Python up:
+    a tenth of a second for 60 MB. So nothing is taken before the other thread, which first lets
+    the robot stand, gives leave (ADR 24). Who takes calls `ask` and then `take`; who guards looks
+    at `is_asking`, `is_busy` and `is_reading`, calls `give_leave`, and fetches what `finished`.
     """
 
     def __init__(self) -> None:
         """Start with nothing to read."""
+        #: Whether a field waits to be taken, is taken, or is read: the robot has to stand.
+        self.is_busy = False
+        #: Whether a large one is read, which takes longer than a moment.
         self.is_reading = False
-        self._waiting: bytes | None = None
-        self._is_outdated = False
+        self._leave, self._is_over = Event(), False
         self._done: SimpleQueue[Outcome] = SimpleQueue()
+        self._listener: Listener | None = None
 
-    def read(self, message: bytes, aside: bool = True) -> Outcome | None:
-        """
-        Read a message at once if it is small or is not to be read aside; else return None.
+    def hear(self, node: Any) -> None:
+        """Begin to hear `control_field`, in the name of a node."""
+        self._listener = Listener(node, Counter(), part='fields', ask=self.ask)
+        self._listener.hear(
+            PointCloud2, node.resolve_topic_name('control_field'),
+            lambda message, _: self.take(message), (qos.LATCHED,))
+        self._listener.start()
 
-        One that waits to be read is passed over for a newer one.
-        """
-        if not aside or len(message) <= _FEW_BYTES:
-            self._waiting, self._is_outdated = None, self.is_reading
-            return outcome_from_cdr(message)
-        if self.is_reading:
-            self._waiting, self._is_outdated = message, False
-        else:
-            self._begin(message)
-        return None
+    @property
+    def is_asking(self) -> bool:
+        """Tell whether a field waits until the robot stands."""
+        return self.is_busy and not self._leave.is_set()
+
+    def ask(self) -> None:
+        """Wait for leave, in the thread that takes; it ends with `close`, too."""
+        self.is_busy = True
+        while not self._is_over and not self._leave.wait(_PATIENCE):
+            pass
+
+    def take(self, message: bytes) -> None:
+        """Read what was taken, in the thread that takes."""
+        self.is_reading = len(message) > _FEW_BYTES
+        self._done.put(outcome_from_cdr(message))
+
+    def give_leave(self) -> None:
+        """Let the field be taken that waits: the robot stands."""
+        self._leave.set()
 
     def finished(self) -> Outcome | None:
-        """Return what has been read; None if that is nothing, or a newer one came meanwhile."""
+        """Return what has been read; None if that is nothing."""
         try:
             outcome = self._done.get_nowait()
         except Empty:
             return None
-        message, self._waiting, self.is_reading = self._waiting, None, False
-        is_outdated, self._is_outdated = self._is_outdated, False
-        if message is not None:
-            self._begin(message)
-        return None if is_outdated else outcome
+        self._leave.clear()
+        self.is_busy = self.is_reading = False
+        return outcome
 
-    def _begin(self, message: bytes) -> None:
-        self.is_reading = True
-        threading.Thread(
-            target=lambda: self._done.put(outcome_from_cdr(message)), daemon=True).start()
+    def close(self) -> None:
+        """Hear no more; nobody waits any longer."""
+        self._is_over = True
+        if self._listener is not None:
+            self._listener.close()

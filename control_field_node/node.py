@@ -20,12 +20,13 @@ from control_field.watch import StopReason
 from control_field_node.answer import Answer
 from control_field_node.command_ages import CommandAges
 from control_field_node.commands import CommandWriter
-from control_field_node.field_reader import FieldReader, Outcome
+from control_field_node.field_reader import FieldReader, Outcome, outcome_from_cdr
 from control_field_node.lockstep import TickBook
 from control_field_node.outbox import Outbox
 from control_field_node.placing import take_place
 from control_field_node.reports import Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
+from control_field_node.standing import drives
 from control_field_node.supervisor import Supervisor
 from control_field_node.wheels import GUARD_PERIOD
 from msgs_bridge import qos
@@ -102,8 +103,11 @@ class ControlFieldNode(Node):
 
     def _make_subscriptions(self) -> None:
         lockstep = self._settings.lockstep
-        self.create_subscription(
-            PointCloud2, 'control_field', self._on_field, qos.LATCHED, raw=True)
+        if lockstep:  # time waits: all is read at once
+            self.create_subscription(PointCloud2, 'control_field', lambda message: self._settle(
+                outcome_from_cdr(message)), qos.LATCHED, raw=True)
+        else:
+            self._fields.hear(self)
         # A lost tick would stop a lock-step for good.
         sensed = qos.LOCKSTEP if lockstep else qos.SENSOR
         for kind, topic, callback, profile in (
@@ -139,13 +143,6 @@ class ControlFieldNode(Node):
             self.get_logger().warning(text)
         else:
             self.get_logger().error(text)
-
-    def _on_field(self, message: bytes) -> None:
-        outcome = self._fields.read(message, aside=not self._settings.lockstep)
-        if outcome is None:
-            self._publish(self.supervisor.reads_field())
-        else:
-            self._settle(outcome)
 
     def _settle(self, outcome: Outcome) -> None:
         """Take over a field that was read, or say why not."""
@@ -344,10 +341,12 @@ class ControlFieldNode(Node):
         """Take the last command back if the robot must not follow it until the next pose."""
         clock = self.get_clock().now().nanoseconds * 1e-9
         self._publish(self.supervisor.guard(time.monotonic(), clock))
-        outcome = self._fields.finished()
-        self.supervisor.is_reading = self._fields.is_reading
-        if outcome is not None:
+        if (outcome := self._fields.finished()) is not None:
             self._settle(outcome)
+        self.supervisor.wheels.is_to_stand = self._fields.is_busy
+        self._publish(self.supervisor.reads_field(self._fields.is_reading))
+        if self._fields.is_asking and not drives(self.supervisor):
+            self._fields.give_leave()
 
     def _end_teleop(self) -> None:
         """Stop the robot when a person lets go of the keys outside a trial."""
@@ -381,6 +380,7 @@ class ControlFieldNode(Node):
         self.supervisor.stop(StopReason.SHUTDOWN)
         self._out.tell_trial()
         self._out.trials.wait_for_all_acked(patience)
+        self._fields.close()
 
 
 def main(args: list[str] | None = None) -> None:

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from control_field.limits import STANDSTILL
 from control_field_node import words
 from control_field_node.trial_run import Move, TrialRun
 from msgs_bridge.trial_status import State, TrialStatus
@@ -33,6 +34,12 @@ def status_at_end(supervisor: 'Supervisor', run: TrialRun, move: Move) -> TrialS
         State.ENDED, run.trial, move.outcome, move.reason, run.policy.n_steps,
         run.policy.n_decisions, run.policy.n_reinforcements, run.revision, _stamp(supervisor),
         stop_reason=move.stop, memory=run.memory)
+
+
+def drives(supervisor: 'Supervisor') -> bool:
+    """Tell whether the robot moves because the controller told it to."""
+    is_driven = supervisor.by_hand or (supervisor.run is not None and supervisor.problem is None)
+    return is_driven and supervisor.velocity != STANDSTILL
 
 
 def _stamp(supervisor: 'Supervisor') -> float:

@@ -80,7 +80,7 @@ class Supervisor:
         self._dt = _USUAL_STEP
         self._driven: float | None = None
         self.detail = ''
-        self._by_hand, self._is_stopped, self._pressed = False, False, 0.0
+        self.by_hand, self._is_stopped, self._pressed = False, False, 0.0
         self.change_settings(settings)
 
     def change_settings(self, settings: Settings) -> None:
@@ -137,10 +137,11 @@ class Supervisor:
             self._log('info', words.of_field(field))
         return True
 
-    def reads_field(self) -> Answer:
-        """Take in that a large field is being read: stand until `is_reading` is no more."""
-        self.is_reading = True
-        return NOTHING if self.problem is not None else self._pause(StopReason.READING_FIELD)
+    def reads_field(self, is_reading: bool) -> Answer:
+        """Take in whether a large field is being read: stand, and say why, for as long."""
+        self.is_reading = is_reading
+        is_new = is_reading and self.problem is None
+        return self._pause(StopReason.READING_FIELD) if is_new else NOTHING
 
     def refuse_field(self, why: str) -> None:
         """Keep the field there is; say so once a kind of reason."""
@@ -163,7 +164,7 @@ class Supervisor:
 
     def stop(self, reason: StopReason = StopReason.ASKED, detail: str = '') -> Answer:
         """End the trial with one standstill; who drives by hand has to let go first."""
-        self._is_stopped = self._by_hand
+        self._is_stopped = self.by_hand
         if self.run is None:
             self.wheels.velocity = STANDSTILL
             return STOP if self._is_stopped else NOTHING
@@ -322,17 +323,17 @@ class Supervisor:
     def guard(self, now: float, clock: float | None = None) -> Answer:
         """Look whether the last command may hold while no pose comes, or has to be repeated."""
         if self.settings.lockstep or self.pose is None or (
-                self.problem is StopReason.TAKEN_OVER and not self._by_hand):
+                self.problem is StopReason.TAKEN_OVER and not self.by_hand):
             return NOTHING
         seen = self._seen_lately(now)
-        drives = (self.run is not None or self._by_hand) and not self.is_ungated
+        drives = (self.run is not None or self.by_hand) and not self.is_ungated
         if self.wheels.look(self.pose, seen, now, clock, drives):
             return Answer(self.velocity)
         return NOTHING
 
     def let_go(self) -> bool:
         """Take in that nobody drives by hand any more; tell whether the robot is to be stopped."""
-        self._by_hand = self._is_stopped = self.is_ungated = False
+        self.by_hand = self._is_stopped = self.is_ungated = False
         if self.run is not None:
             return False
         self._driven = None
@@ -374,9 +375,9 @@ class Supervisor:
         if self.run is not None and not holds:
             return NOTHING  # standstill of a program that nobody has driven with
         if moves(wanted):
-            self._by_hand, self._pressed = True, now
+            self.by_hand, self._pressed = True, now
         elif now - self._pressed > self.settings.takeover_timeout:
-            self._by_hand = self._is_stopped = False  # standstill goes on, the keys are let go
+            self.by_hand = self._is_stopped = False  # standstill goes on, the keys are let go
         if self._is_stopped:
             return STOP
         if self.run is None and not self.settings.teleop_outside_trials:

@@ -37,13 +37,15 @@ class Wheels:
     held : str
         Why a robot that is to drive stands; empty if it does not.
     lateness : Lateness
+    is_to_stand : bool
+        Whether the robot comes to a standstill whatever is asked for, within its acceleration.
 
     """
 
     def __init__(self, settings: Settings, counts: 'Counter[str]') -> None:
         """Stand."""
         self.velocity: Velocity = STANDSTILL
-        self.held = ''
+        self.held, self.is_to_stand = '', False
         self.lateness = Lateness(settings.slow_latency, settings.cmd_vel_timeout)
         self._counts = counts
         self._ahead = 0.0
@@ -58,8 +60,8 @@ class Wheels:
 
     def ramped(self, wanted: Velocity, dt: float) -> Velocity:
         """Return what can be reached of a velocity, [m/s] and [rad/s], in a time, [s]."""
-        return within_acceleration(
-            within_speed(wanted, self._limits), self.velocity, dt, self._limits)
+        wanted = STANDSTILL if self.is_to_stand else within_speed(wanted, self._limits)
+        return within_acceleration(wanted, self.velocity, dt, self._limits)
 
     def stand(self) -> bool:
         """Take in that nobody asks for more than standstill; tell whether somebody did."""
@@ -80,7 +82,9 @@ class Wheels:
         return replace(pose, x=x, y=y, yaw=math.remainder(yaw, math.tau))
 
     def slowed(self, velocity: Velocity) -> Velocity:
-        """Return a velocity as far as the latency allows it."""
+        """Return a velocity as far as the latency allows it, and nothing else keeps it back."""
+        if self.is_to_stand:
+            return STANDSTILL
         share = 1.0 if self._lockstep else self.lateness.slowing
         return share * velocity[0], share * velocity[1]
 

@@ -7,12 +7,14 @@ from threading import Event, Thread
 import time
 from typing import Any, Final
 
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 
 
 #: Gets a message's bytes, and when it arrived, [ns].
@@ -26,14 +28,29 @@ _MOST_DELAY: Final = 600 * 1_000_000_000
 _N_KNOWN: Final = 4000
 
 
+class _AskFirst(MutuallyExclusiveCallbackGroup):
+    """Asks before a message is taken from the middleware: that holds all of Python up."""
+
+    def __init__(self, ask: Callable[[], None]) -> None:
+        super().__init__()  # type: ignore[no-untyped-call]
+        self._ask = ask
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Wait for leave; the executor takes the message next."""
+        if isinstance(entity, Subscription):
+            self._ask()
+        may: bool = super().beginning_execution(entity)  # type: ignore[no-untyped-call]
+        return may
+
+
 class _Ear:
     """One topic: heard through one subscription or several, and taken once."""
 
     def __init__(
         self, node: Node, kind: type, topic: str, spare: QoSProfile | None,
-        callback: Callable[[bytes, Any], None], lost: Counter[str],
+        callback: Callable[[bytes, Any], None], lost: Counter[str], group: _AskFirst,
     ) -> None:
-        self._node, self._kind, self._topic = node, kind, topic
+        self._node, self._kind, self._topic, self._group = node, kind, topic, group
         self._spare = spare
         self._may_come_twice = spare is not None
         self._callback = callback
@@ -44,7 +61,7 @@ class _Ear:
         """Hear the topic through a profile, too."""
         self._node.create_subscription(
             self._kind, self._topic, self._read, profile, raw=True,  # type: ignore[arg-type]
-            event_callbacks=SubscriptionEventCallbacks(
+            callback_group=self._group, event_callbacks=SubscriptionEventCallbacks(
                 message_lost=self._note_lost, incompatible_qos=self._hear_less,
                 use_default_callbacks=False))
 
@@ -86,16 +103,21 @@ class Listener:
         Counts the messages that the middleware says were lost, by topic.
     again : callable
         Is called in the thread of the listener every now and then.
+    part : str
+        What its node, its thread are called, behind the owner's name.
+    ask : callable
+        Is called in the thread of the listener before each message is taken, and may wait.
 
     """
 
     def __init__(
         self, owner: Node, lost: Counter[str], again: Callable[[], None] = lambda: None,
+        part: str = 'recorder', ask: Callable[[], None] = lambda: None,
     ) -> None:
         is_simulated = owner.get_parameter('use_sim_time').value
         # With the global arguments it would be renamed like its owner, and have the same name.
         self._node = Node(
-            f'{owner.get_name()}_recorder', namespace=owner.get_namespace(),
+            f'{owner.get_name()}_{part}', namespace=owner.get_namespace(),
             context=owner.context, use_global_arguments=False, start_parameter_services=False,
             enable_rosout=False, parameter_overrides=[
                 Parameter(  # type: ignore[no-untyped-call]
@@ -104,7 +126,8 @@ class Listener:
         self._again = again
         self._is_over = Event()
         self._lost = lost
-        self._thread = Thread(target=self._work, name='recorder', daemon=True)
+        self._thread = Thread(target=self._work, name=part, daemon=True)
+        self._group = _AskFirst(ask)
 
     def hear(
         self, kind: type, topic: str, callback: Heard, profiles: Sequence[QoSProfile],
@@ -128,7 +151,7 @@ class Listener:
 
         """
         ear = _Ear(self._node, kind, topic, spare,
-                   lambda cdr, info: callback(cdr, self._arrived(info)), self._lost)
+                   lambda cdr, info: callback(cdr, self._arrived(info)), self._lost, self._group)
         for profile in profiles:
             ear.subscribe(profile)
 

