@@ -82,7 +82,7 @@ class DemoNode:
         self._refused: set[str] = set()
         self._command = TwistStamped()
         self._command.header.frame_id = 'base_footprint'
-        self._commands = self._node.create_publisher(TwistStamped, 'cmd_vel', qos.COMMAND)
+        self._commands = self._node.create_publisher(TwistStamped, 'cmd_vel', qos.LOCKSTEP_PUB)
         self._node.create_subscription(
             DiagnosticStatus, 'trial', self._on_trial, qos.RECORDING_LATCHED)
         self._node.create_subscription(
