@@ -23,6 +23,9 @@ _CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.HOLE)
 #: So few messages, and so short, [s], are no part of a drive; so far, [m], is driving meanwhile.
 _FEW, _SOON, _SET_OFF = 3, 0.5, 0.05
 
+#: What a difference of stamps may be off, [0.01 s].
+_ROUNDED: Final = 1e-4
+
 #: A demonstration, what was dropped of it, and sentences on what was passed over.
 Drive = tuple[Demonstration, DemonstrationReport, tuple[str, ...]]
 
@@ -89,9 +92,11 @@ def check_end(what: str, which: str, n: int, seconds: float, refusal: str) -> No
 
     """
     if n > _FEW and seconds > _SOON:
+        # No other frame is the remedy: the drive is in two of them.
+        why = refusal.replace(', must be ', ' and not ')
         raise ValueError(
             f'nobody knows where this drive {what}: its {which} {n} messages ({seconds:.1f} s) '
-            f'are refused, such as: {refusal}. Let every pose be a sound one, in one frame, and '
+            f'are refused, such as: {why}. Let every pose be a sound one, in one frame, and '
             f'show the way again')
 
 
@@ -126,8 +131,8 @@ def _remedy_by_cutting(error: ValueError, begins: float, command: str) -> str:
     [found] = error.breaks
     if found.kind not in _CAN_BE_CUT:
         return ''
-    before = begins + max(np.floor((found.at - found.seconds) * 100.0) / 100.0, 0.0)
-    after = begins + np.ceil(found.at * 100.0) / 100.0
+    before = begins + max(np.floor((found.at - found.seconds) * 100.0 + _ROUNDED) / 100.0, 0.0)
+    after = begins + np.ceil(found.at * 100.0 - _ROUNDED) / 100.0
     return (f', or keep what is before it ({command.format(before)}) or after it (--from '
             f'{after:.2f})')
 

@@ -40,6 +40,7 @@ def test_the_part_that_a_refusal_names_is_learnt_alone(broken, tmp_path, capsys,
     assert main(['learn', str(broken), '--into', str(task)]) == 2
     error = capsys.readouterr().err
     seconds = re.search(rf'{option} ([0-9.]+)', error)[1]
+    assert float(seconds) == {'--to': 2.95, '--from': 3.0}[option]
     assert main(['learn', str(broken), '--into', str(task), option, seconds]) == 0
     assert 'is read (seconds count from there' in capsys.readouterr().out
     [episode] = TaskFolder(task.parent, 'task').episodes()

@@ -239,7 +239,9 @@ def test_a_drive_that_goes_on_in_another_frame_has_no_goal(tmp_path, capsys, oth
     with pytest.raises(BagError, match=r'where this drive ends: its last 150 messages \(7\.5 s\)'):
         read_foreign_demonstration(path, GRID)
     assert main(['learn', str(path), '--into', str(tmp_path / 'bags' / 'task')]) == 2
-    assert 'are refused, such as: /odom: ' in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert 'are refused, such as: /odom: ' in error
+    assert '--frame' not in error
     path = written(tmp_path / 'began', lambda i: other if i < 150 else 'odom')
     with pytest.raises(BagError, match=r'where this drive begins: its first 150 messages'):
         read_foreign_demonstration(path, GRID)
