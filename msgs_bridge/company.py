@@ -14,7 +14,7 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 
 from msgs_bridge.foreign_text import printable
-from msgs_bridge.graph import full_name, NOT_YET_KNOWN
+from msgs_bridge.graph import full_name, in_vain, NOT_YET_KNOWN
 from msgs_bridge.kinds import SaidOnce
 from msgs_bridge.serialized import message_from_cdr
 from msgs_bridge.statements import (
@@ -28,6 +28,10 @@ _HOLDS: Final = 4.0
 #: may have been killed: the graph of ROS forgets it after 20 s.
 _SURE: Final = 2.0
 _SURE_OF_NAMESAKES: Final = 25.0
+#: What a robot says, as which type, and what does not go without it.
+_SENSED: Final = (
+    ('odom', 'nav_msgs/msg/Odometry', frozenset((Deed.TEACH, Deed.DRIVE))),
+    ('neighbourhood', 'nav_msgs/msg/OccupancyGrid', frozenset((Deed.DRIVE,))))
 #: So many processes are heard at most; and what every statement holds.
 _MOST: Final = 64
 _MARK: Final = b'instance'
@@ -151,6 +155,7 @@ class CompanyWatch:
         self._doubles, self._said = Doubles(), SaidOnce(kind=str)
         self._topics = [node.resolve_topic_name('odom'), '/clock']
         self.problems: list[Misfit] = []
+        self._mistyped: list[Misfit] = []
         self._judged_at = -math.inf
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 50,
                                  raw=True)
@@ -195,11 +200,16 @@ class CompanyWatch:
             text = self._doubles.look(topic, self._node.get_publishers_info_by_topic(topic), now)
             if text:
                 self._tell(text)
+        self._mistyped = [Misfit(text, stops) for topic, kind, stops in _SENSED if (
+            text := self._in_vain(self._node.resolve_topic_name(topic), kind))]
         self._judge(now)
+
+    def _in_vain(self, topic: str, kind: str) -> str:
+        return in_vain(topic, self._node.get_publishers_info_by_topic(topic), kind)
 
     def _judge(self, now: float) -> None:
         self._judged_at = now
-        self.problems = self._company.misfits(now)
+        self.problems = [*self._company.misfits(now), *self._mistyped]
         for problem in self.problems:
             self._tell(problem.text, problem.subject)
 

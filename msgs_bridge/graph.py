@@ -1,5 +1,6 @@
 """Who else is on a topic, by the names that the graph of ROS has for them."""
 
+from collections.abc import Iterable
 from typing import Any, Final
 
 from msgs_bridge.foreign_text import printable
@@ -24,6 +25,29 @@ def publishers_on(node: Any, topic: str) -> list[str]:
     names = {full_name(peer) for peer in node.get_publishers_info_by_topic(
         node.resolve_topic_name(topic)) if peer.node_name != NOT_YET_KNOWN}
     return sorted(map(printable, names - {own}))
+
+
+def in_vain(topic: str, publishers: Iterable[Any], kind: str) -> str:
+    """
+    Say that all who publish on a topic do so as another type, which nobody hears; else nothing.
+
+    Parameters
+    ----------
+    topic : str
+        Full name.
+    publishers : iterable of TopicEndpointInfo
+    kind : str
+        The type that is heard, as the graph has it.
+
+    """
+    peers = [peer for peer in publishers
+             if peer.node_name != NOT_YET_KNOWN and peer.topic_type]
+    if not peers or any(peer.topic_type == kind for peer in peers):
+        return ''
+    found = sorted({f'{printable(full_name(peer))} publishes it as '
+                    f'{printable(peer.topic_type, 80)}' for peer in peers})
+    return (f'nothing of use can arrive on {topic}: {" and ".join(found[:4])}, must be {kind}; '
+            f'remap it (-r), or start what publishes that')
 
 
 def full_name(peer: Any) -> str:

@@ -2,9 +2,12 @@
 
 from types import SimpleNamespace
 
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+
 from control_field.grid import Grid
-from msgs_bridge.company import Company, Doubles
-from msgs_bridge.statements import Statement, workspace_from_grid
+from msgs_bridge.company import Company, CompanyWatch, Doubles
+from msgs_bridge.statements import Deed, Statement, workspace_from_grid
 
 
 def said(name='/learner_node', number=1):
@@ -89,3 +92,25 @@ class TestDoubles:
     def test_a_node_whose_name_is_not_known_yet_does_not_count(self):
         doubles, two = Doubles(), [publisher('a'), publisher('_NODE_NAME_UNKNOWN_')]
         assert [doubles.look('/odom', two, now) for now in (0.0, 50.0)] == [''] * 2
+
+
+def test_what_comes_as_another_type_is_named_and_not_just_absent(ros_node):
+    said = []
+    watch = CompanyWatch(ros_node, 'controller', said.append)
+    wrong = [ros_node.create_publisher(PoseStamped, topic, 1)
+             for topic in ('odom', 'neighbourhood')]
+    watch.look()
+    watch.look()
+    assert said == [
+        f'nothing of use can arrive on /{topic}: /test_node publishes it as '
+        f'geometry_msgs/msg/PoseStamped, must be nav_msgs/msg/{kind.__name__}; remap it (-r), or '
+        f'start what publishes that' for topic, kind in (
+            ('odom', Odometry), ('neighbourhood', OccupancyGrid))]
+    assert watch.why_not(Deed.DRIVE) == watch.why_not(Deed.TEACH) == said[0]
+    ros_node.destroy_publisher(wrong[0])
+    watch.look()
+    assert watch.why_not(Deed.DRIVE) == said[1]
+    assert not watch.why_not(Deed.TEACH)
+    ros_node.destroy_publisher(wrong[1])
+    watch.look()
+    assert not watch.problems
