@@ -33,11 +33,13 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
                         help=f'where everything goes ({_USUAL["out"]})')
     parser.add_argument('--tasks', metavar='LIST',
                         help='which tasks, or names or files of worlds (1,2; with --attach 1)')
-    parser.add_argument('--trials', type=int, default=6, metavar='N', help='(%(default)s)')
+    parser.add_argument('--trials', type=int, default=6, metavar='N',
+                        help='how often the robot tries each task (%(default)s)')
     parser.add_argument('--profile', choices=('paper', 'full'),
-                        help='equations 1 to 7 to the letter, or with what keeps their promise '
-                        f'({_USUAL["profile"]})')
-    parser.add_argument('--seed', type=int, metavar='N', help=f'({_USUAL["seed"]})')
+                        help="the paper's equations to the letter, or with what keeps their "
+                        f'promise of success from everywhere ({_USUAL["profile"]})')
+    parser.add_argument('--seed', type=int, metavar='N',
+                        help=f'number that all chance comes from ({_USUAL["seed"]})')
     parser.add_argument('--realtime', action='store_true', default=None,
                         help='as slow as a real robot, to watch it in RViz')
     parser.add_argument('--attach', action='store_true',

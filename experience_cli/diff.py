@@ -13,7 +13,7 @@ from experience_cli.references import add_bags
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     """Add the command."""
     parser: argparse.ArgumentParser = subparsers.add_parser(
-        'diff', help='compare two fields, as arrows and numbers',
+        'diff', help='compare what two bags, tasks or saved fields lead the robot to do',
         description='Compare two fields of one workspace: where their courses differ, what each '
         'is worth, which prototypes came and went. A field is a bag (what it was driven on), the '
         'folder of a task (what its bags teach) or a saved .npz.')

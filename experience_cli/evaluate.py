@@ -42,8 +42,9 @@ Worlds: a map_server .yaml with its image, or a MovingAI .map (1 m a cell, lower
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     """Add `evaluate` to the command line."""
     parser: argparse.ArgumentParser = subparsers.add_parser(
-        'evaluate', help='judge what is learnt on a world, from all its free cells',
-        description=__doc__, epilog=_EPILOG,
+        'evaluate', help='judge what is learnt on a map, from all its free cells',
+        description='Teach, try and judge on any map, without ROS: from which share of all free '
+        'cells does the robot get to the goal?', epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter)
     # argparse takes '-2,3' for an option unless it looks like a negative number.
     parser._negative_number_matcher = re.compile(r'^-\.?\d')
@@ -78,7 +79,8 @@ def _add_task(parser: argparse.ArgumentParser) -> None:
     add('--demo-bag', metavar='BAG', help='take the demonstration from a bag')
     add('--max-speed', metavar='M/S', type=speed, default=SPEED_MAX,
         help=f'with --demo-bag: a drive that is faster is no robot (default: {SPEED_MAX:g} m/s)')
-    add('--trials', metavar='K', type=_count(0, 100_000), default=10, help='(default: 10)')
+    add('--trials', metavar='K', type=_count(0, 100_000), default=10,
+        help='how often the robot tries after it was shown the way (default: 10)')
     add('--starts', choices=('spread', 'fixed'), default='spread',
         help='where trials start: where they teach most, or where the first demonstration does '
              '(default: spread)')
@@ -92,13 +94,17 @@ def _add_task(parser: argparse.ArgumentParser) -> None:
 def _add_method(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add('--method', default='ours', help=f'one of {_METHODS} (default: ours)')
-    add('--profile', choices=('paper', 'full'), default='full', help='(default: full)')
+    add('--profile', choices=('paper', 'full'), default='full',
+        help='paper: its equations to the letter; full: with what keeps its promise (default: '
+             'full)')
     add('--corner-cutting', action='store_true',
         help='a diagonal step may pass a blocked cell beside it')
     add('--set', metavar='NAME=VALUE', action='append', default=[],
         help='any learning parameter; may be given several times')
-    add('--seeds', metavar='N', type=_count(1, 100_000), default=20, help='(default: 20)')
-    add('--seed0', metavar='S', type=_count(0, 2**62), default=0, help='the first (default: 0)')
+    add('--seeds', metavar='N', type=_count(1, 100_000), default=20,
+        help='how often all of it is done, each time with other chances (default: 20)')
+    add('--seed0', metavar='S', type=_count(0, 2**62), default=0,
+        help='the first seed (default: 0)')
     add('--jobs', metavar='J', type=_count(1, 1024), default=1,
         help='processes; the results do not depend on it (default: 1)')
 

@@ -38,9 +38,10 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     """Add the command."""
     parser: argparse.ArgumentParser = subparsers.add_parser(
         'explain', help='say why the robot did what it did at a moment',
-        description='Take the command at a moment of a bag apart: the decision it comes from, '
-        'which prototypes weighed how much in it (equation 7), from which bag and second each of '
-        'them is, and what the last gate did to it.')
+        description='Say in a sentence what the robot did at a moment of a bag and where it has '
+        'that from. Then in numbers: the decision, which prototypes (places with the direction '
+        'learnt there) weighed how much in it by equation 7 of the paper, from which bag and '
+        'second each of them is, and what the safety gate did to the command.')
     add_bag(parser)
     parser.add_argument('--at', type=float, required=True, metavar='T',
                         help='seconds from the first odometry, or a stamp past the end of that')

@@ -11,7 +11,7 @@ from experience_cli.references import add_bag
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     """Add the command."""
     parser: argparse.ArgumentParser = subparsers.add_parser(
-        'forget', help='un-teach a bag',
+        'forget', help='take a bag out of the memory; --undo brings it back',
         description='Take a bag out of the memory: the field is then as if it never was. The bag '
         'is moved to .forgotten in the folder of its task and keeps its number.')
     add_bag(parser)

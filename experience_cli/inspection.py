@@ -12,8 +12,9 @@ from experience_cli.errors import UserError
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     """Add the command."""
     parser: argparse.ArgumentParser = subparsers.add_parser(
-        'inspect', help='draw field, basin, sinks, remembered map and prototypes',
-        description='Draw what a task, or its bags up to one, have taught, as a PNG.')
+        'inspect', help='draw what was learnt: which way the robot goes from every place',
+        description='Draw what a task, or its bags up to one, have taught, as a PNG: which '
+        'way the robot goes from every place, from where it gets to the goal, what it has seen.')
     parser.add_argument('bag', type=Path, metavar='BAG_OR_TASK',
                         help='task1/0003, task1, or the folder of a bag or a task')
     parser.add_argument('--out', type=Path, metavar='FILE.png',

@@ -16,9 +16,10 @@ from msgs_bridge.foreign_text import own_stream
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     """Add the command."""
     parser: argparse.ArgumentParser = subparsers.add_parser(
-        'learn', help='relearn the field from bags',
-        description='Replay bags offline, in the order of their numbers. The field is a pure '
-        'function of them: it is the very one that the live learner has published.')
+        'learn', help='learn anew from bags, and say what each has taught',
+        description='Learn anew from bags, in the order of their numbers, and say what each of '
+        'them has taught. The same bags always give the same field, byte for byte the one that '
+        'learner_node published.')
     parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK',
                         help='task1/0003, task1, or the folder of a bag or a task; bags of other '
                         'recorders')

@@ -38,7 +38,10 @@ class Parser(argparse.ArgumentParser):
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the whole command line."""
     top = Parser(
-        prog='experience', description='Teach a robot by driving it once, and let it try.')
+        prog='experience', description='Teach a robot by driving it once, and let it try.',
+        epilog='A bag is one recording: of a drive of yours (demo) or of a try of the robot '
+        '(trial). bags/kitchen holds those of the task kitchen; kitchen/0002 names one of them. '
+        'A field says which way the robot goes from every place.')
     subparsers = top.add_subparsers(dest='command', metavar='COMMAND', required=True)
     for name in COMMANDS:
         module = importlib.import_module(f'experience_cli.{name}')

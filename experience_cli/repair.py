@@ -8,9 +8,9 @@ from typing import Any
 def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     """Add the command."""
     parser: argparse.ArgumentParser = subparsers.add_parser(
-        'repair', help='mend bags that were not closed',
-        description='Make cut bags whole again and say what of them is lost. A whole bag is left '
-        'as it is.')
+        'repair', help='mend recordings that broke off',
+        description='Mend bags whose recording broke off (a crash, no power, a full disk), and '
+        'say what of them is lost. A whole bag is left as it is.')
     parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK',
                         help='task1/0003, task1, or the folder of a bag or a task')
     return parser
