@@ -34,7 +34,8 @@ def idle_sender(names: Sequence[str], topic: str) -> str:
 def of_field(field: ControlField) -> str:
     """Say which control field has come."""
     task = task_of(field.memory)
-    return f'control field revision {field.revision}' + (f' of task {task}' if task else '')
+    said = f'control field revision {field.revision}' + (f' of task {task}' if task else '')
+    return said if field.revision else f'{said}: it is empty, nothing was learnt yet'
 
 
 def is_of_another_task(field: ControlField, other: ControlField) -> bool:

@@ -31,6 +31,8 @@ def run(arguments: argparse.Namespace) -> int:
     task = TaskFolder(episode.path.parent.parent, episode.path.parent.name)
     with changing(task.path):
         judge_bag(episode.path, label_from_text(arguments.label, arguments.bag))
-        print(f'{episode.name}: labelled {arguments.label}')
+        is_back = arguments.label == 'none'
+        print(f'{episode.name}: ' + (
+            'its label is taken back' if is_back else f'labelled {arguments.label}'))
         print(relearnt_sentence(task))
     return 0

@@ -164,10 +164,11 @@ def _print(line: str) -> None:
 
 def text_from_lesson(lesson: Any, verbose: bool = False) -> str:
     """Say what a bag taught, in numbers, too, where that is asked for."""
-    from learner_node.reports import numbers_from_lesson, sentence_from_lesson
+    from learner_node.reports import numbers_from_lesson, sentence_from_lesson, trial_number
 
-    number, name = f'{lesson.episode.number:04d}', lesson.episode.name
-    said = sentence_from_lesson(lesson).replace(f'Drive {number}', f'Drive {name}', 1)
+    number = trial_number(lesson)
+    name = f'{lesson.episode.name} {lesson.episode.kind}' + (f' {number}' if number else '')
+    said = sentence_from_lesson(lesson, name)
     numbers = numbers_from_lesson(lesson) if verbose else ''
     return f'{said}\n    in numbers: {numbers}' if numbers else said
 

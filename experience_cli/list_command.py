@@ -67,11 +67,12 @@ def episodes_in(folder: Path, problems: list[str]) -> Iterator[Any]:
 
     """
     from experience_cli.episodes import is_named_like_ours
-    from experience_cli.references import task_folder
+    from experience_cli.references import task_folder, tasks_in
     from msgs_bridge.bag_folder import BagError, episode_from_path, task_folders
 
     if not folder.is_dir():
-        raise UserError(f'there is no folder {folder}')
+        beside = BAGS if len(folder.parts) == 1 else folder.parent
+        raise UserError(f'there is no folder {folder}{tasks_in(beside)}')
     task = task_folder(folder)
     if task is None and is_named_like_ours(folder):
         yield episode_from_path(folder)

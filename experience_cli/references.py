@@ -11,6 +11,8 @@ from msgs_bridge.bag_folder import check_task_name, EpisodeFolder, TaskFolder
 
 #: Where the bags are if nobody says.
 BAGS: Final = Path('bags')
+#: So many tasks are named where one is not there.
+_MOST: Final = 8
 _NUMBER: Final = re.compile(r'(\d{1,8})(?:_(demo|trial))?')
 
 
@@ -124,7 +126,7 @@ def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
     """
     task, number, kind = task_of(text, bags)
     if not task.path.is_dir():
-        raise UserError(f'there is no task folder {task.path}')
+        raise UserError(f'there is no task folder {task.path}{tasks_in(task.root)}')
     _check_remembered(task, number, text, bags)
     episode = task.find(number)
     _check_kind(episode, kind)
@@ -133,6 +135,18 @@ def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
     if not episode.bag.resolve().is_relative_to(task.root.resolve()):
         raise UserError(f'{episode.bag} leads out of {task.root}')
     return episode
+
+
+def tasks_in(folder: Path) -> str:
+    """Name the tasks there are in a folder, as the end of a sentence; empty if there are none."""
+    from msgs_bridge.bag_folder import BagError, tasks
+
+    try:
+        names = tasks(folder) if folder.is_dir() else []
+    except (BagError, OSError):
+        return ''
+    more = f' and {len(names) - _MOST} more' if len(names) > _MOST else ''
+    return f'; the tasks there are {", ".join(names[:_MOST])}{more}' if names else ''
 
 
 def _check_remembered(task: TaskFolder, number: int, text: str, bags: Path | None) -> None:

@@ -125,5 +125,8 @@ def _span(episode: Any, first: float | None, last: float | None) -> tuple[int, i
     inside = np.flatnonzero((seconds >= low - 1e-6) & (seconds <= high + 1e-6))
     if not len(inside):
         raise UserError(f'{episode.name} has no odometry between {low:g} and {high:g} s')
+    if len(inside) == len(seconds):
+        raise UserError(f'nothing to cut: {episode.name} lasts from 0 to '
+                        f'{recording.duration:.2f} s, all of it is within {low:g} to {high:g} s')
     times = recording.poses.log_times[inside]
     return int(times.min()), int(times.max())

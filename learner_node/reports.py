@@ -83,31 +83,45 @@ def certificate_values(refresh: Refresh) -> dict[str, str]:
         'pushed': str(refresh.pushed).lower(), 'not_pushed_because': refresh.reason}
 
 
-def sentence_from_lesson(lesson: Lesson) -> str:
-    """Say what an episode taught, in plain sentences; `numbers_from_lesson` has the rest."""
-    name = name_from_lesson(lesson)
+def sentence_from_lesson(lesson: Lesson, name: str = '') -> str:
+    """
+    Say what an episode taught, in plain sentences; `numbers_from_lesson` has the rest.
+
+    Parameters
+    ----------
+    lesson : Lesson
+    name : str
+        What the episode is called; empty: as in ``Drive 0001``.
+
+    """
+    name = name or name_from_lesson(lesson)
     refresh, read = lesson.refresh, lesson.read
     if refresh is None or read is None:
         why = lesson.note
         if lesson.episode.kind is EpisodeKind.DEMO:
             return f'{name} is not learnt: {why.removeprefix(NOTHING)}'
         return f'{name}: {why}'
-    said = [f'{name} {_what_was_done(read)}', lesson.moved,
+    said = [lesson.moved,
             *(read.report.sentences() if read.report is not None else ()), *read.notes,
             lesson.missing, refresh.certificate.sentence()]
     if not refresh.pushed:
         said.append(f'The robot keeps its old courses: {refresh.reason}')
-    return sentences(part[:1].upper() + part[1:] for part in said)
+    return sentences([f'{name} {_what_was_done(read)}',
+                      *(part[:1].upper() + part[1:] for part in said)])
 
 
 def name_from_lesson(lesson: Lesson) -> str:
     """Name an episode: a drive, or a trial by the controller's number and by its bag's."""
     if lesson.episode.kind is EpisodeKind.DEMO:
         return f'Drive {lesson.episode.number:04d}'
+    trial = trial_number(lesson)
+    return f'Trial {trial} ({lesson.episode.name})' if trial else f'Trial {lesson.episode.name}'
+
+
+def trial_number(lesson: Lesson) -> int:
+    """Return the number by which the controller counts a trial; 0 where that is not known."""
     status = lesson.read.status if lesson.read is not None else None
-    if status is None or not status.trial:
-        return f'Trial {lesson.episode.name}'
-    return f'Trial {status.trial} ({lesson.episode.name})'
+    return status.trial if status is not None else 0
 
 
 def _what_was_done(read: Episode) -> str:

@@ -100,7 +100,7 @@ def test_show_tells_the_decisions_of_a_trial(task, experience):
     assert 'blocked' in experience('show', FIRST)
     # What is learnt from is what `learn` counts.
     lines = experience('learn', '-v', 'bags/sample').splitlines()
-    first = next(i for i, line in enumerate(lines) if f'({FIRST})' in line)
+    first = next(i for i, line in enumerate(lines) if line.startswith(f'{FIRST} trial '))
     assert f' {made["reinforcements"]} reinforcements learnt;' in lines[first + 1]
     assert f'; {made["reinforcements"]} reinforcements to learn from' in experience('show', FIRST)
     assert json.loads(experience('show', SECOND, '--json'))['decisions']['notable'] == []
@@ -276,6 +276,9 @@ def test_commands_that_are_offered_can_be_copied(task, experience, mistake, tmp_
     (('trim', DEMO), 'say --from or --to'),
     (('trim', DEMO, '--undo', '--to', '3'), 'say --from or --to'),
     (('trim', DEMO, '--undo'), 'was not cut'),
+    (('trim', DEMO, '--to', '300'), 'nothing to cut: sample/0001 lasts from 0 to '),
+    (('show', 'smaple/0001'), 'no task folder bags/smaple; the tasks there are sample'),
+    (('list', 'smaple'), 'no folder smaple; the tasks there are sample'),
     (('trim', DEMO, '--from', '9', '--to', '3'), 'must be a span within 0 and'),
     (('trim', DEMO, '--from', '-1'), 'must be a span within 0 and'),
     (('trim', DEMO, '--from', '500'), 'must be a span within 0 and'),
