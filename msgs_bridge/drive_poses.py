@@ -11,6 +11,7 @@ from msgs_bridge.bag_columns import read_columns
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_records import RawMessages
 from msgs_bridge.cdr_write import pose_stamped_to_cdr
+from msgs_bridge.drives import check_end
 from msgs_bridge.poses import QUATERNION_TOLERANCE
 from msgs_bridge.rigid import Motions
 from msgs_bridge.transforms import Edge, Transforms
@@ -105,7 +106,8 @@ def poses_from_frames(
     base, chain = _chain(tree, base, frame_id, topic)
     fastest = max(chain, key=lambda edge: len(edge.stamps_ns))
     if len(fastest.stamps_ns) < 2:
-        raise BagError(f'{topic}: {base} does not move in {frame_id}')
+        raise BagError(f'{topic}: all that says where {base} is in {frame_id} bears one stamp')
+    _check_parents(chain, topic)
     before = chain[:chain.index(fastest)]
     after = chain[chain.index(fastest) + 1:]
     poses = DrivePoses(frame_id, base, fastest.stamps_ns, fastest.log_times, fastest.motions)
@@ -132,6 +134,7 @@ def _brought(
 ) -> tuple[DrivePoses, list[str]]:
     """Put the edges above a frame before its poses; drop those before anything was said."""
     notes: list[str] = []
+    _check_parents(chain, topic)
     moving = [edge for edge in chain if len(edge.stamps_ns) > 1]
     known = np.ones(len(poses.stamps_ns), dtype=np.bool_)
     for edge in moving:
@@ -152,6 +155,16 @@ def _brought(
     for edge in reversed(chain):
         motions = edge.at(stamps).then(motions)
     return DrivePoses(frame_id, poses.base, stamps, poses.log_times[known], motions), notes
+
+
+def _check_parents(chain: list[Edge], topic: str) -> None:
+    """Refuse frames that in the end are under another one than before: the goal is not known."""
+    for edge in chain:
+        what, n, seconds = edge.elsewhere
+        try:
+            check_end('ends', 'last', n, seconds, f'{topic}: {what}')
+        except ValueError as error:
+            raise BagError(str(error)) from None
 
 
 def _chain(

@@ -230,7 +230,12 @@ class _Roles:
         if self.bag.topics[topic] == TF_TYPE:
             if not self._tf:
                 raise BagError(f'{self.bag.path}: {self._no_frames}, name one with --odom-topic')
-            return poses_from_frames(self.tree, self.reading.base_frame, frame_id, topic)
+            found, notes = poses_from_frames(
+                self.tree, self.reading.base_frame, frame_id, topic)
+            if n := self.tree.n_refused:
+                notes.append(f'{counted(n, "transform")} of {topic} refused: not finite, or no '
+                             f'rotation')
+            return found, notes
         messages = self.bag.messages(topic)
         found = poses_from_messages(messages)
         if found.frame_id != frame_id.lstrip('/') and self._tf:

@@ -34,6 +34,8 @@ class Edge:
     stamps_ns, log_times : ndarray of int64, shape (n,), [ns]
         Increasing stamps, and when each was received.
     motions : Motions
+    elsewhere : tuple of str, int and float
+        What is said of the child after the last of these, how often, and for how long, [s].
 
     """
 
@@ -42,6 +44,7 @@ class Edge:
     stamps_ns: npt.NDArray[np.int64]
     log_times: npt.NDArray[np.int64]
     motions: Motions
+    elsewhere: tuple[str, int, float] = ('', 0, 0.0)
 
     @property
     def is_fixed(self) -> bool:
@@ -158,6 +161,8 @@ def _edge(
     """Put what is said of a frame in order; of several parents the one that says most."""
     names = [row[2] for row in rows]
     parent = max(sorted(set(names)), key=names.count)
+    said = np.array([row[1] for row in rows], dtype=np.int64)
+    others = [row[2] for row in rows if row[2] != parent]
     rows = [row for row in rows if row[2] == parent]
     values = np.array([row[3] for row in rows])
     length = np.linalg.norm(values[:, 3:], axis=1)
@@ -169,9 +174,15 @@ def _edge(
     values = values[sound]
     if not len(values) or parent == child:
         return None
+    later = said[said > logs.max()]
+    elsewhere = (
+        f'{child} is under {others[-1]!r} and not {parent!r}' if others else
+        f'where {child} is in {parent!r} is no number', len(later),
+        float(later.max(initial=logs.max()) - logs.max()) * 1e-9)
     _, first = np.unique(stamps, return_index=True)
     turn = values[first, 3:] / length[sound][first, np.newaxis]
-    return Edge(parent, child, stamps[first], logs[first], Motions(values[first, :3], turn))
+    return Edge(parent, child, stamps[first], logs[first], Motions(values[first, :3], turn),
+                elsewhere)
 
 
 def _transforms(message: bytes) -> Iterator[tuple[int, str, str, tuple[float, ...]]]:

@@ -175,6 +175,28 @@ class TestPoses:
             open_drive(tmp_path / 'half', IN_MAP)
         assert open_drive(tmp_path / 'few', IN_MAP).notes[-1].startswith('2 messages refused: /od')
 
+    def test_a_robot_that_ends_under_another_frame_has_no_end(self, tmp_path):
+        for name, odd in ('half', range(70, N)), ('turns', range(1, N, 3)):
+            with RobotBag(tmp_path / name) as bag:
+                for i in range(N):
+                    stamp, x, y, yaw = place(i)
+                    parent = 'ship' if i in odd else 'odom'
+                    bag.transforms(stamp, (parent, 'base_link', x, y, 0.0, 0.0, 0.0, yaw))
+        with pytest.raises(BagError, match=r"its last 50 .* is under 'ship' and not 'odom'"):
+            open_drive(tmp_path / 'half', GRID)
+        assert len(xy_of(open_drive(tmp_path / 'turns', GRID))) == N - 40
+
+    def test_a_robot_that_ends_nowhere_has_no_end(self, tmp_path):
+        for name, odd in ('half', range(70, N)), ('few', range(1, 9)):
+            with RobotBag(tmp_path / name) as bag:
+                for i in range(N):
+                    stamp, x, y, yaw = place(i)
+                    bag.transforms(stamp, ('odom', 'base_link', math.nan if i in odd else x, y,
+                                           0.0, 0.0, 0.0, yaw))
+        with pytest.raises(BagError, match=r"its last 50 .* base_link is in 'odom' is no n"):
+            open_drive(tmp_path / 'half', GRID)
+        assert open_drive(tmp_path / 'few', GRID).notes[-1].startswith('8 transforms of /tf refus')
+
     def test_a_frame_that_is_not_there_names_those_that_are(self, tmp_path):
         path = robot_bag(tmp_path / 'bag', odometry=False)
         with pytest.raises(BagError, match="not under 'map' but under odom: learn it with --fra"):
