@@ -185,11 +185,14 @@ def teach(node: Any, progress: Progress) -> None:
     """Drive the demonstration, and keep it."""
     from control_field.grid import Grid
     from experience_cli.driver import Driver, points_from_cells
+    from learner_node.reports import NEXT
 
     node.ask('learner_node/record_demonstration', True)
     node.drive(Driver(points_from_cells(Grid(20, 20, 0.25), WAY)),
                lambda share: progress.show(f'demonstration: {share:.0%} of the way'))
-    progress.keep(node.ask('learner_node/record_demonstration', False))
+    # Here nobody has to press a key.
+    said = node.ask('learner_node/record_demonstration', False)
+    progress.keep(said.removesuffix(NEXT).rstrip())
 
 
 def try_it(node: Any, world: str, n_trials: int, progress: Progress) -> None:

@@ -27,7 +27,8 @@ from learner_node.phases import IN_TRIAL, Phase
 from learner_node.publications import Publications
 from learner_node.recorder import Recorder, stamp_of
 from learner_node.reports import (
-    diagnostic_from_session, numbers_from_lesson, PROGRAM, sentence_at_start, sentence_from_lesson)
+    diagnostic_from_session, NEXT, numbers_from_lesson, PROGRAM, sentence_at_start,
+    sentence_from_lesson)
 from learner_node.requests import Requests
 from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
@@ -286,7 +287,7 @@ class LearnerNode(Node):
         sentence = sentence_from_lesson(self._lesson)
         is_refused = self._lesson.episode.kind is EpisodeKind.DEMO and self._lesson.refresh is None
         if self._lesson.refresh is not None and self._lesson.episode.kind is EpisodeKind.DEMO:
-            sentence += ' Press t in teleop_node to let the robot try.'
+            sentence += f' {NEXT}'
         self.say(sentence, is_refused)
         if numbers := numbers_from_lesson(self._lesson):
             self.get_logger().info(f'in numbers: {numbers}')

@@ -22,6 +22,8 @@ PROGRAM: Final = Program(
     'learner_node', 'records demonstrations and trials, learns after each, publishes the control '
     'field.', '-p task:=kitchen -p simulation:=true',
     names_of(Parameters, Settings) + ('start_poses',))
+#: What a person who has shown a way does next.
+NEXT: Final = 'Press t in teleop_node to let the robot try.'
 
 
 def sentence_at_start(settings: Settings, task: TaskFolder, refresh: Refresh | None) -> str:

@@ -90,6 +90,10 @@ def test_the_figures_are_there(shown, number):
 def test_it_ends_with_a_table_and_the_paths(shown):
     out, process = shown
     assert 'hidden neurons' in process.stdout
+    assert 'task1: Drive 0001 kept: 26 steps. From all ' in process.stdout
+    assert 'task1: trial 1 (task1/0002) reached the goal in ' in process.stdout
+    for word in ('Press t', 'basin', 'poses', 'coherence'):
+        assert word not in process.stdout
     for name in ('report.json', 'figure_7.png', 'learning_task2.png', 'learning.png',
                  'bags/task1'):
         assert str(out / name) in process.stdout
