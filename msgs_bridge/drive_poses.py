@@ -85,7 +85,7 @@ def poses_from_frames(
     tree: Transforms, base: str, frame_id: str, topic: str,
 ) -> tuple[DrivePoses, list[str]]:
     """
-    Return where a frame was in one above it, whenever the fastest joint between them was said.
+    Return where a frame was in one above it, whenever the joint that moves next to it was said.
 
     Parameters
     ----------
@@ -104,13 +104,15 @@ def poses_from_frames(
 
     """
     base, chain = _chain(tree, base, frame_id, topic)
-    fastest = max(chain, key=lambda edge: len(edge.stamps_ns))
-    if len(fastest.stamps_ns) < 2:
+    # The wheels' own joint: what is missing of it is not to be made of one that is said oftener.
+    moving = [edge for edge in chain if len(edge.stamps_ns) > 1 and not edge.is_fixed]
+    driven = moving[-1] if moving else max(chain, key=lambda edge: len(edge.stamps_ns))
+    if len(driven.stamps_ns) < 2:
         raise BagError(f'{topic}: all that says where {base} is in {frame_id} bears one stamp')
     _check_parents(chain, topic)
-    before = chain[:chain.index(fastest)]
-    after = chain[chain.index(fastest) + 1:]
-    poses = DrivePoses(frame_id, base, fastest.stamps_ns, fastest.log_times, fastest.motions)
+    before = chain[:chain.index(driven)]
+    after = chain[chain.index(driven) + 1:]
+    poses = DrivePoses(frame_id, base, driven.stamps_ns, driven.log_times, driven.motions)
     for edge in after:
         poses = replace(poses, motions=poses.motions.then(edge.at(poses.stamps_ns)))
     poses, notes = _brought(poses, before, frame_id, topic)
@@ -153,7 +155,7 @@ def _brought(
                          f'{edge.parent}: what was said last is kept')
     motions = poses.motions.at(known.nonzero()[0])
     for edge in reversed(chain):
-        motions = edge.at(stamps).then(motions)
+        motions = edge.carrying(stamps, motions)
     return DrivePoses(frame_id, poses.base, stamps, poses.log_times[known], motions), notes
 
 

@@ -15,6 +15,8 @@ from msgs_bridge.rigid import Motions, STILL
 TF_TYPE: Final = 'tf2_msgs/msg/TFMessage'
 #: How the robot's middle is called, the likeliest first.
 BASES: Final = ('base_footprint', 'base_link')
+#: A frame that moves a robot farther than this at once has leapt, it did not glide, [m].
+_CORRECTION: Final = 0.2
 #: A joint that moves less than this is none, [m] and as a difference of quaternions.
 _FIXED: Final = 2e-3
 #: Frames between two others, at most: a chain that is longer bites its tail.
@@ -57,6 +59,18 @@ class Edge:
         """Return it at some times."""
         start = self.stamps_ns[0]
         return self.motions.between((self.stamps_ns - start) * 1e-9, (stamps_ns - start) * 1e-9)
+
+    def carrying(self, stamps_ns: npt.NDArray[np.int64], motions: Motions) -> Motions:
+        """Return motions in the child's frame at some times in the parent's; leaps stay leaps."""
+        found = self.at(stamps_ns).then(motions)
+        if len(self.stamps_ns) < 2:
+            return found
+        after = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self.stamps_ns) - 1)
+        held = self.motions.at(after - 1).then(motions)
+        step = self.motions.at(after).then(motions).shift - held.shift
+        leaps = (np.linalg.norm(step, axis=1) > _CORRECTION) & (stamps_ns < self.stamps_ns[after])
+        return Motions(*(np.where(leaps[:, np.newaxis], old, new)
+                         for old, new in zip(held, found, strict=True)))
 
 
 @dataclass

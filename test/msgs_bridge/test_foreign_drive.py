@@ -186,6 +186,31 @@ class TestPoses:
             open_drive(tmp_path / 'half', GRID)
         assert len(xy_of(open_drive(tmp_path / 'turns', GRID))) == N - 40
 
+    @pytest.mark.parametrize('every', [2, 20, 60])
+    def test_a_correction_that_leaps_is_not_smoothed_by_how_rarely_it_is_said(
+            self, tmp_path, every):
+        for name, leap in ('leaps', 1.4), ('drifts', 0.12):
+            with RobotBag(tmp_path / name) as bag:
+                for i in range(N):
+                    stamp, x, y, yaw = place(i)
+                    if i % every == 0:
+                        bag.transforms(stamp, ('map', 'odom', 0.0, leap * (i >= 60), 0.0, 0.0, 0.0,
+                                               0.0))
+                    bag.transforms(stamp, ('odom', 'base_link', x, y, 0.0, 0.0, 0.0, yaw))
+        with pytest.raises(BagError, match=r'at 3\.00 s the pose leaps by 1\.40 m in 0\.05 s'):
+            learnt_from(open_drive(tmp_path / 'leaps', IN_MAP), IN_MAP)
+        assert not learnt_from(open_drive(tmp_path / 'drifts', IN_MAP), IN_MAP)[1].sentences()
+
+    def test_what_the_wheels_did_not_say_is_not_made_of_a_map_that_is_said_oftener(self, tmp_path):
+        with RobotBag(tmp_path / 'bag') as bag:
+            for i in range(N):
+                stamp, x, y, yaw = place(i)
+                bag.transforms(stamp, ('map', 'odom', 0.0, 0.001 * (i % 5), 0.0, 0.0, 0.0, 0.0))
+                if i % 3 == 0 and not 40 < i < 80:
+                    bag.transforms(stamp, ('odom', 'base_link', x, y, 0.0, 0.0, 0.0, yaw))
+        with pytest.raises(BagError, match=r'no pose has come between 1\.95 and 4\.05 s'):
+            learnt_from(open_drive(tmp_path / 'bag', IN_MAP), IN_MAP)
+
     def test_a_robot_that_ends_nowhere_has_no_end(self, tmp_path):
         for name, odd in ('half', range(70, N)), ('few', range(1, 9)):
             with RobotBag(tmp_path / name) as bag:
