@@ -10,10 +10,10 @@ from typing import Any, Final
 
 from msgs_bridge.parameter_files import names_for_all, problem_with_file
 
-#: How alike a name has to be to one of this node to be taken for a slip of the pen: where it was
-#: given to this node alone, and where it was given to any node. Names of different nodes are up to
-#: 0.89 alike.
-_SLIP, _SLIP_FOR_ALL = 0.82, 0.9
+#: How alike a name has to be to one of this node to be taken for a slip of the pen.
+_SLIP: Final = 0.82
+#: Names of our nodes that are so much like one of another node, and no slip in a section for all.
+ALIKE: Final = frozenset({'seed', 'speed', 'pose_frame_id'})
 
 PAGE: Final = """\
 {name}: {does}
@@ -194,7 +194,7 @@ def check_names(node: Any) -> None:
         logger.warning(f'there is no parameter {name!r} here, it changes nothing (--help lists '
                        f'all)')
     for name in shared:
-        if get_close_matches(name, known, 1, _SLIP_FOR_ALL):
+        if name not in ALIKE and get_close_matches(name, known, 1, _SLIP):
             logger.warning(f'a parameter file gives {node.get_name()}, too, '
                            f'{_with_hint(name, known)}')
 

@@ -1,7 +1,9 @@
 """Files that commands write."""
 
+import os
 from pathlib import Path
 import resource
+import threading
 
 import pytest
 
@@ -43,3 +45,21 @@ def test_a_full_disk_is_one_line():
         pytest.skip('there is no /dev/full here')
     with pytest.raises(UserError, match='cannot write /dev/full: No space left on device'):
         write_output(Path('/dev/full'), lambda file: file.write(b'anything'))
+
+
+def test_a_pipe_that_nobody_reads_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / 'pipe')
+    with pytest.raises(UserError, match='pipe: it is a pipe or socket that nobody reads'):
+        write_output(tmp_path / 'pipe', lambda file: file.write(b'anything'))
+
+
+def test_a_pipe_gets_the_content_once_somebody_reads_it(tmp_path):
+    path = tmp_path / 'pipe'
+    os.mkfifo(path)
+    got = []
+    reader = threading.Thread(target=lambda: got.append(path.read_bytes()))
+    reader.start()
+    write_output(path, lambda file: file.write(b'all of it'))
+    reader.join()
+    assert got == [b'all of it']
+    assert path.is_fifo()

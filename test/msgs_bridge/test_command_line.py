@@ -1,5 +1,7 @@
 """A node's command line: help, what is no argument, and parameters that there are not."""
 
+from difflib import get_close_matches
+from itertools import permutations
 import json
 
 import pytest
@@ -7,8 +9,10 @@ from rclpy.parameter import Parameter
 
 from control_field.parameters import Parameters
 from control_field_node import settings as controller
+from control_field_node.settings import DECISION_PARAMETERS
 from learner_node import settings as learner
-from msgs_bridge.command_line import check_names, Given, split_arguments
+from msgs_bridge.command_line import (
+    _SLIP, ALIKE, check_names, Given, names_of, split_arguments)
 from msgs_bridge.localised_odometry import LocalisedSettings
 from msgs_bridge.parameter_files import names_for_all
 from msgs_bridge.sight_settings import SightSettings
@@ -96,12 +100,22 @@ def test_a_name_under_this_node_in_a_file_has_to_be_one_of_its_own(ros_domain, t
 def test_a_file_for_several_nodes_may_hold_names_of_others(ros_domain, ros_node, tmp_path):
     arguments = parameter_file(
         tmp_path, everybody={'rows': 5, 'robot_radius': 0.2, 'diagnostic_updater': {'period': 1},
-                             'odom_timout': 0.2}, learner_node={'task': 'x'})
+                             'odom_timout': 0.2, 'v_mx': 0.05, 'seed': 3},
+        learner_node={'task': 'x'})
     command = ros_helpers.node_command('control_field_node.node', tmp_path)
     with ros_helpers.Process([*command, *arguments], tmp_path) as process:
         ros_helpers.wait_until(lambda: 'waits for' in process.stderr, processes=[process])
-        [line] = [line for line in process.stderr.splitlines() if 'parameter file' in line]
-        assert "'odom_timout' (is odom_timeout" in line
+        first, second = [line for line in process.stderr.splitlines() if 'parameter file' in line]
+    assert "'odom_timout' (is odom_timeout" in first
+    assert "'v_mx' (is v_max" in second
+
+
+def test_names_of_one_node_are_no_slips_of_another_ones():
+    nodes = [set(names_of(*kinds)) for kinds in NODES.values()]
+    nodes[1] |= set(DECISION_PARAMETERS)
+    alike = {name for ours, others in permutations(nodes, 2) for name in others - ours
+             if get_close_matches(name, ours, 1, _SLIP)}
+    assert alike <= ALIKE
 
 
 def test_a_name_that_is_like_none_changes_nothing_and_that_is_said(ros_domain, tmp_path):
