@@ -181,8 +181,9 @@ def _content_lines(about: dict[str, Any]) -> list[str]:
                  f'({loop["place"][0]:.2f}, {loop["place"][1]:.2f}) m back to it: cut out'
                  for loop in shown['report']['loops']]
         places = ' to '.join('({:.2f}, {:.2f})'.format(*shown[end]) for end in ('start', 'goal'))
+        cut_out = sum(loop['n_cells'] for loop in shown['report']['loops'])
         drove = (f'{about["bag"]}: a person drove from (x, y) = {places} m, '
-                 f'{counted(about["cells"] - 1, "step")} to learn from')
+                 f'{counted(max(about["cells"] - cut_out - 1, 0), "step")} to learn from')
         return [drove, *loops,
                 f'in numbers: {_numbers(shown["report"])}', '']
     if 'decisions' not in about:

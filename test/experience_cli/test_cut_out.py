@@ -13,6 +13,7 @@ from learner_node.lessons import Lessons
 from msgs_bridge.bag_file import start_bag
 from msgs_bridge.bag_folder import episode_from_path, TaskFolder
 from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.episodes import read_episode
 
 LOOP, SPIKE = 'a loop, cut out: not learnt', 'pose far off, left out'
 CORNERS = [(0.6, 0.6), (2.1, 0.6), (2.1, 2.1), (1.1, 2.1), (1.1, 0.6), (1.1, 0.1)]
@@ -50,9 +51,11 @@ def test_it_is_drawn_in_a_style_of_its_own(tmp_path, corners, spike, drawn):
     assert drawn <= {text.get_text() for text in legend.get_texts()}
 
 
-def test_show_lists_every_loop(tmp_path, capsys):
-    record(tmp_path, CORNERS)
+def test_show_lists_every_loop_and_counts_the_steps_that_are_left(tmp_path, capsys):
+    report = read_episode(record(tmp_path, CORNERS).path).report
     assert main(['show', '--bags', str(tmp_path), 'task1/0001']) == 0
-    last = capsys.readouterr().out.splitlines()[-1]
-    assert 's  a loop of ' in last
-    assert last.endswith('m back to it: cut out')
+    first, second, *_ = capsys.readouterr().out.splitlines()
+    assert f', {report.n_steps} steps to learn from' in first
+    assert report.n_steps < report.n_cells - 5
+    assert 's  a loop of ' in second
+    assert second.endswith('m back to it: cut out')
