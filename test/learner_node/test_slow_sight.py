@@ -63,5 +63,5 @@ def test_a_trial_begins_when_the_sight_is_of_its_start(ros_node, tmp_path):
         wait(lambda: robot.drive(0.0) or robot.pose.v < 1e-6, 'the standstill')
         assert record(False)
         assert call(ros_node, Trigger, 'learner_node/run_trials').success
-        wait(lambda: f'trial {N_TRIALS} ended' in processes[1].stderr, 'the trials')
+        wait(lambda: f'trial {N_TRIALS} reached the goal' in processes[1].stderr, 'the trials')
         assert 'its middle is cell' not in processes[1].stderr
