@@ -40,7 +40,7 @@ class FieldReader:
 
     How large a message is shows only once it has been taken, and taking holds all of Python up:
     a tenth of a second for 60 MB. So nothing is taken before the other thread, which first lets
-    the robot stand, gives leave (ADR 24). Who takes calls `ask` and then `take`; who guards looks
+    the robot stand, gives leave (ADR 19). Who takes calls `ask` and then `take`; who guards looks
     at `is_asking`, `is_busy` and `is_reading`, calls `give_leave`, and fetches what `finished`.
     """
 
