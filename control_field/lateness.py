@@ -197,7 +197,9 @@ class Lateness:
                 -WINDOW < at - self._came[-1][0] < OTHER_CLOCK)):
             self._came.clear()
             self.clocks_differ = differ
-        elif self._came and stamp - self._came[-1][1] > SILENCE + 3.0 * self._gap:
+        # What is missing in a moment is a burst that was too much for somebody, no silence.
+        elif self._came and min(
+                stamp - self._came[-1][1], at - self._came[-1][0]) > SILENCE + 3.0 * self._gap:
             self._silent_until = at + _REMEMBERED
         self._came.append((at, stamp, raw))
         while self._came[0][0] < at - WINDOW:

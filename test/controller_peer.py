@@ -1,6 +1,7 @@
 """A peer of the controller as a process: what robot and learner are to it."""
 
 import math
+import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
@@ -21,6 +22,9 @@ GOAL = (3, 8)
 #: A goal behind the obstacle of the world `task1`.
 BEHIND = (3, 14)
 START = {'start_x': 0.625, 'start_y': 0.875}
+#: How many times as fast as time stamps run at most: much faster, every hitch looks like a link
+#: that is late by a second.
+PACE = 4.0
 LOCKSTEP = {'lockstep': True, 'enable_stamped_cmd_vel': True}
 
 
@@ -38,6 +42,7 @@ class Peer:
         self.field = node.create_publisher(
             PointCloud2, f'{namespace}control_field', qos.LATCHED)
         self.pose = Pose(1.0, *GRID.world_from_cell(3, 2), 0.0)
+        self._due = 0.0
 
     def collect(self, kind, topic, profile):
         return ros_helpers.collect(self.node, kind, f'{self.prefix}{topic}', profile)
@@ -66,6 +71,8 @@ class Peer:
 
     def tick(self, *, order='sight first', **change):
         """Publish the next tick, the robot having driven for 0.05 s what it was last told."""
+        time.sleep(max(self._due - time.monotonic(), 0.0))
+        self._due = time.monotonic() + 0.05 / PACE
         v, w = velocity_of(self.commands[-1]) if self.commands else (0.0, 0.0)
         middle = self.pose.yaw + 0.025 * w
         values = {'stamp': round(self.pose.stamp + 0.05, 9),
