@@ -1,6 +1,7 @@
 """Taking and reading control fields without holding up who guards the robot."""
 
 from collections import Counter
+from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from threading import Event
 from typing import Any, Final
@@ -54,8 +55,24 @@ class FieldReader:
         self._done: SimpleQueue[Outcome] = SimpleQueue()
         self._listener: Listener | None = None
 
-    def hear(self, node: Any) -> None:
-        """Begin to hear `control_field`, in the name of a node."""
+    def hear(self, node: Any, settle: Callable[[Outcome], None] | None = None) -> None:
+        """
+        Begin to hear `control_field`.
+
+        Parameters
+        ----------
+        node : rclpy.node.Node
+            In whose name.
+        settle : callable, optional
+            Where time waits: fields are taken and read at once, in the node's thread, and it gets
+            what came of it.
+
+        """
+        if settle is not None:
+            node.create_subscription(
+                PointCloud2, 'control_field', lambda message: settle(outcome_from_cdr(message)),
+                qos.LATCHED, raw=True)
+            return
         self._listener = Listener(node, Counter(), part='fields', ask=self.ask)
         self._listener.hear(
             PointCloud2, node.resolve_topic_name('control_field'),

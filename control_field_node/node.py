@@ -10,7 +10,6 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
-from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
@@ -20,7 +19,7 @@ from control_field.watch import StopReason
 from control_field_node.answer import Answer
 from control_field_node.command_ages import CommandAges
 from control_field_node.commands import CommandWriter
-from control_field_node.field_reader import FieldReader, Outcome, outcome_from_cdr
+from control_field_node.field_reader import FieldReader, Outcome
 from control_field_node.lockstep import TickBook
 from control_field_node.outbox import Outbox
 from control_field_node.placing import take_place
@@ -103,11 +102,7 @@ class ControlFieldNode(Node):
 
     def _make_subscriptions(self) -> None:
         lockstep = self._settings.lockstep
-        if lockstep:  # time waits: all is read at once
-            self.create_subscription(PointCloud2, 'control_field', lambda message: self._settle(
-                outcome_from_cdr(message)), qos.LATCHED, raw=True)
-        else:
-            self._fields.hear(self)
+        self._fields.hear(self, self._settle if lockstep else None)
         # A lost tick would stop a lock-step for good.
         sensed = qos.LOCKSTEP if lockstep else qos.SENSOR
         for kind, topic, callback, profile in (

@@ -16,7 +16,8 @@ from control_field.words import how_it_ended
 from learner_node.frames import with_remedy
 from learner_node.settings import StartPose
 from msgs_bridge.bag_folder import BagError, EpisodeFolder
-from msgs_bridge.episodes import Episode, NothingToLearnError, read_episode
+from msgs_bridge.drives import NothingToLearnError
+from msgs_bridge.episodes import Episode, read_episode
 
 
 #: What a note begins with where a bag taught nothing.

@@ -145,7 +145,7 @@ def start_node(
         begin(program, args)
         _check_domain()
         _start_ros(args)
-        rclpy_node.TimeSource = _CheckedClock  # type: ignore[attr-defined]
+        setattr(rclpy_node, 'TimeSource', _CheckedClock)  # noqa: B010 - a type is not assigned to
         with warnings.catch_warnings():
             # Where no node can be made, rclpy warns of what it cannot tidy up on top.
             warnings.simplefilter('ignore', RuntimeWarning)

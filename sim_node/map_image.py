@@ -168,7 +168,7 @@ def _grey_and_alpha(path: Path, image: Image.Image) -> tuple[Bytes, Bytes]:
         image.info.pop('transparency', None)  # one colour that is see-through: not for map_server
     pixels = np.asarray(image.convert('RGBA'))
     wide = [_wide(pixels[:, :, channel], white) for channel in range(3)]
-    luma = sum(weight * values for weight, values in zip(_LUMA, wide, strict=True))
+    luma = np.sum([weight * values for weight, values in zip(_LUMA, wide, strict=True)], axis=0)
     return _as_bytes((luma + 500) // 1000 // _WIDE), _as_bytes(pixels[:, :, 3])
 
 

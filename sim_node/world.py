@@ -93,10 +93,11 @@ def load_world(path: str | Path, frame_id: str = 'odom') -> World:
 
     """
     path = Path(path)
+    notes: tuple[str, ...] = ()
     try:
         if path.suffix == '.map':
             occupancy = read_moving_ai(path)
-            resolution, x, y, notes = 1.0, 0.0, 0.0, ()
+            resolution, x, y = 1.0, 0.0, 0.0
         elif path.suffix in ('.yaml', '.yml'):
             found = read_map_server(path)
             resolution, occupancy, notes = found.header.resolution, found.occupancy, found.notes

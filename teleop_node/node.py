@@ -160,14 +160,18 @@ class TeleopNode(Node):
         else:
             self.let_go()
             if new:
-                self.executor.create_task(self._perform(action))
+                self._begin(action)
+
+    def _begin(self, action: Action) -> None:
+        assert self.executor is not None
+        self.executor.create_task(self._perform(action))
 
     def _stop(self, key: str, new: bool) -> None:
         """Stop the robot, whatever key that is; it ends what drives by itself, too."""
         self.halt()
         tries = self._teaching.drives_by_itself
         if not self._is_stopping and (tries or (new and key in ACTIONS)):
-            self.executor.create_task(self._perform(Action.STOP))
+            self._begin(Action.STOP)
         elif new and key.lower() in MOVES and key != STANDING and key:
             self._say('capital letters do not drive: is caps lock on?')
 

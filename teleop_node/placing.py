@@ -90,9 +90,9 @@ class Placing:
             return Answer(False, NOWHERE)
         if places != self._offered:
             self._offered, self._n_offered = list(places), 0
-        place = places[self._n_offered % len(places)]
+        x, y = places[self._n_offered % len(places)][:2]
         self._n_offered += 1
-        answer = await self.set_to(*place, self._pose.yaw if self._pose else 0.0)
+        answer = await self.set_to(x, y, self._pose.yaw if self._pose else 0.0)
         more = f'h again goes to the next of {len(places)}' if len(places) > 1 else ''
         if not answer.success:
             return Answer(False, '; '.join(filter(None, (answer.message, more))))
