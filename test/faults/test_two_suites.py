@@ -62,7 +62,7 @@ def drives_alone(mover, other):
     """Teach and try with one suite; the other's robot, time, field and bags stay as they are."""
     other.node.wait_for_peers()
     # Where trials start is said once the simulator has answered: later than that all are there.
-    other.wait(lambda: other.node.learner.get('start'), 'where trials start')
+    other.wait(lambda: 'start' in other.node.learner, 'where trials start')
     before = settled(other)
     learner, bags = dict(other.node.learner), len(other.task.episodes())
     mover.demonstrate()

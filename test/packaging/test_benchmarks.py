@@ -29,6 +29,6 @@ def test_a_promise_that_is_not_kept(monkeypatch, capsys):
 
 @pytest.mark.parametrize('target', ['bench', 'evaluation'])
 def test_the_module_behind_a_target_exists(target):
-    recipe = (ROOT / 'Makefile').read_text().split(f'\n{target}: setup\n')[1].splitlines()[0]
+    recipe = (ROOT / 'Makefile').read_text().split(f'\n{target}: tools\n')[1].splitlines()[0]
     module = recipe.split('-m ')[1].split()[0]
     assert (ROOT / module.replace('.', '/')).with_suffix('.py').is_file()
