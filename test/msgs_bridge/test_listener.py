@@ -1,6 +1,7 @@
 """Topics heard in a thread of their own."""
 
 from collections import Counter
+from threading import Event
 import time
 
 import pytest
@@ -9,7 +10,7 @@ from std_msgs.msg import String
 
 from msgs_bridge import qos
 from msgs_bridge.listener import Listener
-from ros_helpers import wait_until
+from ros_helpers import DEADLINE, wait_until
 
 
 @pytest.fixture
@@ -50,6 +51,31 @@ def test_it_is_told_when_the_middleware_got_it(ros_node, heard):
     before = time.time_ns()
     say_until_heard(publisher, 'now', heard)
     assert all(before <= arrived <= time.time_ns() for _, arrived in heard)
+
+
+def test_nothing_is_taken_before_who_is_asked_agrees(ros_node):
+    asked, leave, found = Event(), Event(), []
+
+    def ask():
+        asked.set()
+        leave.wait(DEADLINE)
+
+    listener = Listener(ros_node, Counter(), part='asking', ask=ask)
+    listener.hear(String, '/ask', lambda cdr, arrived: found.append(
+        (deserialize_message(cdr, String).data, leave.is_set())), (qos.LATCHED,))
+    publisher = ros_node.create_publisher(String, '/ask', qos.LATCHED)
+    publisher.publish(String(data='first'))
+    listener.start()
+    try:
+        assert asked.wait(DEADLINE)
+        publisher.publish(String(data='second'))  # what waits is still with the middleware
+        wait_until(publisher.wait_for_all_acked, what='its arrival')
+        leave.set()
+        wait_until(lambda: found, what='a text')
+        assert found[0] == ('second', True)
+    finally:
+        leave.set()
+        listener.close()
 
 
 def test_it_has_a_name_of_its_own_and_ends_at_once(ros_node, heard):
