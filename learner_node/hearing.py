@@ -12,7 +12,6 @@ from sensor_msgs.msg import PointCloud2
 from control_field.grid import Grid
 from learner_node.effects import Effects
 from learner_node.frames import FrameCheck
-from learner_node.phases import Phase
 from learner_node.recorder import stamp_of
 from learner_node.session import Session
 from msgs_bridge.complaints import Complaints
@@ -73,7 +72,7 @@ class Hearing:
         self._carry_out(self._session.heard_odometry(self.odometry_time * 1e-9, time.monotonic()))
         if self._frame_check.is_due:
             self._read(self._frame_check.saw, Odometry, cdr)
-        if self._session.phase is Phase.PLACING:
+        if self._session.wants_pose(time.monotonic()):
             pose = self._read(pose_from_odometry, Odometry, cdr)
             if pose is not None:
                 self._carry_out(self._session.saw_pose(

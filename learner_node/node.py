@@ -14,6 +14,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
+from std_msgs.msg import Empty
 
 from control_field.parameters import Parameters
 from learner_node import effects as to
@@ -37,6 +38,7 @@ from learner_node.topics import Recorded, recorded_topics
 from learner_node.waiting import Raw
 from learner_node.warm_up import warm_up
 from learner_node.worker import result_of, Worker
+from msgs_bridge import qos
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.bag_gaps import BagGaps, note_gaps
 from msgs_bridge.command_line import check_names
@@ -121,6 +123,9 @@ class LearnerNode(Node):
                                 Complaints(self))
         topics = recorded_topics(self._settings)
         self._library.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
+        self.create_subscription(
+            Empty, 'teleop_heartbeat', lambda _: self._session.heard_teacher(time.monotonic()),
+            qos.SENSOR)
         self._wake = self.create_guard_condition(self._collect).trigger
         self._newest = 0  #: stamp of the newest odometry that the listener has heard, [ns]
         self._listener = Listener(self, self._recorder.lost, self._recorder.catch_up)

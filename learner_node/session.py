@@ -106,7 +106,9 @@ class Session(Teaching):
         self._heard = now
 
     def saw_pose(self, x: float, y: float, yaw: float, now: float) -> Effects:
-        """Take in where the robot is; of interest only while it is being placed."""
+        """Take in where the robot is; of interest only where `wants_pose`."""
+        if self.phase is Phase.DEMONSTRATION:
+            self._attendance.saw_pose(x, y, yaw, now)
         if self.phase is Phase.PLACING and self._start.is_near(x, y, yaw):
             self._arrival.saw_robot(self._stamp, now)
         return self._start_placed(now)
@@ -240,7 +242,8 @@ class Session(Teaching):
         if self.phase is Phase.SETTLING:
             return self._settle(now)
         if self.phase is Phase.DEMONSTRATION:
-            return self._intruded(now) if self._intruder.lasts(self._status) else []
+            lasts = self._intruder.lasts(self._status)
+            return self._intruded(now) if lasts else self._left_alone(now)
         if self.phase is Phase.PLACING and self._arrival.is_there:
             return self._start_placed(now)
         if self.phase is Phase.TRIAL:

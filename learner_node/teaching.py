@@ -1,5 +1,7 @@
 """The part of a session in which a person shows the way: a demonstration from start to end."""
 
+from typing import Final
+
 from learner_node.effects import Abandon, Discard, Effects, Record, Say, StopTrial
 from learner_node.phases import patience, Phase, QUIET, SessionError
 from learner_node.tally import INTRUDED, is_running
@@ -7,9 +9,14 @@ from learner_node.transitions import Transitions
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.statements import Deed
 
+#: Why a demonstration was not kept whose teacher has left; and what `n` is told then.
+LEFT: Final = 'nobody was at the keys any more'
+_LEFT_ANSWER: Final = (f'{LEFT}, so the recording ended; y in teleop_node keeps it all the '
+                       f'same, d takes it away, s begins anew')
+
 
 class Teaching(Transitions):
-    """Demonstrations: begun, kept, thrown away, broken off by a trial that somebody starts."""
+    """Demonstrations: begun, kept, thrown away, broken off by a trial or for want of a teacher."""
 
     def record(self, now: float) -> Effects:
         """Begin a demonstration; SessionError if something else is under way, or no odometry."""
@@ -17,6 +24,7 @@ class Teaching(Transitions):
         if missing := self._absence.of_odometry(now, self.settings):
             raise SessionError(f'cannot record a demonstration: {missing}')
         self._intruder.begin(self._status, self._stamp, self.settings.controller)
+        self._attendance.begin(now)
         self._lost = ''
         self._go(Phase.DEMONSTRATION, now)
         return [Record(EpisodeKind.DEMO)]
@@ -59,3 +67,22 @@ class Teaching(Transitions):
         self._go(Phase.IDLE, now)
         return [*([StopTrial()] if is_running(self._status) else []), Abandon(self._lost),
                 Say(f'the demonstration is broken off and not kept: {self._lost}', warns=True)]
+
+    def heard_teacher(self, now: float) -> None:
+        """Take in that somebody is at the keys."""
+        self._attendance.saw_heartbeat(now)
+
+    def wants_pose(self, now: float) -> bool:
+        """Tell whether `saw_pose` is to be told where the robot is."""
+        return self.phase is Phase.PLACING or (
+            self.phase is Phase.DEMONSTRATION and self._attendance.asks_for_poses(now))
+
+    def _left_alone(self, now: float) -> Effects:
+        """End the demonstration of a teacher who is gone; it can be kept later all the same."""
+        if not self._attendance.has_left(now, self.settings.teacher_timeout):
+            return []
+        self._lost = _LEFT_ANSWER
+        self._go(Phase.IDLE, now)
+        return [Abandon(LEFT), Say(
+            f'The recording of the drive has ended, because {LEFT}. The drive is there, but not '
+            f'learnt: y in teleop_node keeps it all the same, d takes it away', warns=True)]

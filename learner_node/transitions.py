@@ -4,6 +4,7 @@ from collections.abc import Callable
 import math
 
 from learner_node.absence import Absence
+from learner_node.attendance import Attendance
 from learner_node.effects import Abandon, Close, Discard, Effect, Effects, Place, Say, StopTrial
 from learner_node.phases import (
     Arrival, ASLEEP, IN_TRIAL, obstacle, Peers, Phase, RECORDING, remedy, RETRY, SessionError,
@@ -43,7 +44,7 @@ class Transitions:
         self._status: TrialStatus | None = None
         self._tally, self._intruder, self._arrival = Tally(), Intruder(), Arrival()
         self._began = self._heard = self._moved = self._asked = -math.inf
-        self._absence = Absence()
+        self._absence, self._attendance = Absence(), Attendance()
         self._n_asked = self._n_silent = 0
         self._stamp = 0.0
         self._told = self._lost = ''
@@ -56,6 +57,7 @@ class Transitions:
         if not ASLEEP < slept < math.inf:
             return
         self._slept, self._woke = slept, now
+        self._attendance.slept(slept, now)
         self._began, self._heard, self._moved, self._asked = (
             min(since + slept, now)
             for since in (self._began, self._heard, self._moved, self._asked))

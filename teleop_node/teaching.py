@@ -7,6 +7,9 @@ from teleop_node.keys import Action
 
 _RECORDED: Final = ('cannot {} now: a demonstration is recorded; n keeps it, r begins it anew, a '
                     'abandons it')
+_STAYS: Final = (
+    'The drive is still being recorded. Start teleop_node again soon, and n keeps it, a throws it '
+    'away. Later the recording ends by itself; nothing of it is lost, and y keeps it')
 _TRYING: Final = 'cannot {} now: the robot tries; space stops it'
 
 
@@ -235,6 +238,4 @@ class Teaching:
         ended = await self.end_trials()
         if not self._peers.is_recording():
             return ended
-        stays = ('the demonstration is still being recorded: in a teleop_node n keeps it, a '
-                 'abandons it')
-        return ended._replace(message='; '.join(filter(None, (ended.message, stays))))
+        return ended._replace(message='; '.join(filter(None, (ended.message, _STAYS))))

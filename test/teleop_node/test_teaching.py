@@ -138,7 +138,7 @@ def test_who_stops_or_quits_ends_the_trial_and_the_series(trying, series, action
 
 def test_who_leaves_a_recording_reads_that_it_goes_on():
     answer, = perform(Here(recording=True), Action.QUIT)
-    assert 'is still being recorded: in a teleop_node n keeps it, a abandons it' in answer.message
+    assert 'Start teleop_node again soon, and n keeps it' in answer.message
 
 
 def test_where_nothing_drives_by_itself_a_stop_asks_nobody():

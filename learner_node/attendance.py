@@ -1,0 +1,59 @@
+"""Whether the person who shows the way is still there, as far as that can be told."""
+
+import math
+from typing import Final
+
+#: A heartbeat so long before a demonstration belongs to it, and after so long without one it is
+#: looked whether the robot is driven by somebody else, [s].
+_RECENT: Final = 1.0
+#: What is a move of the robot and not the noise of its odometry, [m] and [rad].
+_STEP: Final = 0.05
+_TURN: Final = 0.1
+
+
+class Attendance:
+    """
+    Watches over a demonstration that was begun where `teleop_heartbeat` is heard.
+
+    The person has left when the heartbeat has fallen silent and the robot stands: keys that go on
+    without a terminal drive nothing. A person of whom no heartbeat was ever heard (a gamepad, a
+    page) is not missed.
+    """
+
+    def __init__(self) -> None:
+        """Start with nobody heard."""
+        self._heard = self._moved = -math.inf
+        self._is_known = False
+        self._place: tuple[float, float, float] | None = None
+
+    def begin(self, now: float) -> None:
+        """Take in that a demonstration begins."""
+        self._is_known = now - self._heard <= _RECENT
+        self._place, self._moved = None, now
+
+    def saw_heartbeat(self, now: float) -> None:
+        """Take in that somebody is there."""
+        self._heard, self._is_known = now, True
+
+    def slept(self, seconds: float, now: float) -> None:
+        """Take in that this process was held up: what it slept through was nobody's silence."""
+        self._heard = min(self._heard + seconds, now)
+        self._moved = min(self._moved + seconds, now)
+
+    def asks_for_poses(self, now: float) -> bool:
+        """Tell whether it matters if the robot moves."""
+        return self._is_known and now - self._heard > _RECENT
+
+    def saw_pose(self, x: float, y: float, yaw: float, now: float) -> None:
+        """Take in where the robot is."""
+        if self._place is None or self._is_far(self._place, x, y, yaw):
+            self._place, self._moved = (x, y, yaw), now
+
+    @staticmethod
+    def _is_far(place: tuple[float, float, float], x: float, y: float, yaw: float) -> bool:
+        return math.hypot(x - place[0], y - place[1]) > _STEP or (
+            abs(math.remainder(yaw - place[2], math.tau)) > _TURN)
+
+    def has_left(self, now: float, timeout: float) -> bool:
+        """Tell whether nobody has been there, and the robot has stood, for a time, [s]."""
+        return self._is_known and now - max(self._heard, self._moved) > timeout
