@@ -60,10 +60,10 @@ def about_bag(folder: Any) -> dict[str, Any]:
     from msgs_bridge.bag_gaps import gaps_in
 
     recording = Recording(folder)
-    header = recording.header
+    header, gaps = recording.header, gaps_in(folder.path)
     return {
         **summary_of(folder).to_json(), 'start': recording.start,
-        'holes': gaps_in(folder.path).to_json(),
+        'holes': gaps.to_json(), 'before_the_drive': gaps.before_the_drive(),
         'grid': asdict(header.grid), 'parameters': asdict(header.parameters),
         'imported': _imported(recording.reader.metadata),
         'topics': [{'topic': topic, 'type': recording.reader.topics[topic], 'messages': n}
@@ -152,6 +152,7 @@ def lines_from(about: dict[str, Any]) -> list[str]:
         ('workspace', grid_text(Grid(**grid))),
         ('parameters', ', '.join(changed) or 'defaults'),
         *([('taken over', about['imported'])] if about['imported'] else []),
+        *([('before it', about['before_the_drive'])] if about['before_the_drive'] else []),
         *([('outcome', about['outcome'])] if about['outcome'] else []),
         *([('label', about['label'])] if about['label'] else []),
         *([('note', about['note'])] if about['note'] else [])]

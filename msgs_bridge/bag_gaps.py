@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+import math
 from pathlib import Path
 import re
 from typing import Any, Final
@@ -19,11 +20,13 @@ from msgs_bridge.bag_tables import decision_table, statuses
 from msgs_bridge.cdr import DESCRIBED
 from msgs_bridge.episode_header import EpisodeHeader, LOST_NAME
 from msgs_bridge.episodes import find_topic, read_header
+from msgs_bridge.first_move import first_move
 from msgs_bridge.safe_files import read_text
 from msgs_bridge.trials import own_trial
 
-#: The key in rosbag2's ``custom_data``.
+#: Keys in rosbag2's ``custom_data``: of what is missing, and of what is missing before the drive.
 KEY: Final = 'experience_incomplete'
+KEY_BEFORE: Final = 'experience_before_the_drive'
 #: Topics that come at a steady pace, by role: how many times the usual time without a message is
 #: a hole, and how long it lasts at least, [s]. A sight may come from a costmap, now and then.
 _STEADY: Final = {'odom': (5.0, 0.5), 'neighbourhood': (10.0, 2.0)}
@@ -31,6 +34,8 @@ _STEADY: Final = {'odom': (5.0, 0.5), 'neighbourhood': (10.0, 2.0)}
 _STEADY_TYPES: Final = ('nav_msgs/msg/Odometry', 'nav_msgs/msg/OccupancyGrid')
 #: A clock that goes back by more was set back; by less, a message came late, [s].
 _SET_BACK: Final = 0.5
+#: Seconds that are told from a start are not exact, [s].
+_TINY: Final = 1e-6
 #: A usual time is known from so many messages on.
 _FEWEST: Final = 4
 #: So many missing steps are named.
@@ -80,6 +85,8 @@ class BagGaps:
         Decisions that are there, and that were made.
     lost : mapping of str to int
         Messages that the middleware has lost, by topic.
+    before : tuple of Hole
+        Those that had ended before the robot moved first: nothing is missing in the drive.
 
     """
 
@@ -89,6 +96,7 @@ class BagGaps:
     n_rows: int = 0
     n_decided: int = 0
     lost: Mapping[str, int] | None = None
+    before: tuple[Hole, ...] = ()
 
     def __bool__(self) -> bool:
         """Tell whether anything is missing."""
@@ -111,10 +119,16 @@ class BagGaps:
                  for topic, n in sorted((self.lost or {}).items())]
         return f'the recording is incomplete: {"; ".join(said)}'
 
+    def before_the_drive(self) -> str:
+        """Say in a line what was not recorded before the robot moved; empty if nothing."""
+        holes = '; '.join(map(str, self.before))
+        return f'{holes}; the robot had not moved yet, nothing of its drive is missing' if (
+            holes) else ''
+
     def hole_at(self, second: float, role: str = 'odom') -> Hole | None:
         """Return the hole of a topic that a second from the first odometry lies in, if any."""
-        return next((hole for hole in self.holes if hole.role == role
-                     and hole.start + 1e-6 < second < hole.end - 1e-6), None)
+        return next((hole for hole in (*self.holes, *self.before) if hole.role == role
+                     and hole.start + _TINY < second < hole.end - _TINY), None)
 
     def to_json(self) -> list[dict[str, Any]]:
         """Return the holes by name."""
@@ -164,6 +178,7 @@ def note_gaps(folder: Path | str) -> BagGaps:
     except (OSError, UnicodeDecodeError):
         return gaps  # not closed: said elsewhere
     text = with_note(before, KEY, str(gaps) or None, path)
+    text = with_note(text, KEY_BEFORE, gaps.before_the_drive() or None, path)
     if text != before:
         write_atomically(path, text.encode())
     return gaps
@@ -189,8 +204,12 @@ def _gaps(bag: BagReader, header: EpisodeHeader) -> BagGaps:
     missing = np.setdiff1d(np.arange(len(steps) + min(n_missing, _NAMED)), steps)[:_NAMED]
     lost = {topic: int(n) for name, values in bag.metadata if name == LOST_NAME
             for topic, n in values.items() if n.isdecimal() and _TOPIC.fullmatch(topic)}
-    return BagGaps(
-        tuple(holes), n_missing, tuple(missing.tolist()), len(rows), ended, lost)
+    begins = -math.inf
+    if holes and header.kind is EpisodeKind.DEMO:
+        begins = first_move(messages('odom'), messages('cmd_vel'))
+    before = tuple(hole for hole in holes if start + hole.end <= begins + _TINY)
+    return BagGaps(tuple(hole for hole in holes if hole not in before), n_missing,
+                   tuple(missing.tolist()), len(rows), ended, lost, before)
 
 
 def _decided(

@@ -6,19 +6,27 @@ import shutil
 
 import numpy as np
 import pytest
+from rclpy.serialization import serialize_message
 
+from bridge_helpers import (
+    GRID, nanoseconds, ODOMETRY, raw_status, STATUS, TWIST)
+from control_field.parameters import Parameters
+from control_field.records import Outcome
 from experience_cli.main import main
 from learner_node.library import Library
 from msgs_bridge import bag_gaps
-from msgs_bridge.bag_file import BagWriter
-from msgs_bridge.bag_folder import episode_from_path, mcap_path, TaskFolder
-from msgs_bridge.bag_gaps import gaps_in, KEY, note_gaps
+from msgs_bridge.bag_file import BagWriter, start_bag
+from msgs_bridge.bag_folder import episode_from_path, EpisodeKind, mcap_path, TaskFolder
+from msgs_bridge.bag_gaps import gaps_in, KEY, KEY_BEFORE, note_gaps
 from msgs_bridge.bag_metadata import custom_data
 from msgs_bridge.bag_records import BagReader
 from msgs_bridge.bag_repair import repair_bag
 from msgs_bridge.bag_trim import drop_messages
-from msgs_bridge.episode_header import HEADER_NAME, LOST_NAME
+from msgs_bridge.episode_header import EpisodeHeader, HEADER_NAME, LOST_NAME
 from msgs_bridge.episodes import read_header
+from msgs_bridge.poses import odometry_from_pose, Pose
+from msgs_bridge.trial_status import State
+from msgs_bridge.velocities import twist_from_velocity
 from ros_helpers import ROOT
 
 
@@ -163,3 +171,66 @@ class TestHoles:
         stamps = np.arange(1000) * 0.02
         kept = stamps[(stamps < 3.0) | ((stamps > 4.0) & (stamps < 10.0)) | (stamps > 15.0)]
         assert np.allclose(self.holes(kept), [(2.98, 4.02), (9.98, 15.02)])
+
+
+class TestBeforeTheDrive:
+    """What lies before the first movement of a demonstration is no hole in the drive."""
+
+    @staticmethod
+    def bag(tmp_path, late=10.75, stands=1.0, orders=(), missing=(0.0, 0.0)):
+        """Record a drive whose odometry came late; ``orders`` are times of commands to move."""
+        task = TaskFolder(tmp_path, 'task')
+        header = EpisodeHeader(EpisodeKind.DEMO, 'task', GRID, Parameters())
+        with start_bag(task, EpisodeKind.DEMO, header.to_mapping()) as bag:
+            bag.write('/trial', STATUS, raw_status(State.RUNNING, stamp=100.0 - late),
+                      nanoseconds(100.0 - late))
+            for time in orders:
+                bag.write('/cmd_vel', TWIST, serialize_message(twist_from_velocity(0.2, 0.0)),
+                          nanoseconds(100.0 + time))
+            for i in range(int(stands * 20) + 200):
+                time, x = i * 0.05, 0.6 + 0.01 * max(i - int(stands * 20), 0)
+                if not missing[0] < time < missing[1]:
+                    pose = Pose(100.0 + time, x, 0.875, 0.0, 0.2 if x > 0.6 else 0.0, 0.0)
+                    bag.write('/odom', ODOMETRY, serialize_message(odometry_from_pose(pose)),
+                              nanoseconds(100.0 + time))
+            bag.write('/trial', STATUS, raw_status(
+                State.ENDED, outcome=Outcome.GOAL, stamp=110.0 + stands - 0.05),
+                nanoseconds(111.0 + stands))
+        return bag.folder
+
+    @pytest.mark.parametrize('late', [1.0, 10.75])
+    def test_odometry_that_paused_before_it_is_stated_and_the_drive_is_whole(
+            self, tmp_path, capsys, late):
+        folder = self.bag(tmp_path, late)
+        gaps = note_gaps(folder)
+        assert not gaps
+        assert str(gaps) == ''
+        said = f'nothing on odom from -{late:.2f} s to 0.00 s'
+        assert gaps.before_the_drive().startswith(said)
+        noted = custom_data((folder / 'metadata.yaml').read_text())
+        assert said in noted[KEY_BEFORE]
+        assert KEY not in noted
+        assert main(['learn', str(folder.parent), '--check', '--quiet']) in (0, 1)
+        assert 'incomplete' not in capsys.readouterr().err
+        assert main(['show', str(folder)]) == 0
+        assert said in capsys.readouterr().out
+        assert main(['list', str(folder)]) == 0
+        assert ' kept ' in capsys.readouterr().out
+
+    def test_a_pause_while_it_stands_is_none_either(self, tmp_path):
+        gaps = gaps_in(self.bag(tmp_path, 0.05, stands=8.0, missing=(1.0, 6.0)))
+        assert not gaps
+        [hole] = gaps.before
+        assert (hole.start, hole.end) == pytest.approx((1.0, 6.0), abs=0.06)
+        assert gaps.hole_at(3.0) == hole
+
+    @pytest.mark.parametrize('changes', [
+        {'stands': 0.0}, {'orders': [-5.0]}, {'missing': (0.5, 3.0)}], ids=[
+        'it moves at once', 'it was told to move', 'a hole over its first movement'])
+    def test_where_the_robot_may_have_moved_the_recording_is_incomplete(self, tmp_path, changes):
+        gaps = gaps_in(self.bag(tmp_path, **{'late': 10.0, **changes}))
+        assert gaps
+        assert 'incomplete' in str(gaps)
+
+    def test_an_order_after_it_changes_nothing(self, tmp_path):
+        assert not gaps_in(self.bag(tmp_path, orders=[0.9]))
