@@ -1,6 +1,6 @@
 """Whom a node meets: the other nodes of its suite, and those of others that got among them."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 import math
 import os
@@ -13,21 +13,17 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 
-from msgs_bridge.foreign_text import printable
-from msgs_bridge.graph import full_name, in_vain, NOT_YET_KNOWN
+from msgs_bridge.doubles import DoublesWatch
+from msgs_bridge.graph import in_vain
 from msgs_bridge.kinds import SaidOnce
 from msgs_bridge.serialized import message_from_cdr
 from msgs_bridge.statements import (
-    Deed, Misfit, misfits, REMEDY, Statement, statement_from_status, values_from_statement)
+    Deed, Misfit, misfits, Statement, statement_from_status, values_from_statement)
 
 #: How often a node looks around, [s], and how long a statement holds; they come every second.
 _PERIOD: Final = 1.0
 _PAUSE: Final = 0.1
 _HOLDS: Final = 4.0
-#: For how long two publishers have to be there until that is said, [s]. Of two with one name one
-#: may have been killed: the graph of ROS forgets it after 20 s.
-_SURE: Final = 2.0
-_SURE_OF_NAMESAKES: Final = 25.0
 #: What a robot says, as which type, and what does not go without it.
 _SENSED: Final = (
     ('odom', 'nav_msgs/msg/Odometry', frozenset((Deed.TEACH, Deed.DRIVE))),
@@ -89,43 +85,6 @@ class Company:
                    for other in self._heard.values())
 
 
-class Doubles:
-    """Two publishers where there can be but one, as the graph of ROS has them."""
-
-    def __init__(self) -> None:
-        """Start with none."""
-        self._since: dict[tuple[str, str], float] = {}
-
-    def look(self, topic: str, publishers: Iterable[Any], now: float) -> str:
-        """
-        Say that several publish on a topic; empty if not, or if one may only be a ghost.
-
-        Parameters
-        ----------
-        topic : str
-            Full name.
-        publishers : iterable of TopicEndpointInfo
-        now : float, [s]
-
-        """
-        peers = [peer for peer in publishers if peer.node_name != NOT_YET_KNOWN]
-        names = sorted({full_name(peer) for peer in peers})
-        processes = {bytes(peer.endpoint_gid[:12]) for peer in peers}
-        is_sure = len(names) > 1 or len(processes) == 1
-        key = topic, 'sure' if is_sure else 'namesakes'
-        if len(peers) < 2:
-            self._since = {known: at for known, at in self._since.items() if known[0] != topic}
-            return ''
-        since = self._since.setdefault(key, now)
-        if now - since < (_SURE if is_sure else _SURE_OF_NAMESAKES):
-            return ''
-        who = ' and '.join(map(printable, names[:4]))
-        remedy = ('give each suite a ROS_DOMAIN_ID of its own, or set publish_clock:=false for '
-                  'all but one') if topic == '/clock' else REMEDY
-        return (f'{len(peers)} publish {topic}: {who}{" more than once" * (len(names) == 1)}. '
-                f'Two robots or two suites have met: {remedy}')
-
-
 class CompanyWatch:
     """
     Looks around for a node, and says once what does not fit.
@@ -152,8 +111,7 @@ class CompanyWatch:
         self._node = node
         self._say = say or (lambda text: node.get_logger().warning(text))
         self._company = Company(node.get_fully_qualified_name(), role)
-        self._doubles, self._said = Doubles(), SaidOnce(kind=str)
-        self._topics = [node.resolve_topic_name('odom'), '/clock']
+        self._doubles, self._said = DoublesWatch(node), SaidOnce(kind=str)
         self.problems: list[Misfit] = []
         self._mistyped: list[Misfit] = []
         self._judged_at = -math.inf
@@ -196,10 +154,8 @@ class CompanyWatch:
     def look(self) -> None:
         """Look who publishes what only one may publish, and what does not hold any more."""
         now = time.monotonic()
-        for topic in self._topics:
-            text = self._doubles.look(topic, self._node.get_publishers_info_by_topic(topic), now)
-            if text:
-                self._tell(text)
+        for text in self._doubles.look(now):
+            self._tell(text)
         self._mistyped = [Misfit(text, stops) for topic, kind, stops in _SENSED if (
             text := self._in_vain(self._node.resolve_topic_name(topic), kind))]
         self._judge(now)

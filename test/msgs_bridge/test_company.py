@@ -1,22 +1,15 @@
-"""Whom a node meets: twins that live, those that were started anew, and two on one topic."""
-
-from types import SimpleNamespace
+"""Whom a node meets: twins that live, and those that were started anew."""
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 
 from control_field.grid import Grid
-from msgs_bridge.company import Company, CompanyWatch, Doubles
+from msgs_bridge.company import Company, CompanyWatch
 from msgs_bridge.statements import Deed, Statement, workspace_from_grid
 
 
 def said(name='/learner_node', number=1):
     return Statement(name, 'learner', f'host-{number}-ab')
-
-
-def publisher(name, process=1, namespace='/'):
-    return SimpleNamespace(node_name=name, node_namespace=namespace,
-                           endpoint_gid=[process] * 12 + [0] * 4)
 
 
 def test_two_that_live_are_met_and_one_that_was_started_anew_is_not():
@@ -63,35 +56,6 @@ def test_ever_new_processes_do_not_fill_the_memory():
     for number in range(1000):
         company.saw(said(number=number), 0.0)
     assert len(company._heard) == 64
-
-
-class TestDoubles:
-    def test_two_names_are_said_once_they_have_stayed(self):
-        doubles, two = Doubles(), [publisher('a', 1), publisher('b', 2, '/x')]
-        assert doubles.look('/odom', two, 0.0) == ''
-        said = doubles.look('/odom', two, 2.0)
-        assert '2 publish /odom: /a and /x/b. ' in said
-        assert 'ROS_DOMAIN_ID' in said
-
-    def test_one_is_never_said_and_begins_anew(self):
-        doubles, two = Doubles(), [publisher('a'), publisher('b')]
-        doubles.look('/odom', two, 0.0)
-        assert doubles.look('/odom', two[:1], 1.0) == ''
-        assert doubles.look('/odom', two, 3.0) == ''
-
-    def test_of_two_with_one_name_one_may_have_been_killed(self):
-        doubles, two = Doubles(), [publisher('a', 1), publisher('a', 2)]
-        assert [doubles.look('/odom', two, now) for now in (0.0, 5.0, 20.0)] == [''] * 3
-        assert '/a more than once' in doubles.look('/odom', two, 25.0)
-
-    def test_two_of_one_process_are_there(self):
-        doubles, two = Doubles(), [publisher('a'), publisher('a')]
-        doubles.look('/clock', two, 0.0)
-        assert 'publish_clock:=false' in doubles.look('/clock', two, 2.0)
-
-    def test_a_node_whose_name_is_not_known_yet_does_not_count(self):
-        doubles, two = Doubles(), [publisher('a'), publisher('_NODE_NAME_UNKNOWN_')]
-        assert [doubles.look('/odom', two, now) for now in (0.0, 50.0)] == [''] * 2
 
 
 def test_what_comes_as_another_type_is_named_and_not_just_absent(ros_node):
