@@ -129,7 +129,7 @@ def read_text(
     return read_bytes(path, limit, within).decode(errors=errors)
 
 
-def yaml_from_text(text: str | bytes) -> Any:
+def yaml_from_text(text: str | bytes, as_written: bool = False) -> Any:
     """
     Return what a text in YAML says, in plain types.
 
@@ -137,6 +137,9 @@ def yaml_from_text(text: str | bytes) -> Any:
     ----------
     text : str or bytes
         Of a size that was bounded before.
+    as_written : bool
+        Whether numbers and words stay texts as they stand there, and a key given twice is refused:
+        others, such as yaml-cpp, read 010 and a second value in their own way.
 
     Raises
     ------
@@ -144,7 +147,7 @@ def yaml_from_text(text: str | bytes) -> Any:
         If it is nested too deeply, or has aliases (``*name``) or merge keys (``<<``): a few lines
         of those can stand for more than memory holds.
     ValueError
-        If it is no YAML. Both are one line, without the file.
+        If it is no YAML, or a key is given twice. All are one line, without the file.
 
     """
     import yaml  # type: ignore[import-untyped, unused-ignore]
@@ -153,12 +156,16 @@ def yaml_from_text(text: str | bytes) -> Any:
         raise BoundlessYamlError(
             f'it has {len(text)} bytes, YAML of this kind has at most {MOST_BYTES}')
     # In C 20 times as fast; without a bound of the depth it would crash.
-    loader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+    name = 'BaseLoader' if as_written else 'SafeLoader'
+    loader = getattr(yaml, f'C{name}', getattr(yaml, name))
     try:
         _check_events(yaml, yaml.parse(text, loader))
         reader = loader(text)
         try:
-            return reader.get_single_data()
+            node = reader.get_single_node()
+            if as_written:
+                _check_keys(yaml, node)
+            return None if node is None else reader.construct_document(node)
         finally:
             reader.dispose()
     except yaml.YAMLError as error:
@@ -302,6 +309,20 @@ def _check_regular(path: Path | str, about: os.stat_result) -> None:
         return
     kind = next((words for test, words in _KINDS if test(about.st_mode)), 'something else')
     raise OddFileError(path, f'it is {kind}, it must be a regular file')
+
+
+def _check_keys(yaml: Any, node: Any) -> None:
+    """Refuse mappings with a key that is given twice; how deep they are was checked before."""
+    lines: dict[str, int] = {}
+    for child in getattr(node, 'value', ()) if not isinstance(node, yaml.ScalarNode) else ():
+        key, value = child if isinstance(child, tuple) else (None, child)
+        if isinstance(key, yaml.ScalarNode):
+            line = int(key.start_mark.line) + 1
+            if key.value in lines:
+                raise ValueError(f'it says {key.value!r} twice, in line {lines[key.value]} and in '
+                                 f'line {line}: keep one of them')
+            lines[key.value] = line
+        _check_keys(yaml, value)
 
 
 def _check_events(yaml: Any, events: Any) -> None:

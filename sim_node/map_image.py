@@ -15,6 +15,7 @@ from PIL.JpegImagePlugin import JpegImageFile
 from PIL.PngImagePlugin import PngImageFile
 from PIL.PpmImagePlugin import PpmImageFile
 
+from sim_node.deep_colour import deep_channels
 from sim_node.map_error import check_size, open_map, WorldError
 
 Bytes: TypeAlias = npt.NDArray[np.uint8]
@@ -42,6 +43,8 @@ _BROKEN: Final = (OSError, ValueError, SyntaxError, EOFError, OverflowError, Typ
                   MemoryError, Image.DecompressionBombError, Warning)
 #: Rec. 601 luma in thousandths, as GraphicsMagick turns colours to grey.
 _LUMA: Final = (299, 587, 114)
+#: Pillow makes 8 bits of the greys of 2 and 4, but not of the one that is see-through.
+_STEPS: Final = {'L;2': 85, 'L;4': 17}
 #: 16-bit pixels are 257 times as large as 8-bit ones.
 _WIDE: Final = 257
 
@@ -86,7 +89,7 @@ def read_pixels(path: Path) -> Pixels:
                 with image_class(file) as image:
                     check_size(path, image.height, image.width)
                     _check_length(path, file, image)
-                    return Pixels(*_grey_and_alpha(path, image), kind)
+                    return Pixels(*_grey_and_alpha(path, file, image), kind)
         except WorldError:
             raise
         except _BROKEN as error:
@@ -152,9 +155,15 @@ def _check_numbers(path: Path, text: bytes, n_pixels: int) -> None:
         raise WorldError(path, f'holds {n_there} pixels, its header says {n_pixels}')
 
 
-def _grey_and_alpha(path: Path, image: Image.Image) -> tuple[Bytes, Bytes]:
+def _grey_and_alpha(
+    path: Path, file: BinaryIO, image: Image.Image,
+) -> tuple[Bytes, Bytes]:
     if image.mode in ('F', 'CMYK'):
         raise WorldError(path, f'has pixels of the kind {image.mode}, save it as 8-bit grey')
+    deep = deep_channels(file, image)
+    if deep is not None:
+        alpha = deep[:, :, 3] if deep.shape[2] == 4 else np.full(deep.shape[:2], _WIDE * 255)
+        return _as_bytes(_luma(deep) // _WIDE), _as_bytes(alpha // _WIDE)
     white = _white(image)
     if image.mode in ('I', 'I;16', 'I;16B'):
         values = np.asarray(image).astype(np.int64)
@@ -164,12 +173,19 @@ def _grey_and_alpha(path: Path, image: Image.Image) -> tuple[Bytes, Bytes]:
         # The luma of a grey is that grey: what most maps are is not made four times as large.
         grey = np.asarray(image.convert('L'))
         return _as_bytes(_wide(grey, white) // _WIDE), np.full_like(grey, 255)
+    steps = _STEPS.get(getattr(image, 'tile')[0][3])  # noqa: B009 - Pillow's types lack it
+    if steps and isinstance(image.info.get('transparency'), int):
+        image.info['transparency'] *= steps
     if image.mode == 'RGB':
         image.info.pop('transparency', None)  # one colour that is see-through: not for map_server
     pixels = np.asarray(image.convert('RGBA'))
-    wide = [_wide(pixels[:, :, channel], white) for channel in range(3)]
-    luma = np.sum([weight * values for weight, values in zip(_LUMA, wide, strict=True)], axis=0)
-    return _as_bytes((luma + 500) // 1000 // _WIDE), _as_bytes(pixels[:, :, 3])
+    return _as_bytes(_luma(_wide(pixels, white)) // _WIDE), _as_bytes(pixels[:, :, 3])
+
+
+def _luma(wide: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Return how bright colours of 16 bits are, in as many."""
+    weighed = [weight * wide[:, :, channel] for channel, weight in enumerate(_LUMA)]
+    return np.asarray((np.sum(weighed, axis=0) + 500) // 1000, dtype=np.int32)
 
 
 def _white(image: Image.Image) -> int:

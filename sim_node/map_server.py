@@ -18,9 +18,12 @@ from sim_node.map_error import read_bytes, WorldError
 from sim_node.map_image import Pixels, read_pixels
 
 _YAML_LIMIT: Final = 64 * 1024
-#: What map_server's own saver writes; map_server itself refuses a file without them.
+#: What ROS 1's saver wrote; the map_server of today refuses a file without them.
 _OCCUPIED_THRESH: Final = 0.65
 _FREE_THRESH: Final = 0.196
+#: What map_server takes for `negate`.
+_BOOLEANS: Final = {'1': True, '0': False, 'y': True, 'yes': True, 'true': True, 'on': True,
+                    'n': False, 'no': False, 'false': False, 'off': False}
 #: Cells of less than half occupied are free to drive on (modes scale and raw).
 _HALF: Final = 50
 #: 3.14 and 1.57 mean half and quarter turns [rad].
@@ -180,7 +183,7 @@ def _is_there(path: Path) -> bool:
 
 def _fields(path: Path) -> Mapping[str, Any]:
     try:
-        fields = yaml_from_text(read_bytes(path, _YAML_LIMIT))
+        fields = yaml_from_text(read_bytes(path, _YAML_LIMIT), as_written=True)
     except ValueError as error:
         if isinstance(error, WorldError):
             raise
@@ -212,27 +215,25 @@ def _quarters(path: Path, yaw: float) -> int:
 
 
 def _negate(path: Path, fields: Mapping[str, Any]) -> bool:
-    value = fields.get('negate', 0)
-    if value not in (0, 1):  # so are false and true
+    value = fields.get('negate', '0')
+    if not isinstance(value, str) or value.lower() not in _BOOLEANS:
         raise WorldError(path, 'negate must be 0 or 1')
-    return bool(value)
+    return _BOOLEANS[value.lower()]
 
 
 def _number(
     path: Path, fields: Mapping[str, Any], name: str, default: float | None, low: float,
     high: float,
 ) -> float:
-    value = fields.get(name, default)
-    if isinstance(value, str):  # YAML 1.1 reads 1e-2 as a word, map_server as a number
-        value = _float_or_none(value)
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not is_number or not low <= value <= high:  # NaN is in no range
+    value = _float_or_none(fields[name]) if name in fields else default
+    if value is None or not low <= value <= high:  # NaN is in no range
         raise WorldError(path, f'{name} must be a number between {low:g} and {high:g}')
-    return float(value)
+    return value
 
 
-def _float_or_none(text: str) -> float | None:
+def _float_or_none(text: Any) -> float | None:
     try:
-        return float(text)
+        # Python alone takes 1_000.
+        return float(text) if isinstance(text, str) and '_' not in text else None
     except ValueError:
         return None
