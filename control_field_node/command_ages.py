@@ -52,13 +52,26 @@ class CommandAges:
         clocks = [clock]
         if odometry is not None and not self._intake.odometry.is_stale(now):
             clocks.append(seconds_from_stamp(odometry.header.stamp))
-        told = partial(problem_with_age, msg, clocks, settings.takeover_timeout,
-                       limit_name='takeover_timeout')
+        limit_name = limit_for(topic, settings)
+        told = partial(problem_with_age, msg, clocks, getattr(settings, limit_name),
+                       limit_name=limit_name)
         if not told(source=topic):
             return ''
         if topic not in self._senders:
             self._senders[topic] = words.person(self._who(topic), topic) or topic
         problem = told(source=self._senders[topic])
+        if topic == 'cmd_vel':
+            problem += '; a robot that looks at stamps drops it, and it takes no trial over'
         self._intake.counts['old commands'] += 1
         self._intake.refuse(problem)
         return problem
+
+
+def limit_for(topic: str, settings: Settings) -> str:
+    """
+    Return the name of the setting that says how old commands may be.
+
+    What comes on `cmd_vel` is for the base, and counts for as long as that may obey it.
+    """
+    is_for_base = topic == 'cmd_vel' and settings.cmd_vel_timeout > settings.takeover_timeout
+    return 'cmd_vel_timeout' if is_for_base else 'takeover_timeout'

@@ -235,11 +235,9 @@ class ControlFieldNode(Node):
         velocity = self._read_velocity(msg)
         if velocity is None or self._writer.is_own(msg, velocity):
             return
-        # An old one may move the robot all the same: whoever sent it takes over.
-        self._why_old(msg, 'cmd_vel')
         if self.supervisor.run is not None and self._has_rival():
             self._publish(self.supervisor.saw_rival('another controller'))
-        else:
+        elif not self._why_old(msg, 'cmd_vel'):  # the base drops it, too: nobody drives by it
             self._publish(self.supervisor.saw_foreign(velocity, time.monotonic()))
 
     def _why_old(self, msg: Any, topic: str) -> str:
