@@ -1,23 +1,28 @@
-"""Why there is no odometry to record: none arrives, or what arrives stands still in time."""
+"""Why there is no odometry to record: none arrives, or what arrives does not count."""
 
 import math
 from typing import Final
 
 from control_field.watch import Freshness
 from learner_node.settings import Settings
+from msgs_bridge.kinds import kind_of
 
 #: Stamps that have not advanced for so long do not advance, [s].
 _STANDING: Final = 1.0
+#: So many messages in a row that are no sound poses, or such for so long, [s], are no accident.
+_FEW, _SOON = 3, 0.5
 
 
 class Absence:
-    """Looks at when odometry arrives, and whether its stamps advance."""
+    """Looks at when odometry arrives, whether its stamps advance and its poses are sound."""
 
     def __init__(self) -> None:
         """Start with nothing arrived."""
         self._odometry = Freshness(math.inf)
         self._stamp = -math.inf
         self._advanced = -math.inf
+        self._unsound, self._n_unsound, self._since = '', 0, 0.0
+        self._told: set[str] = set()
 
     def saw(self, stamp: float, now: float) -> None:
         """Take in an odometry; a clock that is set back advances from there on."""
@@ -25,11 +30,37 @@ class Absence:
             self._stamp, self._advanced = stamp, now
         self._odometry.saw(now)
 
+    def saw_sound(self) -> None:
+        """Take in that an odometry is a pose of the workspace."""
+        self._unsound, self._n_unsound = '', 0
+
+    def saw_unsound(self, why: str, now: float) -> None:
+        """Take in why an odometry is no pose of the workspace."""
+        self._unsound, self._n_unsound = why, self._n_unsound + 1
+        if self._n_unsound == 1:
+            self._since = now
+
+    def begin(self) -> None:
+        """Take in that a demonstration begins: what was said before it is said again."""
+        self._told.clear()
+
+    def news(self, now: float, settings: Settings) -> str:
+        """Say, once a demonstration and kind, why nothing can be learnt from what is driven."""
+        why = self.of_odometry(now, settings)
+        is_chance = bool(self._unsound) and self._n_unsound <= _FEW and (
+            self._n_unsound == 1 or now - self._since < _SOON)
+        if not why or is_chance or kind_of(why) in self._told:
+            return ''
+        self._told.add(kind_of(why))
+        return why
+
     def of_odometry(self, now: float, settings: Settings) -> str:
         """Say why a drive could not be recorded; empty if it could be."""
         self._odometry.timeout = math.inf if settings.lockstep else settings.peer_timeout
         if self._odometry.is_stale(now) or not self._odometry.has_come:
             return self._odometry.absence(now, 'odometry')
+        if self._unsound:
+            return f'odometry arrives but does not count: {self._unsound}'
         if not settings.lockstep and self._odometry.arrived - self._advanced > _STANDING:
             return (f'odometry arrives but does not count: its stamps do not advance (last '
                     f'{self._stamp:.2f} s)')

@@ -1,10 +1,7 @@
 """What to set where odometry is in another frame than the workspace."""
 
-from collections.abc import Callable
 import re
-from typing import Any, Final
-
-from msgs_bridge.poses import problem_with_frame
+from typing import Final
 
 _OTHER: Final = re.compile(r"frame is '([^']+)', must be '")
 
@@ -21,30 +18,3 @@ def with_remedy(text: str) -> str:
     if not frame:
         return text
     return f'{text}; if that is the right one, start learner_node with frame_id:={frame}'
-
-
-class FrameCheck:
-    """
-    Says at the beginning of a demonstration if its odometry is in another frame.
-
-    Parameters
-    ----------
-    frame_id : str
-        Of the workspace.
-    say : callable
-        Is told the line, and that it is a warning.
-
-    """
-
-    def __init__(self, frame_id: str, say: Callable[[str, bool], None]) -> None:
-        self._frame_id = frame_id
-        self._say = say
-        #: Whether the next odometry is to be looked at.
-        self.is_due = False
-
-    def saw(self, msg: Any) -> None:
-        """Take in the first odometry of a demonstration."""
-        self.is_due = False
-        wrong = problem_with_frame(msg.header.frame_id, self._frame_id, 'odom')
-        if wrong:
-            self._say(with_remedy(f'nothing can be learnt from this drive: {wrong}'), True)

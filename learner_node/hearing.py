@@ -6,16 +6,14 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2
 
 from control_field.grid import Grid
 from learner_node.effects import Effects
-from learner_node.frames import FrameCheck
+from learner_node.odometry_check import OdometryCheck
 from learner_node.recorder import stamp_of
 from learner_node.session import Session
 from msgs_bridge.complaints import Complaints
-from msgs_bridge.poses import pose_from_odometry
 from msgs_bridge.serialized import message_from_cdr
 from msgs_bridge.tables import decisions_from_cloud
 from msgs_bridge.trial_status import trial_from_status
@@ -31,8 +29,7 @@ class Hearing:
     grid : Grid
     carry_out : callable
         Does what the session wants done.
-    frame_check : FrameCheck
-        Is shown the first odometry of a demonstration.
+    check : OdometryCheck
     complaints : Complaints
         Are told what is not to be trusted.
 
@@ -40,11 +37,11 @@ class Hearing:
 
     def __init__(
         self, session: Session, grid: Grid, carry_out: Callable[[Effects], None],
-        frame_check: FrameCheck, complaints: Complaints,
+        check: OdometryCheck, complaints: Complaints,
     ) -> None:
         self._session, self._grid = session, grid
         self._carry_out = carry_out
-        self._frame_check = frame_check
+        self._check = check
         self._complaints = complaints
         #: Topics that something has arrived on.
         self.heard: set[str] = set()
@@ -69,14 +66,21 @@ class Hearing:
 
     def _saw_odometry(self, cdr: bytes) -> None:
         self.odometry_time = stamp_of(cdr)
-        self._carry_out(self._session.heard_odometry(self.odometry_time * 1e-9, time.monotonic()))
-        if self._frame_check.is_due:
-            self._read(self._frame_check.saw, Odometry, cdr)
-        if self._session.wants_pose(time.monotonic()):
-            pose = self._read(pose_from_odometry, Odometry, cdr)
-            if pose is not None:
-                self._carry_out(self._session.saw_pose(
-                    pose.x, pose.y, pose.yaw, time.monotonic()))
+        now = time.monotonic()
+        self._carry_out(self._session.heard_odometry(self.odometry_time * 1e-9, now))
+        wants = self._session.wants_pose(now)
+        if not wants and not self._check.is_due(now):
+            return
+        try:
+            pose = self._check.read(cdr, now)
+        except (ValueError, RuntimeError) as error:
+            self._session.saw_unsound(self._check.problem, now)
+            if wants:
+                self._complaints.refused(error, 'odom')
+            return
+        self._session.saw_sound()
+        if wants:
+            self._carry_out(self._session.saw_pose(pose.x, pose.y, pose.yaw, now))
 
     def _saw_sight(self, cdr: bytes) -> None:
         self._carry_out(self._session.saw_sight(stamp_of(cdr) * 1e-9, time.monotonic()))

@@ -19,10 +19,10 @@ from std_msgs.msg import Empty
 from control_field.parameters import Parameters
 from learner_node import effects as to
 from learner_node.desk import Desk
-from learner_node.frames import FrameCheck
 from learner_node.hearing import Hearing
 from learner_node.lessons import Lesson
 from learner_node.library import Library
+from learner_node.odometry_check import OdometryCheck
 from learner_node.performer import Performer
 from learner_node.phases import IN_TRIAL, Phase
 from learner_node.publications import Publications
@@ -116,11 +116,10 @@ class LearnerNode(Node):
     def _make_topics(self) -> None:
         self._publications = Publications(self, self._settings.frame_id)
         self._requests = Requests(self, self._settings.controller)
-        frame_check = FrameCheck(self._settings.frame_id, self.say)
-        self._performer = Performer(
-            self, self._recorder, self._publications, self._requests, frame_check)
-        self._hearing = Hearing(self._session, self._library.grid, self.carry_out, frame_check,
-                                Complaints(self))
+        self._performer = Performer(self, self._recorder, self._publications, self._requests)
+        self._hearing = Hearing(
+            self._session, self._library.grid, self.carry_out,
+            OdometryCheck(self._settings.frame_id), Complaints(self))
         topics = recorded_topics(self._settings)
         self._library.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
         self.create_subscription(

@@ -6,7 +6,6 @@ from typing import Any
 
 from control_field.records import Outcome
 from learner_node import effects as to
-from learner_node.frames import FrameCheck
 from learner_node.publications import Publications
 from learner_node.recorder import BagGoneError, Recorder
 from learner_node.requests import Requests
@@ -29,19 +28,15 @@ class Performer:
     recorder : Recorder
     publications : Publications
     requests : Requests
-    frame_check : FrameCheck
-        Is to look at the first odometry of a demonstration.
 
     """
 
     def __init__(
         self, node: Any, recorder: Recorder, publications: Publications, requests: Requests,
-        frame_check: FrameCheck,
     ) -> None:
         self._node = node
         self._recorder = recorder
         self._publications, self._requests = publications, requests
-        self._frame_check = frame_check
         self.bag = ''  #: name of what is recorded, or was last
 
     def carry_out(self, effects: to.Effects) -> None:
@@ -82,7 +77,6 @@ class Performer:
         episode = self._recorder.start(kind, self._node.now())
         self.bag = episode.name
         if kind is EpisodeKind.DEMO:
-            self._frame_check.is_due = True
             self._write_status(State.RUNNING, 0)
         then = ': drive the robot to the goal, then n keeps it' if kind is EpisodeKind.DEMO else ''
         self._node.say(f'recording {episode.name}{then}')

@@ -243,7 +243,7 @@ class Session(Teaching):
             return self._settle(now)
         if self.phase is Phase.DEMONSTRATION:
             lasts = self._intruder.lasts(self._status)
-            return self._intruded(now) if lasts else self._left_alone(now)
+            return self._intruded(now) if lasts else self._watch_drive(now)
         if self.phase is Phase.PLACING and self._arrival.is_there:
             return self._start_placed(now)
         if self.phase is Phase.TRIAL:

@@ -25,9 +25,18 @@ class Teaching(Transitions):
             raise SessionError(f'cannot record a demonstration: {missing}')
         self._intruder.begin(self._status, self._stamp, self.settings.controller)
         self._attendance.begin(now)
+        self._absence.begin()
         self._lost = ''
         self._go(Phase.DEMONSTRATION, now)
         return [Record(EpisodeKind.DEMO)]
+
+    def saw_sound(self) -> None:
+        """Take in that an odometry that was looked at is a pose of the workspace."""
+        self._absence.saw_sound()
+
+    def saw_unsound(self, why: str, now: float) -> None:
+        """Take in why an odometry that was looked at is none."""
+        self._absence.saw_unsound(why, now)
 
     def keep(self, now: float) -> Effects:
         """End the demonstration and learn from it; SessionError if none is recorded."""
@@ -77,10 +86,18 @@ class Teaching(Transitions):
         return self.phase is Phase.PLACING or (
             self.phase is Phase.DEMONSTRATION and self._attendance.asks_for_poses(now))
 
+    def _watch_drive(self, now: float) -> Effects:
+        """Say why a drive cannot be learnt: who shows it must not find out at its end."""
+        if self._attendance.has_left(now, self.settings.teacher_timeout):
+            return self._left_alone(now)
+        if now - self._woke < self.settings.peer_timeout:
+            return []  # what this process slept through was nobody's silence
+        news = self._absence.news(now, self.settings)
+        return [Say(f'nothing can be learnt from what is driven now: {news}', warns=True)] if (
+            news) else []
+
     def _left_alone(self, now: float) -> Effects:
         """End the demonstration of a teacher who is gone; it can be kept later all the same."""
-        if not self._attendance.has_left(now, self.settings.teacher_timeout):
-            return []
         self._lost = _LEFT_ANSWER
         self._go(Phase.IDLE, now)
         return [Abandon(LEFT), Say(

@@ -1,10 +1,17 @@
 """Why a demonstration cannot be recorded: the truth about odometry."""
 
+from types import SimpleNamespace
+
 import pytest
 
+from learner_node.effects import Say
+from learner_node.hearing import Hearing
+from learner_node.odometry_check import OdometryCheck
 from learner_node.phases import SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings, StartPose
+from msgs_bridge.poses import odometry_from_pose, Pose
+from msgs_bridge.serialized import cdr_from_message
 
 
 def refusal(session, now):
@@ -44,3 +51,59 @@ def test_in_lockstep_time_stands_until_somebody_drives():
     session = make(lockstep=True)
     session.heard_odometry(1.0, 1.0)
     session.record(100.0)
+
+
+class Drive:
+    """A session, and odometry that it hears 20 times a second."""
+
+    def __init__(self):
+        self.session, self.now, self.said = make(), 0.0, []
+        self.hearing = Hearing(self.session, None, lambda effects: None, OdometryCheck('odom'),
+                               SimpleNamespace(refused=lambda *_: None))
+
+    def go(self, seconds, *, monkeypatch, frame_id='odom', **pose):
+        for _ in range(round(20 * seconds)):
+            self.now += 0.05
+            monkeypatch.setattr('time.monotonic', lambda: self.now)
+            if pose.get('x', 0.0) is not None:
+                msg = odometry_from_pose(Pose(self.now, 0.1 * self.now, 0.0, 0.0))
+                msg.header.frame_id = frame_id
+                msg.pose.pose.position.x = pose.get('x', msg.pose.pose.position.x)
+                self.hearing.saw('odom', cdr_from_message(msg))
+            self.said += [effect.text for effect in self.session.tick(self.now)
+                          if isinstance(effect, Say)]
+
+
+@pytest.mark.parametrize(('odometry', 'words'), [
+    ({'frame_id': 'map'}, "odom: frame is 'map', must be 'odom'; if that is the right one, start"),
+    ({'x': float('nan')}, 'position is (nan, 0.0), must be finite')])
+def test_what_cannot_be_learnt_is_not_begun_and_said_within_a_second(
+        monkeypatch, odometry, words):
+    drive = Drive()
+    drive.go(0.5, monkeypatch=monkeypatch, **odometry)
+    why = refusal(drive.session, drive.now)
+    assert why.startswith('odometry arrives but does not count: odom: ')
+    assert words in why
+    drive.go(0.1, monkeypatch=monkeypatch)
+    drive.session.record(drive.now)
+    drive.go(4.0, monkeypatch=monkeypatch)
+    drive.go(0.05, monkeypatch=monkeypatch, **odometry)  # one is passed over
+    drive.go(2.0, monkeypatch=monkeypatch)
+    assert drive.said == []
+    drive.go(0.9, monkeypatch=monkeypatch, **odometry)
+    [line] = drive.said
+    assert line.startswith('nothing can be learnt from what is driven now: odometry arrives but ')
+    assert words in line
+    drive.go(3.0, monkeypatch=monkeypatch)
+    drive.go(1.0, monkeypatch=monkeypatch, **odometry)
+    assert len(drive.said) == 1
+
+
+def test_a_robot_that_falls_silent_under_way_is_named_once(monkeypatch):
+    drive = Drive()
+    drive.go(1.0, monkeypatch=monkeypatch)
+    drive.session.record(drive.now)
+    drive.go(1.0, monkeypatch=monkeypatch)
+    drive.go(8.0, monkeypatch=monkeypatch, x=None)
+    [line] = drive.said
+    assert 'driven now: no odometry has arrived for ' in line

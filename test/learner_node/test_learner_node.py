@@ -268,16 +268,21 @@ def test_a_drop_during_a_keep_leaves_no_request_without_an_answer(
     assert drop.result().message
 
 
-def test_a_demonstration_in_another_frame_is_said_at_once(ros_domain, ros_node, tmp_path):
+def test_a_demonstration_in_another_frame_is_not_even_begun(ros_domain, ros_node, tmp_path):
     with start(tmp_path, frame_id='r2/odom') as process:
-        robot = Robot(ros_node)
-        robot.meet(process)
-        robot.cross(process, None, lambda: 'learner_node with frame_id:=odom' in process.stderr)
-        answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
-                      SetBool.Request(data=False))
-    assert not answer.success
-    assert "must be 'r2/odom'" in answer.message
-    assert answer.message.endswith('start learner_node with frame_id:=odom')
+        robot, answers = Robot(ros_node), []
+
+        def is_heard():
+            robot.drive(0.6)
+            answers.append(call(ros_node, SetBool, 'learner_node/record_demonstration',
+                                SetBool.Request(data=True), again=REPEAT))
+            return 'no odometry' not in answers[-1].message
+
+        wait_until(is_heard, node=ros_node, processes=[process], what='an odometry')
+    assert not answers[-1].success
+    assert "must be 'r2/odom'" in answers[-1].message
+    assert answers[-1].message.endswith('start learner_node with frame_id:=odom')
+    assert not list((tmp_path / 'bags' / 'task').glob('0*'))
 
 
 def test_a_drive_that_teaches_nothing_is_said(ros_domain, ros_node, tmp_path):
