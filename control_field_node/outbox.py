@@ -54,7 +54,7 @@ class Outbox:
         self.commands = node.create_publisher(writer.kind, 'cmd_vel', commanded)
         writer.publish = self.commands.publish
         self._requests = node.create_publisher(TwistStamped, 'cmd_vel_requested', commanded)
-        self._experience = node.create_publisher(PointCloud2, 'experience', qos.EXPERIENCE)
+        self._experience = node.create_publisher(PointCloud2, 'experience', qos.EXPERIENCE_KEPT)
         self.trials = node.create_publisher(DiagnosticStatus, 'trial', qos.LATCHED)
         self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
 

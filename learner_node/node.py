@@ -130,7 +130,7 @@ class LearnerNode(Node):
         self._listener = Listener(self, self._recorder.lost, self._recorder.catch_up)
         for topic in topics:
             self._listener.hear(topic.kind, self._library.topics[topic.name],
-                                self._reader(topic), topic.profiles, topic.spare)
+                                self._reader(topic), topic.profiles, topic.spare, topic.kept)
 
     def _make_services(self) -> None:
         self._desk = Desk(self, self._session, lambda: Future(executor=self.executor),
@@ -331,7 +331,7 @@ class LearnerNode(Node):
         if (self._settings.auto_start and missing > 0 and refresh is not None
                 and self._session.phase is Phase.IDLE):
             self.carry_out(self.change_trials(
-                partial(self._session.run_trials, missing), time.monotonic()))
+                partial(self._session.begin_trials, missing), time.monotonic()))
 
     def _publish_field(self, more_trials: bool = False) -> None:
         refresh = self._library.refresh

@@ -64,6 +64,10 @@ class Session(Teaching):
         self._check_idle('run trials', Deed.DRIVE)
         if self.revision < 0:
             raise SessionError('nothing was learnt yet: show the way first, s in teleop_node')
+        return self.begin_trials(n_trials, now)
+
+    def begin_trials(self, n_trials: int, now: float) -> Effects:
+        """Run trials that nobody asked for (`auto_start`): they wait until they can begin."""
         self.n_left = n_trials
         self._go(Phase.WAITING, now)
         return self._proceed(now)
@@ -133,9 +137,12 @@ class Session(Teaching):
 
     def saw_status(self, status: TrialStatus, now: float) -> Effects:
         """Take in how the controller's trial stands."""
+        self._look_at_clock(now)
         before, self._status = self._status, status
         if self.phase is Phase.DEMONSTRATION and self._intruder.saw(status, before):
             return self._intruded(now)
+        if self._is_overtaken(status, now):
+            return self._overtaken(status, now)
         if status.state in (State.RUNNING, State.PAUSED):
             return self._saw_running(status, before, now)
         if status.state is State.ENDED:
@@ -147,6 +154,25 @@ class Session(Teaching):
         if self.phase is Phase.STARTING:
             self._n_silent, self._asked = LOST, now
         return self._proceed(now)
+
+    def _is_overtaken(self, status: TrialStatus, now: float) -> bool:
+        """Tell whether another trial has begun while this process slept."""
+        return (self.phase is Phase.TRIAL and status.state is not State.IDLE
+                and status.trial != self.trial and self._has_just_woken(now)
+                and not difference(status.memory, self.memory))
+
+    def _has_just_woken(self, now: float) -> bool:
+        return now - self._woke <= 2.0 * self.settings.peer_timeout
+
+    def _overtaken(self, status: TrialStatus, now: float) -> Effects:
+        """Break a trial off whose end was slept through; who runs the one there is goes on."""
+        self._status = None
+        effects = self._break_off(
+            f'the controller is at trial {status.trial} by now, and its end was not heard; trial '
+            f'{status.trial} is not recorded either', now)
+        self._status = status
+        self._tally.pass_over(status.trial)
+        return effects
 
     def _saw_running(
         self, status: TrialStatus, before: TrialStatus | None, now: float,
@@ -260,7 +286,7 @@ class Session(Teaching):
         """Say that a trial has ended of which something is missing."""
         n_decided = self._status.decisions if self._status else 0
         said = f'{self._tally[self.trial]} of {n_decided} decisions arrived'
-        if now - self._woke > 2.0 * self.settings.peer_timeout:
+        if not self._has_just_woken(now):
             return said
         return f'{said}; the learner itself had stood still for {self._slept:.1f} s'
 

@@ -27,6 +27,8 @@ class Recorded:
         The ways it is read.
     spare : QoSProfile or None
         The way it is read once somebody publishes it best effort.
+    kept : QoSProfile or None
+        How what was published meanwhile is fetched, after the recorder was away.
 
     """
 
@@ -34,6 +36,7 @@ class Recorded:
     kind: Any
     profiles: tuple[Any, ...]
     spare: Any = None
+    kept: Any = None
 
     @property
     def type_name(self) -> str:
@@ -54,12 +57,13 @@ def recorded_topics(settings: Settings) -> list[Recorded]:
     """
     command = TwistStamped if settings.is_stamped else Twist
     plain = (qos.RECORDING,), qos.RECORDING_BEST_EFFORT
+    kept = qos.RECORDING_KEPT if settings.lockstep else None
     return [
-        Recorded('odom', Odometry, *plain),
-        Recorded('neighbourhood', OccupancyGrid, *plain),
-        Recorded('cmd_vel', command, *plain),
-        Recorded('cmd_vel_requested', TwistStamped, *plain),
-        Recorded('experience', PointCloud2, (qos.EXPERIENCE,)),
+        Recorded('odom', Odometry, *plain, kept),
+        Recorded('neighbourhood', OccupancyGrid, *plain, kept),
+        Recorded('cmd_vel', command, *plain, kept),
+        Recorded('cmd_vel_requested', TwistStamped, *plain, kept),
+        Recorded('experience', PointCloud2, (qos.EXPERIENCE,), None, qos.EXPERIENCE_KEPT),
         Recorded('trial', DiagnosticStatus, (qos.RECORDING_LATCHED,)),
         Recorded('goal_pose', PoseStamped, *plain),
         Recorded('initialpose', PoseWithCovarianceStamped, *plain),

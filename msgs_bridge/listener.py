@@ -8,13 +8,14 @@ import time
 from typing import Any, Final
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
+
+from msgs_bridge.ear import Ear
 
 
 #: Gets a message's bytes, and when it arrived, [ns].
@@ -24,8 +25,9 @@ Heard = Callable[[bytes, int], None]
 _PERIOD: Final = 0.2
 #: Time that the middleware may take to hand over what it received, [ns].
 _MOST_DELAY: Final = 600 * 1_000_000_000
-#: Of so many messages it is known that they came already.
-_N_KNOWN: Final = 4000
+#: Longer between two looks, by a clock that goes on in a suspended computer, and this process
+#: was asleep; others may have forgotten it meanwhile, [s].
+_ASLEEP: Final = 5.0
 
 
 class _AskFirst(MutuallyExclusiveCallbackGroup):
@@ -41,51 +43,6 @@ class _AskFirst(MutuallyExclusiveCallbackGroup):
             self._ask()
         may: bool = super().beginning_execution(entity)  # type: ignore[no-untyped-call]
         return may
-
-
-class _Ear:
-    """One topic: heard through one subscription or several, and taken once."""
-
-    def __init__(
-        self, node: Node, kind: type, topic: str, spare: QoSProfile | None,
-        callback: Callable[[bytes, Any], None], lost: Counter[str], group: _AskFirst,
-    ) -> None:
-        self._node, self._kind, self._topic, self._group = node, kind, topic, group
-        self._spare = spare
-        self._may_come_twice = spare is not None
-        self._callback = callback
-        self._lost = lost
-        self._known: dict[Any, None] = {}
-
-    def subscribe(self, profile: QoSProfile) -> None:
-        """Hear the topic through a profile, too."""
-        self._node.create_subscription(
-            self._kind, self._topic, self._read, profile, raw=True,  # type: ignore[arg-type]
-            callback_group=self._group, event_callbacks=SubscriptionEventCallbacks(
-                message_lost=self._note_lost, incompatible_qos=self._hear_less,
-                use_default_callbacks=False))
-
-    def _read(self, cdr: bytes, info: Any) -> None:
-        if not (self._may_come_twice and self._is_known(info)):
-            self._callback(cdr, info)
-
-    def _is_known(self, info: Any) -> bool:
-        about = info['source_timestamp'], info.get('publication_sequence_number', 0)
-        if about in self._known:
-            return True
-        self._known[about] = None
-        if len(self._known) > _N_KNOWN:
-            del self._known[next(iter(self._known))]
-        return False
-
-    def _hear_less(self, _: Any) -> None:
-        """Hear those who offer less, once there is one."""
-        spare, self._spare = self._spare, None
-        if spare is not None:
-            self.subscribe(spare)
-
-    def _note_lost(self, info: Any) -> None:
-        self._lost[self._topic] += info.total_count_change
 
 
 class Listener:
@@ -128,10 +85,11 @@ class Listener:
         self._lost = lost
         self._thread = Thread(target=self._work, name=part, daemon=True)
         self._group = _AskFirst(ask)
+        self._ears: list[Ear] = []
 
     def hear(
         self, kind: type, topic: str, callback: Heard, profiles: Sequence[QoSProfile],
-        spare: QoSProfile | None = None,
+        spare: QoSProfile | None = None, kept: QoSProfile | None = None,
     ) -> None:
         """
         Hear a topic, serialised; before `start`.
@@ -148,12 +106,15 @@ class Listener:
             It is heard once through each.
         spare : QoSProfile, optional
             The same for publishers that offer less: heard once there is one, and then too.
+        kept : QoSProfile, optional
+            How what publishers keep is fetched after this process was asleep, or a publisher was
+            taken for gone: in the place of the first of the profiles.
 
         """
-        ear = _Ear(self._node, kind, topic, spare,
-                   lambda cdr, info: callback(cdr, self._arrived(info)), self._lost, self._group)
-        for profile in profiles:
-            ear.subscribe(profile)
+        ear = Ear(self._node, kind, topic, lambda cdr, info: callback(cdr, self._arrived(info)),
+                  self._lost, self._group, spare, kept)
+        ear.subscribe(profiles)
+        self._ears.append(ear)
 
     def _arrived(self, info: Any) -> int:
         """Return when the middleware got a message: a thread that was held up comes later."""
@@ -178,10 +139,14 @@ class Listener:
     def _work(self) -> None:
         executor: Any = SingleThreadedExecutor(context=self._node.context)
         executor.add_node(self._node)
-        last = time.monotonic()
+        last, looked = time.monotonic(), _awake()
         try:
             while not self._is_over.is_set() and self._node.context.ok():
                 executor.spin_once(_PERIOD)
+                before, looked = looked, _awake()
+                for ear in self._ears:
+                    if ear.has_lost_sight or looked - before > _ASLEEP:
+                        ear.fetch()
                 if time.monotonic() - last >= _PERIOD:
                     last = time.monotonic()
                     self._again()
@@ -189,3 +154,8 @@ class Listener:
             pass
         finally:
             executor.shutdown()
+
+
+def _awake() -> float:
+    """Return the time by a clock that goes on while the computer is suspended, [s]."""
+    return time.clock_gettime(getattr(time, 'CLOCK_BOOTTIME', time.CLOCK_MONOTONIC))

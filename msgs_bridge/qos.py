@@ -25,14 +25,20 @@ COMMAND: Final = _reliable(1)
 #: in between.
 LOCKSTEP: Final = _reliable(1000)
 #: How they are published: a lock-step does not wait for who records it, and a short queue would
-#: drop what has not got through to one that the machine does not let run for a while.
-LOCKSTEP_PUB: Final = _reliable(4000)
+#: drop what has not got through to one that the machine does not let run for a while. What was
+#: published is kept for a recorder that slept so long that it was taken for gone (ADR 23).
+LOCKSTEP_PUB: Final = _reliable(4000, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `control_field`, `prototypes`, `trial`, `map`, `markers`: a late reader gets the newest.
 LATCHED: Final = _reliable(1, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `experience`: no decision may be lost.
 EXPERIENCE: Final = QoSProfile(  # type: ignore[no-untyped-call]
     history=HistoryPolicy.KEEP_ALL, depth=0,
     reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
+#: How the controller publishes it: kept, so that who was away can fetch what it missed; and how
+#: that is fetched. Who reads it as `EXPERIENCE` hears only what is new.
+EXPERIENCE_KEPT: Final = QoSProfile(  # type: ignore[no-untyped-call]
+    history=HistoryPolicy.KEEP_ALL, depth=0,
+    reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 #: `goal_pose`, `initialpose`.
 POSE: Final = _reliable(1)
 #: How `contact` is read: one subscription each, so that every bumper is heard, however it
@@ -51,6 +57,8 @@ RECORDING_BEST_EFFORT: Final = QoSProfile(  # type: ignore[no-untyped-call]
     reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
 #: The same for the newest of the latched topics, with what was published before.
 RECORDING_LATCHED: Final = _reliable(2000, DurabilityPolicy.TRANSIENT_LOCAL)
+#: How a recorder fetches what a lock-step has published while it was away.
+RECORDING_KEPT: Final = _reliable(4000, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `CONTACTS`, for a recorder.
 RECORDING_CONTACTS: Final = (RECORDING_LATCHED, RECORDING, RECORDING_BEST_EFFORT)
 

@@ -96,6 +96,17 @@ class TestSleep:
         assert any('went away' in effect.text for effect in trying('saw_peers', Peers())
                    if isinstance(effect, Say))
 
+    @pytest.mark.parametrize('status', [running(2), ended(2)])
+    def test_a_trial_whose_end_was_slept_through_is_broken_off_and_the_next_left_alone(
+        self, trying, status,
+    ):
+        trying.now += 30.0
+        told, bag = trying('saw_status', status)
+        assert 'trial 1 is broken off' in told.text
+        assert 'trial 2 is not recorded either' in told.text
+        assert bag == Abandon(bag.reason, 1)
+        assert trying.phase is Phase.WAITING
+
     def test_a_trial_of_which_decisions_are_lost_says_why(self, trying):
         trying.now += 30.0
         trying('saw_decisions', 1, 2)
@@ -191,6 +202,15 @@ class TestTrials:
     def test_need_a_field(self):
         with pytest.raises(SessionError, match='show the way first'):
             Play()('run_trials', 1)
+
+    def test_that_begin_by_themselves_wait_for_what_stands_against_them(self, play):
+        play.session.why_not = lambda deed: '2 learners in one namespace'
+        with pytest.raises(SessionError, match='2 learners'):
+            play('run_trials', 2)
+        assert play('begin_trials', 2) == []
+        assert play.phase is Phase.WAITING
+        play.session.why_not = lambda deed: ''
+        assert Place(START) in play.wait(1.0)
 
     def test_of_a_real_robot_are_started_by_a_person(self, play):
         real = Session(Settings(), lambda: START)

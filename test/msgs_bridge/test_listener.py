@@ -1,6 +1,7 @@
 """Topics heard in a thread of their own."""
 
 from collections import Counter
+from functools import partial
 from threading import Event
 import time
 
@@ -29,7 +30,7 @@ def heard(ros_node):
 def say_until_heard(publisher, text, heard):
     def is_heard():
         publisher.publish(String(data=text))
-        return any(said == text for said, _ in heard)
+        return any(text in (said, said[0]) for said in heard)
     wait_until(is_heard, what=text)
 
 
@@ -44,6 +45,72 @@ def test_who_publishes_best_effort_is_heard_too_and_nobody_twice(ros_node, heard
         reliable.publish(String(data=number))
     say_until_heard(reliable, 'end', heard)
     assert [said for said, _ in heard if said.isdecimal()] == numbers
+
+
+@pytest.fixture
+def keeper(ros_node):
+    """Return a publisher that keeps what it publishes."""
+    return ros_node.create_publisher(String, '/talk', qos.RECORDING_KEPT)
+
+
+def kept_listener(ros_node, found):
+    listener = Listener(ros_node, Counter())
+    listener.hear(String, '/talk', lambda cdr, _: found.append(
+        deserialize_message(cdr, String).data),
+        (qos.RECORDING,), qos.RECORDING_BEST_EFFORT, qos.RECORDING_KEPT)
+    return listener
+
+
+def say(publisher, texts):
+    for text in texts:
+        publisher.publish(String(data=text))
+
+
+def test_what_was_published_while_it_slept_is_fetched_in_order_and_nothing_twice(
+    ros_node, keeper, monkeypatch,
+):
+    say(keeper, ['before'])
+    found, clock = [], [0.0]
+    monkeypatch.setattr('msgs_bridge.listener._awake', lambda: clock[0])
+    listener = kept_listener(ros_node, found)
+    ear = listener._ears[0]
+    listener.start()
+    try:
+        say_until_heard(keeper, 'awake', found)
+        missed = []
+        monkeypatch.setattr(ear, '_drain', lambda _: None)  # nothing waits where nobody hears
+        for sleep in ('first', 'second'):
+            # As if the middleware had taken the listener for gone.
+            ear._node.destroy_subscription(ear._main)
+            wait_until(lambda: keeper.get_subscription_count() == 0, what='nobody who hears')
+            new = [f'{sleep} {number}' for number in range(50)]
+            missed += new
+            say(keeper, new)
+            clock[0] += 30.0
+            wait_until(partial(found.__contains__, new[-1]), what='what was missed')
+        assert [text for text in found if text != 'awake'] == missed
+    finally:
+        listener.close()
+
+
+def test_what_waits_is_taken_before_it_is_fetched_and_who_keeps_nothing_is_heard_on(ros_node):
+    found = []
+    listener = kept_listener(ros_node, found)
+    ear, publisher = listener._ears[0], ros_node.create_publisher(
+        String, '/talk', qos.RECORDING)
+    wait_until(lambda: publisher.get_subscription_count() == 1, what='who hears')
+    say(publisher, ['waits'])
+    wait_until(publisher.wait_for_all_acked, what='its arrival')
+    ear.fetch()
+    assert found == ['waits']
+    listener.start()
+    try:
+        say_until_heard(publisher, 'goes on', found)
+        ear.has_lost_sight = True
+        wait_until(lambda: not ear.has_lost_sight, what='another look')
+        say_until_heard(publisher, 'and on', found)
+    finally:
+        listener.close()
 
 
 def test_it_is_told_when_the_middleware_got_it(ros_node, heard):
