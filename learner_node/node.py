@@ -140,7 +140,7 @@ class LearnerNode(Node):
         self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=steady)
         self.create_timer(_FLUSH_PERIOD, partial(self._performer.guard, self._recorder.flush),
                           clock=steady)
-        self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
+        self.create_timer(_TELL_PERIOD, self.tell, clock=steady)
 
     def _on_settings(self, settings: Settings) -> None:
         self._settings = self._session.settings = settings
@@ -190,12 +190,13 @@ class LearnerNode(Node):
                 len(self._hearing.heard))
         if told != self._told:
             self._told = told
-            self._tell()
+            self.tell()
 
     def _look_at_peers(self) -> None:
         self.carry_out(self._session.saw_peers(self._requests.peers(), time.monotonic()))
 
-    def _tell(self) -> None:
+    def tell(self) -> None:
+        """Publish how the learner stands."""
         self._name_trial()
         status = diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh,

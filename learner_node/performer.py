@@ -80,6 +80,7 @@ class Performer:
             self._write_status(State.RUNNING, 0)
         then = ': drive the robot to the goal, then n keeps it' if kind is EpisodeKind.DEMO else ''
         self._node.say(f'recording {episode.name}{then}')
+        self._node.tell()  # at once: nothing else is to drive the robot from now on
 
     def _close_and_learn(self) -> None:
         if self._recorder.kind is EpisodeKind.DEMO:

@@ -28,6 +28,10 @@ _HOLDS: Final = 4.0
 _SENSED: Final = (
     ('odom', 'nav_msgs/msg/Odometry', frozenset((Deed.TEACH, Deed.DRIVE))),
     ('neighbourhood', 'nav_msgs/msg/OccupancyGrid', frozenset((Deed.DRIVE,))))
+#: What a learner says of itself that records a demonstration; and why nothing drives meanwhile.
+_RECORDS: Final = 'demonstration'
+_RECORDED: Final = ('{} records a demonstration, and what a trial drives is not what a person '
+                    'shows; in teleop_node n keeps it, a abandons it')
 #: So many processes are heard at most; and what every statement holds.
 _MOST: Final = 64
 _MARK: Final = b'instance'
@@ -78,6 +82,12 @@ class Company:
         alive = [heard.statement for heard in self._heard.values()
                  if not self._is_survived(heard)]
         return misfits([*alive, *([self.own] if self.own.role else [])])
+
+    def recorder(self, now: float) -> str:
+        """Return the name of another node that records a demonstration; empty if none does."""
+        return next((heard.statement.called for heard in self._heard.values()
+                     if now - heard.last < _HOLDS and heard.statement.role == 'learner'
+                     and heard.statement.phase == _RECORDS and not self._is_survived(heard)), '')
 
     def _is_survived(self, heard: _Heard) -> bool:
         """Tell whether another of its name has begun since it last spoke: it was started anew."""
@@ -136,7 +146,9 @@ class CompanyWatch:
 
     def why_not(self, deed: Deed) -> str:
         """Say why something must not be done now; empty if it may be."""
-        return next((problem.text for problem in self.problems if deed in problem.stops), '')
+        problem = next((problem.text for problem in self.problems if deed in problem.stops), '')
+        recorder = self._company.recorder(time.monotonic()) if deed is Deed.DRIVE else ''
+        return problem or (_RECORDED.format(recorder) if recorder else '')
 
     def _on_diagnostics(self, cdr: bytes) -> None:
         if _MARK not in cdr or len(cdr) > _GREATEST:

@@ -59,6 +59,8 @@ class Statement:
         Which process: machine, number, and a random part.
     workspace, method : mapping or None
         Parameters by name; None where it has none.
+    phase : str
+        What a learner is doing, such as ``demonstration``; it stands there by itself.
 
     """
 
@@ -67,6 +69,7 @@ class Statement:
     instance: str
     workspace: Values | None = None
     method: Values | None = None
+    phase: str = ''
 
     @property
     def namespace(self) -> str:
@@ -126,7 +129,7 @@ def statement_from_status(status: Any) -> Statement | None:
         return None
     return Statement(f'/{name.lstrip("/")}', role, values['instance'][:200],
                      _workspace(_mapping(values.get('workspace', ''))),
-                     _mapping(values.get('method', '')))
+                     _mapping(values.get('method', '')), values.get('phase', '')[:40])
 
 
 def _mapping(text: str) -> dict[str, Any] | None:

@@ -1,11 +1,14 @@
 """Whom a node meets: twins that live, and those that were started anew."""
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 
 from control_field.grid import Grid
 from msgs_bridge.company import Company, CompanyWatch
-from msgs_bridge.statements import Deed, Statement, workspace_from_grid
+from msgs_bridge.serialized import cdr_from_message
+from msgs_bridge.statements import (
+    Deed, Statement, values_from_statement, workspace_from_grid)
 
 
 def said(name='/learner_node', number=1):
@@ -56,6 +59,29 @@ def test_ever_new_processes_do_not_fill_the_memory():
     for number in range(1000):
         company.saw(said(number=number), 0.0)
     assert len(company._heard) == 64
+
+
+def test_while_a_demonstration_is_recorded_nothing_drives_by_itself(ros_node):
+    watch = CompanyWatch(ros_node, 'controller')
+
+    def says(phase, number=1):
+        status = DiagnosticStatus(name='learner_node: learner', values=[
+            KeyValue(key='phase', value=phase),
+            *(KeyValue(key=key, value=value)
+              for key, value in values_from_statement(said(number=number)).items())])
+        watch._on_diagnostics(cdr_from_message(DiagnosticArray(status=[status])))
+
+    says('idle')
+    assert watch.why_not(Deed.DRIVE) == ''
+    says('demonstration')
+    assert 'learner_node records a demonstration' in watch.why_not(Deed.DRIVE)
+    assert watch.why_not(Deed.TEACH) == watch.why_not(Deed.CHANGE) == ''
+    assert watch.problems == []
+    says('settling')
+    assert watch.why_not(Deed.DRIVE) == ''
+    says('demonstration')
+    says('idle', number=2)  # it was killed, and started anew
+    assert watch.why_not(Deed.DRIVE) == ''
 
 
 def test_what_comes_as_another_type_is_named_and_not_just_absent(ros_node):
