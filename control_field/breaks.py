@@ -14,6 +14,7 @@ class BreakKind(StrEnum):
 
     LEAP = 'leap'        #: farther than the robot drives in that time
     FAST = 'fast'        #: all the time faster than the robot
+    UNSAID = 'unsaid'    #: elsewhere than the headings or speeds say that came with the poses
     HOLE = 'hole'        #: seconds without a pose in which the robot drove on
     BACK = 'back'        #: the stamps go back
     STANDING = 'standing'  #: the stamps stand while the robot moves
@@ -37,7 +38,7 @@ class Break:
     before, after : tuple of float, [m]
         Their places.
     reach : float, [m]
-        How far the robot gets in that time.
+        How far the robot gets in that time, or drives as its speeds say.
 
     """
 
@@ -65,6 +66,11 @@ class Break:
             case BreakKind.FAST:
                 return (f'from {self.at - self.seconds:.2f} to {at} it drives {far}, {way}, where '
                         f'the robot gets {self.reach:.2f} m at most')
+            case BreakKind.UNSAID:
+                said = ('it looks another way' if self.reach == math.inf else
+                        f'the speeds that come with the poses say {self.reach:.2f} m')
+                return (f'at {at} the pose leaps by {far} in {self.seconds:.2f} s, {way}, where '
+                        f'{said}')
             case BreakKind.BACK:
                 return f'at {at} the stamps go back by {-self.seconds:.2f} s, {way}'
             case BreakKind.STANDING:
@@ -82,6 +88,8 @@ _REMEDIES: Final = {
                     'somewhere else: show the way again in one go',
     BreakKind.FAST: 'If the robot is that fast, say so with --max-speed (speed_max of '
                     'learner_node); else its stamps are not in seconds',
+    BreakKind.UNSAID: 'Odometry was reset, the robot was carried, or its localisation found it '
+                      'somewhere else: show the way again in one go',
     BreakKind.HOLE: 'Messages or a part of the recording are lost: show the way again',
     BreakKind.BACK: 'A clock was set or the simulation began anew: show the way again',
     BreakKind.STANDING: 'Who publishes the poses has to stamp each with the time it is of',

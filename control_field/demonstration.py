@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from control_field.dead_reckoning import Motion
 from control_field.grid import Grid
 from control_field.loops import Loop, loops_of, sentence_from_loops
 from control_field.outside import check_inside
@@ -102,7 +103,7 @@ def demonstration_from_poses(
     grid: Grid, stamps: npt.NDArray[np.float64], xy: npt.NDArray[np.float64],
     sight_stamps: npt.NDArray[np.float64], sight_blocked: npt.NDArray[np.uint8],
     sight_unknown: npt.NDArray[np.uint8], episode: int = 0, speed_max: float = SPEED_MAX,
-    sight_cells: npt.NDArray[np.int64] | None = None,
+    sight_cells: npt.NDArray[np.int64] | None = None, motion: Motion | None = None,
 ) -> tuple[Demonstration, DemonstrationReport]:
     """
     Turn a recorded drive into a demonstration.
@@ -122,6 +123,8 @@ def demonstration_from_poses(
         The robot is no faster.
     sight_cells : ndarray, shape (m, 2), optional
         Cells that the sights were seen from; what was seen from elsewhere counts for nothing.
+    motion : Motion, optional
+        Headings and speeds that came with the poses.
 
     Raises
     ------
@@ -136,7 +139,8 @@ def demonstration_from_poses(
     n_poses = len(stamps)
     finite = np.isfinite(xy).all(axis=1) & np.isfinite(stamps)
     stamps, xy = stamps[finite], xy[finite]
-    drive = whole_drive(stamps, xy, DriveLimits(grid.resolution, speed_max))
+    motion = None if motion is None else motion.at(finite)
+    drive = whole_drive(stamps, xy, DriveLimits(grid.resolution, speed_max), motion)
     begins = float(stamps.min()) if len(stamps) else 0.0
     stamps, xy = stamps[drive.kept], xy[drive.kept]
     check_inside(grid, stamps, xy)

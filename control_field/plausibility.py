@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.breaks import Break, BreakKind, ImplausibleDriveError, place_text
+from control_field.dead_reckoning import Motion, reckoned
 from control_field.words import counted
 
 Floats = npt.NDArray[np.float64]
@@ -25,7 +26,7 @@ SPEED_MAX: Final = 3.0
 #: How far a pose may be off beyond that, [m]: localisation that corrects itself; as in a trial.
 POSE_JUMP: Final = 0.1
 #: A single step may be so much faster than this drive usually is, but always so fast, [m/s].
-_HASTE, _SLOWEST_BOUND = 3.0, 0.5
+_HASTE, _SLOWEST_BOUND = 2.0, 0.2
 #: Way from pose to pose that is motion, and that is more than noise, [m].
 _MOVING, _DRIVEN = 1e-3, 0.02
 #: Time without a pose that is a hole: so many times the usual one, and at least so much, [s].
@@ -108,7 +109,9 @@ class WholeDrive:
         return said
 
 
-def whole_drive(stamps: Floats, xy: Floats, limits: DriveLimits) -> WholeDrive:
+def whole_drive(
+    stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion | None = None,
+) -> WholeDrive:
     """
     Return the poses of a drive that belong together.
 
@@ -119,6 +122,8 @@ def whole_drive(stamps: Floats, xy: Floats, limits: DriveLimits) -> WholeDrive:
     xy : ndarray, shape (n, 2), [m]
         Finite.
     limits : DriveLimits
+    motion : Motion, optional
+        What came with each; it counts where it fits most of the drive.
 
     Raises
     ------
@@ -129,24 +134,26 @@ def whole_drive(stamps: Floats, xy: Floats, limits: DriveLimits) -> WholeDrive:
     order = np.argsort(stamps, kind='stable').astype(np.int64)
     if len(stamps) < 2:
         return WholeDrive(order)
-    found = breaks_of(stamps[order], xy[order], limits)
+    found = breaks_of(stamps[order], xy[order], limits, _at(motion, order))
     sources = _two_sources(stamps[order], xy[order], bool(found), limits)
     # A clock that was set back mixes pieces of one drive; in the order recorded they are apart.
     back = _set_back(stamps, xy, found or sources)
     if back and not _two_sources(stamps, xy, bool(found), limits):
-        return _last_part(stamps, xy, np.arange(len(stamps)), back, limits)
+        return _last_part(stamps, xy, np.arange(len(stamps)), back, limits, motion)
     if sources is not None:
         raise ImplausibleDriveError([sources])
     if not found:
         return WholeDrive(order)
-    clean, spikes = _without_spikes(stamps, xy, order, limits)
-    rest = breaks_of(stamps[clean], xy[clean], limits)
+    clean, spikes = _without_spikes(stamps, xy, order, limits, motion)
+    rest = breaks_of(stamps[clean], xy[clean], limits, _at(motion, clean))
     if rest:
-        return _last_part(stamps, xy, clean, rest, limits)
+        return _last_part(stamps, xy, clean, rest, limits, motion)
     return WholeDrive(clean, spikes, len(order) - len(clean))
 
 
-def breaks_of(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
+def breaks_of(
+    stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion | None = None,
+) -> list[Break]:
     """
     Return where poses in order of time are not one drive.
 
@@ -156,12 +163,24 @@ def breaks_of(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
         Not decreasing.
     xy : ndarray, shape (n, 2), [m]
     limits : DriveLimits
+    motion : Motion, optional
+        What came with each; it counts where it fits most of the drive.
 
     """
     if len(stamps) < 2:
         return []
-    return sorted([*_standing(stamps, xy, limits), *_leaps(stamps, xy, limits)],
-                  key=lambda found: found.index) or _too_fast(stamps, xy, limits)
+    found = {each.index: each for each in (
+        *_unsaid(stamps, xy, limits, motion), *_standing(stamps, xy, limits),
+        *_leaps(stamps, xy, limits))}
+    return [found[index] for index in sorted(found)] or _too_fast(stamps, xy, limits)
+
+
+def _unsaid(
+    stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion | None,
+) -> list[Break]:
+    """Return where places do not fit the headings and speeds that came with them."""
+    found = None if motion is None else reckoned(stamps, xy, motion)
+    return [] if found is None else found.leaps(stamps, xy, limits.pose_jump)
 
 
 def _leaps(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
@@ -243,14 +262,17 @@ def _two_sources(
 
 
 def _without_spikes(
-    stamps: Floats, xy: Floats, order: Indices, limits: DriveLimits,
+    stamps: Floats, xy: Floats, order: Indices, limits: DriveLimits, motion: Motion | None,
 ) -> tuple[Indices, tuple[Break, ...]]:
     """Leave poses out that are far off those before and after, where these fit together."""
     at, places = stamps[order], xy[order]
     speed = _speed(np.diff(at), _way(places), limits)
+    said = None if motion is None else reckoned(at, places, motion.at(order))
 
     def fits(i: int, j: int) -> bool:
-        return math.dist(places[i], places[j]) <= limits.pose_jump + speed * float(at[j] - at[i])
+        reach = limits.pose_jump + speed * float(at[j] - at[i])
+        return math.dist(places[i], places[j]) <= reach and (
+            said is None or said.fits(places, i, j, limits.pose_jump))
 
     kept, i = [0], 1
     spikes: list[Break] = []
@@ -284,6 +306,7 @@ def _is_soon(at: Floats) -> bool:
 
 def _last_part(
     stamps: Floats, xy: Floats, order: Indices, breaks: list[Break], limits: DriveLimits,
+    motion: Motion | None,
 ) -> WholeDrive:
     """Return the part after the last break, if the robot only stood before; else refuse."""
     starts = [0, *(found.index for found in breaks)]
@@ -292,13 +315,17 @@ def _last_part(
     # In a hole the robot did not stand: the drive begins somewhere in it.
     if (len(rest) < 2 or len(breaks) > _MOST_SPIKES
             or any(found.kind is BreakKind.HOLE for found in breaks)
-            or breaks_of(stamps[rest], xy[rest], limits)):
+            or breaks_of(stamps[rest], xy[rest], limits, _at(motion, rest))):
         raise ImplausibleDriveError(breaks)
     for start, end in pairwise(starts):
         places = xy[order[start:end]]
         if np.hypot(*(places - places[:1]).T).max(initial=0.0) > limits.still:
             raise ImplausibleDriveError(breaks)
     return WholeDrive(rest, early=breaks[-1], n_early=len(stamps) - len(rest))
+
+
+def _at(motion: Motion | None, index: Indices) -> Motion | None:
+    return None if motion is None else motion.at(index)
 
 
 def _way(xy: Floats) -> Floats:

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from control_field.dead_reckoning import Motion
 from control_field.grid import Grid
 from control_field.headings import N_HEADINGS, STEP_COL, STEP_ROW
 from control_field.records import DECISION_DTYPE
@@ -41,6 +42,8 @@ class PoseTable:
     before, after : tuple of int and float
         How many messages before the first and after the last pose were left out, and for how
         long, [s].
+    motion : Motion or None
+        What else they say of how the robot moved.
 
     """
 
@@ -50,6 +53,7 @@ class PoseTable:
     refusal: str
     before: tuple[int, float] = (0, 0.0)
     after: tuple[int, float] = (0, 0.0)
+    motion: Motion | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +98,7 @@ def pose_table(messages: RawMessages, frame_id: str) -> PoseTable:
     names = _STAMP | _POSE
     is_odometry = messages.type_name == 'nav_msgs/msg/Odometry'
     if is_odometry:
-        names = names | {'vx': 1, 'wz': 1}
+        names = names | {'vx': 1, 'vy': 1, 'wz': 1}
     columns = _checked(messages, names, frame_id)
     values = columns.values
     finite = (np.abs(values['x']) <= MAX_PLACE) & (np.abs(values['y']) <= MAX_PLACE)
@@ -104,7 +108,16 @@ def pose_table(messages: RawMessages, frame_id: str) -> PoseTable:
     _refuse(columns, ~_is_rotation(values), f'{messages.topic}: orientation is no rotation')
     kept = columns.accepted
     return PoseTable(_seconds(values)[kept], np.stack([values['x'], values['y']], axis=1)[kept],
-                     int((~kept).sum()), columns.refusal, *_at_the_ends(messages, kept))
+                     int((~kept).sum()), columns.refusal, *_at_the_ends(messages, kept),
+                     _motion(values, is_odometry).at(kept))
+
+
+def _motion(values: dict[str, npt.NDArray[Any]], is_odometry: bool) -> Motion:
+    """Return headings and speeds; a robot that drives sideways may leave out that it does."""
+    if not is_odometry:
+        return Motion(_yaw(values))
+    velocity = np.stack([values['vx'], values['vy']], axis=1)
+    return Motion(_yaw(values), np.where(np.isfinite(velocity), velocity, 0.0))
 
 
 def _at_the_ends(

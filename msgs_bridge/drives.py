@@ -18,7 +18,7 @@ from msgs_bridge.bag_tables import pose_table, PoseTable, sight_table
 #: Seconds that stamps of sights may step back before a clock that jumped is assumed.
 CLOCK_JUMP: Final = 1.0
 #: What lies on one side of these breaks is a drive of its own, if a person says so.
-_CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.HOLE)
+_CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.UNSAID, BreakKind.HOLE)
 
 #: So few messages, and so short, [s], are no part of a drive; so far, [m], is driving meanwhile.
 _FEW, _SOON, _SET_OFF = 3, 0.5, 0.05
@@ -69,7 +69,7 @@ def read_drive(
     seen = _in_order(sights.stamps)
     record, report = demonstration_from_poses(
         grid, poses.stamps, poses.xy, sights.stamps[seen], sights.blocked[seen],
-        sights.unknown[seen], number, speed_max, sights.cells[seen])
+        sights.unknown[seen], number, speed_max, sights.cells[seen], poses.motion)
     _check_open(record)
     return record, report, notes
 
