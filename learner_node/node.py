@@ -19,6 +19,7 @@ from std_msgs.msg import Empty
 from control_field.parameters import Parameters
 from learner_node import effects as to
 from learner_node.desk import Desk
+from learner_node.field_in_force import FieldInForce
 from learner_node.hearing import Hearing
 from learner_node.lessons import Lesson
 from learner_node.library import Library
@@ -47,7 +48,7 @@ from msgs_bridge.complaints import Complaints
 from msgs_bridge.listener import Listener
 from msgs_bridge.node_main import exit_with, run_node
 from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.statements import method_from_parameters, workspace_from_grid
+from msgs_bridge.statements import Deed, method_from_parameters, workspace_from_grid
 
 #: How often the session looks at the clock and at who is there, [s] of the wall clock.
 _TICK_PERIOD: Final = 0.05
@@ -101,7 +102,7 @@ class LearnerNode(Node):
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
         self._named: dict[str, str] = {}
-        self._company = CompanyWatch(self, 'learner')
+        self._company, self._in_force = CompanyWatch(self, 'learner'), FieldInForce()
         self._company.state(workspace_from_grid(grid), method_from_parameters(parameters))
         self._session.why_not = self._company.why_not
         self._make_topics()
@@ -141,6 +142,7 @@ class LearnerNode(Node):
         self.create_timer(_FLUSH_PERIOD, partial(self._performer.guard, self._recorder.flush),
                           clock=steady)
         self.create_timer(_TELL_PERIOD, self.tell, clock=steady)
+        self.create_timer(_TELL_PERIOD, self._look_at_field, clock=steady)
 
     def _on_settings(self, settings: Settings) -> None:
         self._settings = self._session.settings = settings
@@ -194,6 +196,16 @@ class LearnerNode(Node):
 
     def _look_at_peers(self) -> None:
         self.carry_out(self._session.saw_peers(self._requests.peers(), time.monotonic()))
+
+    def _look_at_field(self) -> None:
+        """Publish the field once more where a stranger's has taken its place."""
+        session = self._session
+        if self._in_force.is_to_be_said_again(
+                session.controller_status, session.revision, session.memory,
+                not self._company.why_not(Deed.CHANGE)):
+            self.say('the controller has another control field than the one learnt here (was a '
+                     'second learner there?): it is given this one again', warns=True)
+            self._publish_field(session.n_left > 0)
 
     def tell(self) -> None:
         """Publish how the learner stands."""

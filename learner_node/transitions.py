@@ -67,6 +67,11 @@ class Transitions:
         """Tell whether what arrives belongs into the open bag."""
         return self.phase in RECORDING
 
+    @property
+    def controller_status(self) -> TrialStatus | None:
+        """Return the newest word of the controller; None where it is not there."""
+        return self._status
+
     def describe(self) -> str:
         """Say in a few words what is under way."""
         if self.phase is Phase.WAITING:
