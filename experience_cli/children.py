@@ -15,7 +15,7 @@ from types import FrameType
 from typing import Any, Final
 
 from experience_cli.errors import UserError
-from experience_cli.interrupts import interrupt
+from experience_cli.interrupts import ENDING, interrupt, Stopped
 from msgs_bridge.processes import child_environment
 from msgs_bridge.safe_files import check_folder, open_lock
 
@@ -45,22 +45,24 @@ class Children:
         self.folder = folder
         self._environment = child_environment({'PYTHONUNBUFFERED': '1', **environment})
         self._running: dict[str, subprocess.Popen[bytes]] = {}
-        self._interrupted = False
-        self._before: Any = None
+        self._interrupted = 0
+        self._before: dict[int, Any] = {}
 
     def __enter__(self) -> 'Children':
         """Return the context; from now on Ctrl-C is noted until `check` has told of it."""
-        self._before = signal.signal(signal.SIGINT, self._interrupt)
+        self._before = {number: signal.signal(number, self._interrupt) for number in ENDING
+                        if signal.getsignal(number) is not signal.SIG_IGN}
         return self
 
     def __exit__(self, *error: object) -> None:
         """Stop every child."""
         self.stop()
-        signal.signal(signal.SIGINT, self._before)
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         # Raised inside a destructor or a callback of an extension it would be lost.
-        self._interrupted = True
+        self._interrupted = number
         interrupt(number, frame)
 
     def start_node(self, name: str, parameters: Mapping[str, object]) -> None:
@@ -95,12 +97,12 @@ class Children:
         ------
         UserError
             If one has ended; with the last line it said.
-        KeyboardInterrupt
-            If somebody pressed Ctrl-C.
+        Stopped
+            If somebody pressed Ctrl-C, or the like.
 
         """
         if self._interrupted:
-            raise KeyboardInterrupt
+            raise Stopped(self._interrupted)
         for name, child in self._running.items():
             if child.poll() is not None:
                 lines = self.log(name).read_text(errors='replace').strip().splitlines()

@@ -8,7 +8,6 @@ import math
 from pathlib import Path
 import re
 import sys
-import tempfile
 from typing import Any, TYPE_CHECKING
 
 from control_field.grid import Grid
@@ -20,6 +19,7 @@ from experience_cli.foreign import speed
 if TYPE_CHECKING:
     from control_field.records import Demonstration
     from experience_cli.evaluation.experiment import Course, Experiment
+    from experience_cli.output import Output
 
 _METHODS = ('ours, q_learning, sarsa, dyna_q, prioritised_sweeping (each also with +demo: taught '
             'the same demonstration), nearest_prototype, eq7, replanner')
@@ -161,13 +161,9 @@ def run(arguments: argparse.Namespace) -> int:
         If the world, a place, a parameter or a path to write to is wrong.
 
     """
-    json_path = _writable(arguments.json if arguments.json != '-' else None, '--json')
-    field_path = _writable(arguments.save_field, '--save-field')
-    if (json_path and field_path and json_path.resolve() == field_path.resolve()
-            and not json_path.is_char_device()):
-        raise UserError(f'--json and --save-field both name {json_path}, name two files')
+    report_file, field_file = _outputs(arguments)
     experiment = _experiment(arguments)
-    _check_not_the_world(arguments.world, json_path, field_path)
+    _check_not_the_world(arguments.world, report_file, field_file)
     seeds = range(arguments.seed0, arguments.seed0 + arguments.seeds)
     courses, lost = _courses(experiment, seeds, arguments.jobs)
     # It takes a second to load what the evaluation needs: not before the arguments are right.
@@ -175,10 +171,10 @@ def run(arguments: argparse.Namespace) -> int:
     from experience_cli.evaluation.summary import report, table
     result = report(experiment, courses, arguments.world, arguments.demo_bag, lost)
     text = json.dumps(result, indent=1, allow_nan=False)
-    if json_path is not None:
-        _write(json_path, (text + '\n').encode())
-    if field_path is not None:
-        _write(field_path, npz_bytes(courses[0].field))
+    if report_file is not None:
+        report_file.write((text + '\n').encode())
+    if field_file is not None:
+        field_file.write(npz_bytes(courses[0].field))
     print(text if arguments.json == '-' else table(result, _COLUMNS))
     return 1 if lost else 0
 
@@ -205,38 +201,24 @@ def _courses(experiment: 'Experiment', seeds: Sequence[int], n_jobs: int,
         raise UserError(f'{how}: {error}{where}') from error
 
 
-def _writable(name: str | None, option: str) -> Path | None:
-    """Return a path after making sure that it can be written, before any work is done."""
-    if name is None:
-        return None
-    path = Path(name)
-    if not name or path.is_dir():
-        raise UserError(f'{option} {name!r}: is a folder, name a file')
-    if not path.parent.is_dir():
-        raise UserError(f'{option} {name}: there is no folder {path.parent}, make it first')
-    try:
-        if path.exists():
-            path.open('ab').close()
-        else:
-            tempfile.TemporaryFile(dir=path.parent).close()
-    except OSError as error:
-        raise UserError(f'{option} {name}: cannot be written ({error.strerror})') from error
-    return path
+def _outputs(arguments: argparse.Namespace) -> 'tuple[Output | None, Output | None]':
+    """Return where the report and the field go; that they can is looked at before any work."""
+    from experience_cli.output import Output
+    names = (None if arguments.json == '-' else arguments.json, '--json'), (
+        arguments.save_field, '--save-field')
+    paths = [Path(name).resolve() for name, _ in names if name]
+    if len(paths) == 2 and paths[0] == paths[1] and not paths[0].is_char_device():
+        raise UserError(f'--json and --save-field both name {names[0][0]}, name two files')
+    report_file, field_file = (
+        None if name is None else Output(name, option) for name, option in names)
+    return report_file, field_file
 
 
-def _check_not_the_world(world: str, *paths: Path | None) -> None:
+def _check_not_the_world(world: str, *outputs: 'Output | None') -> None:
     from sim_node.world import find_world
-    for path in paths:
-        if path is not None and path.exists() and path.samefile(find_world(world)):
+    for path in (output.path for output in outputs if output is not None):
+        if path.exists() and path.samefile(find_world(world)):
             raise UserError(f'{path}: is the world itself, name another file to write to')
-
-
-def _write(path: Path, content: bytes) -> None:
-    from experience_cli.output import write_whole
-    try:
-        write_whole(path, content)
-    except OSError as error:
-        raise UserError(f'{path}: cannot be written ({error.strerror})') from error
 
 
 def _parameters(arguments: argparse.Namespace) -> Parameters:

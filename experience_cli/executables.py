@@ -43,8 +43,10 @@ def localised_odometry_node() -> None:
 
 def _run(module: str) -> None:
     """Import a node and run its `main`, which begins by listening to signals itself."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _leave)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        # With nohup the end of the terminal is nobody's end.
+        if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _leave)
     importlib.import_module(module).main()
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C while a command works: KeyboardInterrupt, but never in the middle of an import."""
+"""Ctrl-C while a command works, or a kill: an exception, but never in the middle of an import."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,15 +9,40 @@ from typing import Final
 
 from experience_cli.quiet_start import end_at_once, ours
 
-#: How long until it is looked again whether an import is over, [s].
+#: How long until it is looked again whether an import is over, and whether anybody has taken the
+#: exception to heart, [s].
 _SOON: Final = 0.02
+_LATER: Final = 0.5
 _IMPORTS: Final = '<frozen importlib'
+#: Ctrl-C, `kill`, and a window that is closed.
+ENDING: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class Stopped(KeyboardInterrupt):
+    """
+    Somebody wants the process to end.
+
+    Parameters
+    ----------
+    number : int
+        The signal that said so.
+
+    """
+
+    def __init__(self, number: int = signal.SIGINT) -> None:
+        super().__init__(number)
+        self.number = number
+
+    @property
+    def exit_code(self) -> int:
+        """Return the exit code that a shell would give it."""
+        return 128 + self.number
 
 
 @contextmanager
 def heard(on_command_line: bool) -> Iterator[None]:
     """
-    Let Ctrl-C raise KeyboardInterrupt meanwhile; afterwards it ends the process at once.
+    Let Ctrl-C and the like raise `Stopped` meanwhile; afterwards they end the process at once.
 
     Parameters
     ----------
@@ -28,25 +53,45 @@ def heard(on_command_line: bool) -> Iterator[None]:
     if not on_command_line:
         yield
         return
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, interrupt)
+    for number in ENDING:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, interrupt)
+    usual, sys.unraisablehook = sys.unraisablehook, _lost
     try:
         yield
     finally:
+        sys.unraisablehook = usual
         end_at_once(ours(sys.orig_argv) or 'experience')
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
     """
-    Raise KeyboardInterrupt, or look again soon if something is being imported.
+    Raise `Stopped`, or look again soon if something is being imported.
 
-    An extension that is being loaded may lose an exception, or make another one of it.
+    An extension that is being loaded may lose an exception, or make another one of it. So may a
+    destructor or a callback: one that is lost is raised again.
     """
-    if not _is_importing(frame):
-        raise KeyboardInterrupt
-    signal.signal(signal.SIGALRM, interrupt)
-    signal.setitimer(signal.ITIMER_REAL, _SOON)
+    is_ending, waits = _is_ending(sys.exc_info()[1]), _is_importing(frame)
+    signal.signal(signal.SIGALRM, lambda _, later: interrupt(number, later))
+    signal.setitimer(signal.ITIMER_REAL, _SOON if waits else _LATER)
+    if not waits and not is_ending:
+        raise Stopped(number)
+
+
+def _is_ending(error: BaseException | None) -> bool:
+    """Tell whether what is being done is the tidying up after a `Stopped`."""
+    while error is not None and not isinstance(error, Stopped):
+        error = error.__context__
+    return error is not None
+
+
+def _lost(unraisable: 'sys.UnraisableHookArgs') -> None:
+    """Take in an exception that got lost; a `Stopped` is raised again, which is all to be said."""
+    if isinstance(unraisable.exc_value, Stopped):
+        signal.setitimer(signal.ITIMER_REAL, _SOON)
+    else:
+        sys.__unraisablehook__(unraisable)
 
 
 def _is_importing(frame: FrameType | None) -> bool:

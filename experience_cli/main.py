@@ -7,6 +7,7 @@ is cheap, and ``run(arguments) -> int``, which imports what it needs. It is adde
 
 import argparse
 from collections.abc import Sequence
+from contextlib import suppress
 import importlib
 import io
 import os
@@ -15,7 +16,7 @@ import sys
 from typing import Final, NoReturn
 
 from experience_cli.errors import UserError
-from experience_cli.interrupts import heard
+from experience_cli.interrupts import heard, Stopped
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.foreign_text import safe_output
 from msgs_bridge.processes import folder_without_home, has_home, prepare
@@ -57,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     -------
     int
         0 if all is well, 1 if it did not come to what it should, 2 after one line on stderr if
-        the user made a mistake, 130 after Ctrl-C.
+        the user made a mistake, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP.
 
     """
     prepare()
@@ -101,9 +102,12 @@ def _run(parsed: argparse.Namespace, on_command_line: bool) -> int:
         return code
     except (UserError, BagError) as error:
         return _refuse(parsed, str(error))
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         print(f'experience {parsed.command}: stopped', file=sys.stderr)
-        return 130
+        code = error.exit_code if isinstance(error, Stopped) else 130
+        if on_command_line:
+            _leave(code)
+        return code
     except BrokenPipeError:
         # Whoever read the output has seen enough.
         return 0
@@ -116,6 +120,14 @@ def _run(parsed: argparse.Namespace, on_command_line: bool) -> int:
         if not str(error).startswith('Symlink loop'):
             raise
         return _refuse(parsed, str(error).replace('Symlink loop from', 'links lead in a circle:'))
+
+
+def _leave(code: int) -> NoReturn:
+    """End without taking things down that were stopped midway: some of them do not bear it."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):
+            stream.flush()
+    os._exit(code)
 
 
 def _refuse(parsed: argparse.Namespace, why: str) -> int:

@@ -5,6 +5,7 @@ import errno
 import io
 import os
 from pathlib import Path
+import tempfile
 import time
 from typing import BinaryIO, Final
 
@@ -55,6 +56,70 @@ def write_whole(path: Path, content: bytes) -> None:
             file.write(content)
         return
     replace_file(path.resolve(), content)
+
+
+class Output:
+    """
+    A file that is written at the end of long work, and can be, as far as that is known before.
+
+    Parameters
+    ----------
+    name : str
+        What the user has called it.
+    option : str
+        The option that names it.
+
+    Raises
+    ------
+    UserError
+        If it is a folder or a disk, cannot be written, or is a pipe that nobody reads for a while.
+
+    """
+
+    def __init__(self, name: str, option: str) -> None:
+        self.path = Path(name)
+        self._about = f'{option} {name or repr(name)}'
+        self._pipe: int | None = None
+        if not name or self.path.is_dir():
+            raise UserError(f'{self._about}: is a folder, name a file')
+        try:
+            self._look()
+        except OSError as error:
+            raise UserError(f'{self._about}: cannot be written ({error.strerror})') from error
+
+    def _look(self) -> None:
+        if self.path.is_block_device():
+            raise UserError(f'{self._about}: is a disk, name a file')
+        if self.path.exists() and not self.path.is_file():
+            # Opened once and for all: a reader that saw it closed would be gone at the end.
+            self._pipe = _opened(self.path)
+            return
+        real = self.path.resolve()
+        if not real.parent.is_dir():
+            raise UserError(f'{self._about}: there is no folder {real.parent}, make it first')
+        if self.path.exists():
+            self.path.open('ab').close()
+        # What is there is replaced, which takes a place beside it.
+        tempfile.TemporaryFile(dir=real.parent).close()
+
+    def write(self, content: bytes) -> None:
+        """
+        Write it, whole or not at all.
+
+        Raises
+        ------
+        UserError
+            If it cannot be written after all.
+
+        """
+        try:
+            if self._pipe is None:
+                write_whole(self.path, content)
+                return
+            with os.fdopen(self._pipe, 'wb') as file:
+                file.write(content)
+        except OSError as error:
+            raise UserError(f'{self._about}: cannot be written ({error.strerror})') from error
 
 
 def _opened(path: Path) -> int:

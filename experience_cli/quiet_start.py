@@ -3,7 +3,8 @@ Ctrl-C while Python is still starting: one line instead of a page, from the firs
 
 A KeyboardInterrupt in the middle of an import is a traceback at best; where an extension is being
 loaded it becomes an ImportError, or nothing. Until a command is ready to end properly, Ctrl-C ends
-the process at once: with a line and code 130, of a node with 0 and without a word.
+the process at once: with a line and code 130, of a node with 0 and without a word. So do SIGTERM
+(143) and SIGHUP (129).
 
 `tools/setup.sh` lets a virtual environment import this before anything else, for the packages in
 it take a tenth of a second before our first line; that is why only what is compiled into Python
@@ -53,7 +54,7 @@ def ours(arguments: list[str]) -> str | None:
 
 
 def end_at_once(program: str) -> None:
-    """Let Ctrl-C end the process at once; where a shell has it ignored, it stays ignored."""
+    """Let Ctrl-C and the like end the process; what a shell has ignored stays ignored."""
     def end(number: int, frame: object) -> None:
         try:
             if program.startswith(_COMMAND):
@@ -61,9 +62,9 @@ def end_at_once(program: str) -> None:
         except OSError:
             pass  # nobody is left to hear it
         finally:
-            _exit(130 if program.startswith(_COMMAND) else 0)
+            _exit(128 + number if program.startswith(_COMMAND) else 0)
 
-    for number in _ENDING if program.endswith('_node') else (signals.SIGINT,):
+    for number in (*_ENDING, signals.SIGHUP):
         if signals.getsignal(number) is not signals.SIG_IGN:
             signals.signal(number, end)
 

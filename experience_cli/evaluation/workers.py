@@ -12,9 +12,11 @@ import sys
 import threading
 import time
 from typing import Any, Final, TYPE_CHECKING, TypeAlias
+import warnings
 
 from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
+from experience_cli.interrupts import ENDING
 from msgs_bridge.foreign_text import own_stream, printable
 
 if TYPE_CHECKING:
@@ -139,12 +141,14 @@ def _side_by_side(
     work: Callable[..., Any], tasks: Mapping[int, Task], n_jobs: int,
 ) -> Iterator[tuple[int, Any]]:
     """Do the work with one pool; yield what is finished until the pool breaks."""
-    # Fresh processes: a fork would take over whatever threads and locks this one has.
-    pool = ProcessPoolExecutor(min(n_jobs, len(tasks)), multiprocessing.get_context('spawn'),
-                               initializer=_die_with, initargs=(os.getpid(),))
+    with _quiet_tracker():
+        # Fresh processes: a fork would take over whatever threads and locks this one has.
+        pool = ProcessPoolExecutor(
+            min(n_jobs, len(tasks)), multiprocessing.get_context('spawn'),
+            initializer=_die_with, initargs=(os.getpid(),))
     waiting = {}
     try:
-        with _interrupted_later(), suppress(BrokenProcessPool):
+        with _quiet_tracker(), _interrupted_later(), suppress(BrokenProcessPool):
             for index, task in tasks.items():
                 waiting[pool.submit(work, *task)] = index
         for future in as_completed(waiting):
@@ -160,6 +164,24 @@ def _side_by_side(
 
 
 @contextmanager
+def _quiet_tracker() -> Iterator[None]:
+    """
+    Keep multiprocessing's tracker of resources from complaining, if it starts meanwhile.
+
+    It tidies up what a killed process leaves, and warns of each thing: nobody can do anything
+    about that, and whoever pressed Ctrl-C reads it as a mistake.
+    """
+    before = list(sys.warnoptions)
+    sys.warnoptions.append('ignore:resource_tracker:UserWarning')
+    with warnings.catch_warnings():
+        warnings.filterwarnings('ignore', 'resource_tracker')
+        try:
+            yield
+        finally:
+            sys.warnoptions[:] = before
+
+
+@contextmanager
 def _interrupted_later() -> Iterator[None]:
     """
     Keep Ctrl-C waiting while processes are started.
@@ -167,17 +189,18 @@ def _interrupted_later() -> Iterator[None]:
     One that is half started has not been told everything, or does not listen yet: it would die of
     it with a traceback. What is started meanwhile keeps it waiting until it is in `_die_with`.
     """
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
 
 
 def _die_with(parent: int) -> None:
     """End at Ctrl-C without a word, for the parent says what is to be said; and end with it."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    for number in ENDING:
+        signal.signal(number, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
 
 

@@ -61,7 +61,8 @@ def started(folder, size, *options):
 
 
 @needs_proc
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize('number', [
+    signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
 def test_no_process_is_left_behind(number, tmp_path):
     process = started(tmp_path, 40, '--trials', '200', '--seeds', '50', '--jobs', '2')
     # Two that work and multiprocessing's own tracker of resources.
@@ -69,8 +70,10 @@ def test_no_process_is_left_behind(number, tmp_path):
     children = children_of(process.pid)
     process.send_signal(number)
     _, error = process.communicate(timeout=30.0)
-    if number == signal.SIGINT:
-        assert (process.returncode, error) == (130, 'experience evaluate: stopped\n')
+    if number == signal.SIGKILL:
+        assert error == ''
+    else:
+        assert (process.returncode, error) == (128 + number, 'experience evaluate: stopped\n')
     wait_for(lambda: all(is_gone(child) for child in children), 15.0)
 
 

@@ -20,11 +20,11 @@ def early_python(folder):
     return child_environment({'PYTHONPATH': f'{folder}{os.pathsep}{ROOT}'})
 
 
-def interrupted(command, folder, word, **more):
+def interrupted(command, folder, word, number=signal.SIGINT, **more):
     """Start a command that tells what it imports, and interrupt it at a word of that."""
     with Process([sys.executable, '-X', 'importtime', *command], folder, **more) as process:
         wait_until(lambda: word in process.stderr, processes=[process], what=word)
-        process.send(signal.SIGINT)
+        process.send(number)
         code = process.popen.wait(20)
     said = [line for line in process.stderr.splitlines() if not line.startswith('import time:')]
     return code, said
@@ -62,6 +62,46 @@ def test_a_signal_that_waits_is_heard_at_the_start(tmp_path):
     (['-m'], None)])
 def test_only_our_own_programs_are_ended_so(arguments, program):
     assert ours(['python', *arguments]) == program
+
+
+LOSES = """
+import os, signal, sys, time
+sys.orig_argv = ['python', '-m', 'experience_cli.main', 'list']
+from experience_cli.interrupts import heard, Stopped
+
+class Forgetful:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        for _ in range(100_000):
+            pass
+
+try:
+    with heard(on_command_line=True):
+        try:
+            Forgetful()
+            time.sleep(20)
+        finally:
+            time.sleep(1.2)  # tidying up is not disturbed
+            print('tidy', file=sys.stderr)
+except Stopped as stopped:
+    raise SystemExit(stopped.exit_code)
+"""
+
+
+def test_an_interrupt_that_gets_lost_comes_again_and_only_then(tmp_path):
+    with Process([sys.executable, '-c', LOSES], tmp_path, env=child_environment(
+            {'PYTHONPATH': str(ROOT)})) as process:
+        assert process.popen.wait(20) == 143
+    assert process.stderr.splitlines() == ['tidy']
+
+
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize('word', ['sitecustomize', ' numpy'])
+def test_so_it_is_for_other_signals_that_end(tmp_path, word, number):
+    code, said = interrupted(['-m', 'experience_cli.main', *EVALUATE], tmp_path, word, number,
+                             env=early_python(tmp_path))
+    assert code == 128 + number
+    assert said == ['experience evaluate: stopped']
 
 
 def test_other_programs_keep_their_ctrl_c():
