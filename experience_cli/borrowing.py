@@ -59,7 +59,8 @@ def borrowed(arguments: argparse.Namespace, path: Path, command: str) -> Iterato
     """Take a bag of another recorder over into a folder that is gone in the end; say from what."""
     name = re.sub(r'[^A-Za-z0-9_-]+', '_', path.resolve().stem)[:64]
     with TemporaryDirectory() as folder:
-        values = vars(arguments) | {'bags': [path], 'into': Path(folder) / name, 'quiet': True}
+        values = vars(arguments) | {'bags': [path], 'into': Path(folder) / name, 'quiet': True,
+                                    'new_task': True}
         [(drive, episode)] = foreign.take_over(argparse.Namespace(**values))
         topics = ', '.join(f'{topic} ({n})' for topic, n in sorted(drive.recorded.items()))
         whose = (f'{path} is a bag of another recorder, read as `experience learn '

@@ -35,6 +35,8 @@ def add_options(parser: argparse.ArgumentParser, keeping: bool = False) -> None:
     if keeping:
         group.add_argument('--into', type=Path, metavar='TASK_FOLDER',
                            help='keep each as the next demonstration of a task, and relearn that')
+        group.add_argument('--new-task', action='store_true',
+                           help='begin a task also where its name is nearly that of another one')
 
 
 def is_wanted(arguments: argparse.Namespace) -> bool:
@@ -122,6 +124,8 @@ def take_over(arguments: argparse.Namespace) -> list[tuple[Any, Any]]:
     _check_one_cut(arguments)
     folder = arguments.into.absolute()
     task = TaskFolder(folder.parent, folder.name)
+    if not arguments.new_task:
+        _check_is_meant(task, arguments.into)
     with changing(task.path, make=True):
         header = _header(arguments, task)
         # All of them before the first is kept: half of them is not what was asked for.
@@ -133,6 +137,16 @@ def take_over(arguments: argparse.Namespace) -> list[tuple[Any, Any]]:
             for drive in drives:
                 import_demonstration(drive, bags, replace(header, task=task.task))
             return list(zip(drives, bags.keep(), strict=True))
+
+
+def _check_is_meant(task: Any, into: Path) -> None:
+    """Refuse a new task whose name is nearly that of an old one beside it."""
+    from msgs_bridge.task_names import check_is_meant
+
+    try:
+        check_is_meant(task, f'--into {into.parent}/{{}}, or --new-task if a new one is meant')
+    except ValueError as error:
+        raise UserError(f'--into {into}: {error}') from None
 
 
 @contextmanager

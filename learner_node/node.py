@@ -34,7 +34,6 @@ from learner_node.reports import (
 from learner_node.requests import Requests
 from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
-from learner_node.task_names import check_is_meant
 from learner_node.topics import Recorded, recorded_topics
 from learner_node.waiting import Raw
 from learner_node.warm_up import warm_up
@@ -49,6 +48,7 @@ from msgs_bridge.listener import Listener
 from msgs_bridge.node_main import exit_with, run_node
 from msgs_bridge.parameters import declare_parameters_from
 from msgs_bridge.statements import Deed, method_from_parameters, workspace_from_grid
+from msgs_bridge.task_names import check_is_meant
 
 #: How often the session looks at the clock and at who is there, [s] of the wall clock.
 _TICK_PERIOD: Final = 0.05

@@ -158,6 +158,16 @@ class TestInto:
         assert 'the folder of a task' in line
         assert files_of(tmp_path) == files
 
+    def test_a_new_task_whose_name_is_nearly_an_old_one_asks(self, tmp_path, capsys):
+        bag = record(tmp_path / 'theirs', {'odom': '/odom'})
+        assert learn(bag, '--into', tmp_path / 'bags' / 'kitchen') == 0
+        line = mistake(capsys, bag, '--into', tmp_path / 'bags' / 'kichen')
+        assert f'--into {tmp_path}/bags/kitchen, or --new-task if a new one is meant' in line
+        assert not (tmp_path / 'bags' / 'kichen').exists()
+        assert learn(bag, '--into', tmp_path / 'bags' / 'kitchen2') == 0
+        for name in ('kichen', 'kichen', 'kitchen'):
+            assert learn(bag, '--into', tmp_path / 'bags' / name, '--new-task') == 0
+
     def test_a_task_may_lie_beside_the_files_of_others(self, tmp_path, monkeypatch):
         record(tmp_path / 'theirs', {'odom': '/odom'})
         monkeypatch.chdir(tmp_path / 'theirs')

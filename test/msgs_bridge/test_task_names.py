@@ -4,8 +4,8 @@ from hypothesis import given, strategies as st
 import pytest
 
 from bridge_helpers import demonstration_bag
-from learner_node.task_names import check_is_meant, close_name, distance
 from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.task_names import check_is_meant, close_name, distance
 import ros_helpers
 
 words = st.text('abc', max_size=7)

@@ -9,10 +9,19 @@ from msgs_bridge.bag_folder import BagError, TaskFolder, tasks
 #: From how many letters on a name may be off by one, and by two: short names differ by little.
 _LETTERS: Final = (5, 12)
 
+#: What a person does about the name of a learner's task.
+REMEDY: Final = 'set task:={}, or new_task:=true if a new one is meant'
 
-def check_is_meant(task: TaskFolder) -> None:
+
+def check_is_meant(task: TaskFolder, remedy: str = REMEDY) -> None:
     """
     Refuse a task without bags whose name is close to that of one with bags.
+
+    Parameters
+    ----------
+    task : TaskFolder
+    remedy : str
+        What a person does; ``{}`` stands for the name that may have been meant.
 
     Raises
     ------
@@ -27,25 +36,28 @@ def check_is_meant(task: TaskFolder) -> None:
     except BagError:
         return  # whoever records into it says so
     if old is not None:
-        raise ValueError(f'there is no task {task.task} in {task.root} yet, but {old}: set '
-                         f'task:={old}, or new_task:=true if a new one is meant')
+        raise ValueError(f'there is no task {task.task} in {task.root} yet, but {old}: '
+                         + remedy.format(old))
 
 
-def close_name(name: str, others: Iterable[str]) -> str | None:
+def close_name(
+    name: str, others: Iterable[str], letters: tuple[int, int] = _LETTERS,
+) -> str | None:
     """
     Return the name of others that may have been meant; None if there is none.
 
     Names that differ in their numbers (``task1``, ``task2``) or in a letter that stands alone
-    (``door_a``, ``door_b``) are different on purpose.
+    (``door_a``, ``door_b``) are different on purpose; ``letters`` says from how many on one slip
+    is likely, and two.
     """
-    letters, numbers = _parts(name)
+    ours, numbers = _parts(name)
     for other in sorted(others):
         theirs, their_numbers = _parts(other)
         if other == name or numbers != their_numbers:
             continue
-        longest = max(len(letters), len(theirs))
-        allowed = sum(longest >= least for least in _LETTERS)
-        if letters and theirs and distance(letters, theirs) <= allowed:
+        longest = max(len(ours), len(theirs))
+        allowed = sum(longest >= least for least in letters)
+        if ours and theirs and distance(ours, theirs) <= allowed:
             return other
     return None
 
