@@ -1,6 +1,7 @@
 """Where the robot was under way, in the frame of the workspace: from odometry, poses or `/tf`."""
 
 from dataclasses import dataclass, replace
+import math
 from typing import Final
 
 import numpy as np
@@ -11,7 +12,9 @@ from msgs_bridge.bag_columns import read_columns
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_records import RawMessages
 from msgs_bridge.cdr_write import pose_stamped_to_cdr
-from msgs_bridge.drives import check_end
+from msgs_bridge.corrections import said_of
+from msgs_bridge.drive_span import Span
+from msgs_bridge.drives import Lost, sets_off
 from msgs_bridge.poses import QUATERNION_TOLERANCE
 from msgs_bridge.rigid import Motions
 from msgs_bridge.transforms import Edge, Transforms
@@ -35,6 +38,10 @@ class DrivePoses:
         The frame, and that of the robot's middle (empty where the messages do not name it).
     stamps_ns, log_times : ndarray of int64, shape (n,), [ns]
     motions : Motions
+    begins_ns : int, [ns]
+        First stamp of the whole drive, in whatever frame.
+    lost : tuple of Lost
+        What comes before the first and after the last and says nothing of where the robot was.
 
     """
 
@@ -43,6 +50,39 @@ class DrivePoses:
     stamps_ns: Integers
     log_times: Integers
     motions: Motions
+    begins_ns: int
+    lost: tuple[Lost, ...] = ()
+
+    def check_ends(self, since: float = -np.inf, until: float = np.inf) -> None:
+        """
+        Refuse poses that begin after the drive does, or end before it.
+
+        Parameters
+        ----------
+        since, until : float, [ns]
+            Times of the recording between which the drive is meant.
+
+        Raises
+        ------
+        BagError
+
+        """
+        inside = (self.log_times >= since) & (self.log_times <= until)
+        seconds = (self.stamps_ns[inside] - self.begins_ns) * 1e-9
+        if not len(seconds):
+            return
+        begun = sets_off(seconds, self.motions.shift[inside, :2])
+        for lost in self.lost:
+            is_end = lost.next_to > self.log_times[inside].min()
+            if not (is_end or begun):
+                continue
+            try:
+                lost.check(since, until)
+            except BagError as error:
+                cut = (f'before that (--to {math.floor(seconds[-1] * 100.0 + 1e-4) / 100.0:.2f})'
+                       if is_end else 'after that (--from '
+                       f'{math.ceil(seconds[0] * 100.0 - 1e-4) / 100.0:.2f})')
+                raise BagError(f'{error}, or keep what is {cut}') from None
 
     def messages(self, topic: str) -> RawMessages:
         """Return them as PoseStamped messages."""
@@ -53,9 +93,15 @@ class DrivePoses:
         ], self.log_times.tolist())
 
 
-def poses_from_messages(messages: RawMessages) -> DrivePoses:
+def poses_from_messages(messages: RawMessages, span: Span | None = None) -> DrivePoses:
     """
     Read odometry or poses; only those in the frame of the first, and what is a place at all.
+
+    Parameters
+    ----------
+    messages : RawMessages
+    span : Span, optional
+        The first of this part of the drive counts.
 
     Raises
     ------
@@ -74,11 +120,20 @@ def poses_from_messages(messages: RawMessages) -> DrivePoses:
         length = np.linalg.norm(turn, axis=1)
         sound = columns.accepted & np.isfinite(shift).all(axis=1) & (values['sec'] >= 0)
         sound &= np.abs(length - 1.0) <= QUATERNION_TOLERANCE
-    sound &= np.isin(columns.layout, [i for i, frame in enumerate(frames) if frame == frames[0]])
     stamps = values['sec'].astype(np.int64) * 1_000_000_000 + values['nanosec'].astype(np.int64)
+    begins = int(stamps[sound].min()) if sound.any() else 0
+    asked = np.flatnonzero(sound & (span or Span()).holds(stamps, begins))
+    # Where none is sound, the frame is what the first message says.
+    first = int(columns.layout[asked[0]]) if len(asked) else 0
+    frame = frames[first] if frames else ''
+    sound &= np.isin(columns.layout, [i for i, name in enumerate(frames) if name == frame])
+    times = messages.log_times
+    first_time, last = (int(end(times[sound])) if sound.any() else 0 for end in (np.min, np.max))
+    why = f'{messages.topic}: no sound pose in {frame!r}, the frame of the first'
+    lost = (Lost(why, first_time, times[times < first_time]), Lost(why, last, times[times > last]))
     return DrivePoses(
-        frames[0] if frames else '', bases[0] if bases else '', stamps[sound],
-        messages.log_times[sound], Motions(shift[sound], turn[sound] / length[sound, np.newaxis]))
+        frame, bases[first] if bases else '', stamps[sound], times[sound],
+        Motions(shift[sound], turn[sound] / length[sound, np.newaxis]), begins, lost)
 
 
 def poses_from_frames(
@@ -109,10 +164,10 @@ def poses_from_frames(
     driven = moving[-1] if moving else max(chain, key=lambda edge: len(edge.stamps_ns))
     if len(driven.stamps_ns) < 2:
         raise BagError(f'{topic}: all that says where {base} is in {frame_id} bears one stamp')
-    _check_parents(chain, topic)
     before = chain[:chain.index(driven)]
     after = chain[chain.index(driven) + 1:]
-    poses = DrivePoses(frame_id, base, driven.stamps_ns, driven.log_times, driven.motions)
+    poses = DrivePoses(frame_id, base, driven.stamps_ns, driven.log_times, driven.motions,
+                       driven.begins_ns, _lost([driven, *after], topic))
     for edge in after:
         poses = replace(poses, motions=poses.motions.then(edge.at(poses.stamps_ns)))
     poses, notes = _brought(poses, before, frame_id, topic)
@@ -136,7 +191,6 @@ def _brought(
 ) -> tuple[DrivePoses, list[str]]:
     """Put the edges above a frame before its poses; drop those before anything was said."""
     notes: list[str] = []
-    _check_parents(chain, topic)
     moving = [edge for edge in chain if len(edge.stamps_ns) > 1]
     known = np.ones(len(poses.stamps_ns), dtype=np.bool_)
     for edge in moving:
@@ -155,18 +209,17 @@ def _brought(
                          f'{edge.parent}: what was said last is kept')
     motions = poses.motions.at(known.nonzero()[0])
     for edge in reversed(chain):
-        motions = edge.carrying(stamps, motions)
-    return DrivePoses(frame_id, poses.base, stamps, poses.log_times[known], motions), notes
+        motions, corrections = edge.carrying(stamps, motions)
+        notes += said_of(corrections, f'{edge.child} in {edge.parent} ({topic})',
+                         float(stamps[0] - edge.stamps_ns[0]) * 1e-9)
+    return replace(poses, frame_id=frame_id, stamps_ns=stamps, log_times=poses.log_times[known],
+                   motions=motions, lost=(*poses.lost, *_lost(chain, topic))), notes
 
 
-def _check_parents(chain: list[Edge], topic: str) -> None:
-    """Refuse frames that in the end are under another one than before: the goal is not known."""
-    for edge in chain:
-        what, n, seconds = edge.elsewhere
-        try:
-            check_end('ends', 'last', n, seconds, f'{topic}: {what}')
-        except ValueError as error:
-            raise BagError(str(error)) from None
+def _lost(chain: list[Edge], topic: str) -> tuple[Lost, ...]:
+    """Return what is said of frames that in the end are under another one than before."""
+    return tuple(replace(lost, why=f'{topic}: {lost.why}')
+                 for edge in chain for lost in edge.lost)
 
 
 def _chain(

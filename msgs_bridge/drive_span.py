@@ -37,16 +37,30 @@ class Span:
         return (f'only the part from {self.first:.2f} s to {end} is read (seconds count from '
                 f'there, those of --from and --to from the first pose of all)')
 
+    def holds(
+        self, times_ns: npt.NDArray[np.int64], begins_ns: int,
+    ) -> npt.NDArray[np.bool_]:
+        """Tell which times [ns] are within it, of a drive that begins at one of them."""
+        seconds = (times_ns - begins_ns) * 1e-9
+        return np.asarray((seconds >= self.first - 1e-6) & (seconds <= self.last + 1e-6))
+
     def log_times(
-        self, stamps_ns: npt.NDArray[np.int64], log_times: npt.NDArray[np.int64],
-    ) -> tuple[int, int]:
+        self, stamps_ns: npt.NDArray[np.int64], log_times: npt.NDArray[np.int64], begins_ns: int,
+    ) -> tuple[int, int, float, float]:
         """
-        Return when its first and last pose were recorded, [ns].
+        Return when its first and last pose were recorded, and between when there should be any.
 
         Parameters
         ----------
         stamps_ns, log_times : ndarray, shape (n,), [ns]
             Of the poses of the whole drive.
+        begins_ns : int, [ns]
+            The stamp that its seconds count from.
+
+        Returns
+        -------
+        first, last, since, until : [ns]
+            In times of the recording.
 
         Raises
         ------
@@ -54,12 +68,15 @@ class Span:
             If there is none in it.
 
         """
-        seconds = (stamps_ns - stamps_ns.min(initial=np.iinfo(np.int64).max)) * 1e-9
-        inside = log_times[(seconds >= self.first - 1e-6) & (seconds <= self.last + 1e-6)]
-        if not len(inside):
+        inside = self.holds(stamps_ns, begins_ns)
+        if not inside.any():
+            seconds = (int(stamps_ns.max(initial=begins_ns)) - begins_ns) * 1e-9
             raise BagError(f'no pose is within --from {self.first:g} --to {self.last:g}, the '
-                           f'drive has {seconds.max(initial=0.0):.2f} s')
-        return int(inside.min()), int(inside.max())
+                           f'drive has {seconds:.2f} s')
+        logs, stamps = log_times[inside], stamps_ns[inside] - begins_ns
+        first, last = int(logs.min()), int(logs.max())
+        return (first, last, first - (int(stamps.min()) - self.first * 1e9),
+                last + self.last * 1e9 - int(stamps.max()))
 
 
 def cut(tables: Iterable[RawMessages], first: int, last: int) -> dict[str, RawMessages]:

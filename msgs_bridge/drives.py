@@ -1,6 +1,7 @@
 """Drives: what the poses and sights of a bag show, if a robot can have driven so."""
 
-from typing import Final
+from dataclasses import dataclass
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -74,12 +75,59 @@ def read_drive(
     return record, report, notes
 
 
+@dataclass(frozen=True, eq=False)
+class Lost:
+    """
+    Messages before the first, or behind the last, that says where the robot was.
+
+    Parameters
+    ----------
+    why : str
+        They say nothing of it.
+    next_to : int, [ns]
+        When the first, or the last, that does was recorded.
+    log_times : ndarray of int64, shape (n,), [ns]
+        When they were.
+
+    """
+
+    why: str
+    next_to: int
+    log_times: npt.NDArray[np.int64]
+
+    def check(self, since: float = -np.inf, until: float = np.inf) -> None:
+        """
+        Refuse a drive that begins or ends among them, between two times of the recording, [ns].
+
+        Raises
+        ------
+        BagError
+
+        """
+        times = self.log_times[(self.log_times >= since) & (self.log_times <= until)]
+        if not len(times):
+            return
+        seconds = float(np.abs(times - self.next_to).max()) * 1e-9
+        what, which = ('ends', 'last') if times[0] > self.next_to else ('begins', 'first')
+        try:
+            check_end(what, which, len(times), seconds, self.why)
+        except ValueError as error:
+            raise BagError(str(error)) from None
+
+
 def _check_ends(poses: PoseTable) -> None:
     """Refuse a drive that began or went on where no message is a pose: frames that change, NaN."""
-    soon = poses.stamps - poses.stamps[0] <= _SOON
-    if np.hypot(*(poses.xy[soon] - poses.xy[0]).T).max() > _SET_OFF:
+    if sets_off(poses.stamps, poses.xy):
         check_end('begins', 'first', *poses.before, poses.refusal)
     check_end('ends', 'last', *poses.after, poses.refusal)
+
+
+def sets_off(
+    stamps: npt.NDArray[np.floating[Any]], xy: npt.NDArray[np.float64],
+) -> bool:
+    """Tell whether a drive begins in motion: stamps [s] and places [m], in order."""
+    soon = stamps - stamps[0] <= _SOON
+    return bool(np.hypot(*(xy[soon] - xy[0]).T).max() > _SET_OFF)
 
 
 def check_end(what: str, which: str, n: int, seconds: float, refusal: str) -> None:

@@ -21,7 +21,6 @@ from msgs_bridge.bag_roles import roles_of_topics, scans_in
 from msgs_bridge.drive_poses import (
     brought_to_frame, DrivePoses, poses_from_frames, poses_from_messages)
 from msgs_bridge.drive_span import cut, Span
-from msgs_bridge.drives import check_end
 from msgs_bridge.laser_mount import Mount, mount_from_transform
 from msgs_bridge.laser_sight import Body
 from msgs_bridge.scan_sights import described, read_scans, sights_from_scans
@@ -145,10 +144,9 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
     bag, reading = open_bag(path), reading or Reading()
     roles = _Roles(bag, grid, reading)
     made: dict[str, RawMessages] = {}
-    span = reading.span
     try:
         poses = roles.find_poses(made)
-        times = None if span.is_whole else span.log_times(poses.stamps_ns, poses.log_times)
+        times = roles.span_of(poses, is_made=bool(made))
     except BagError as error:
         raise BagError(f'{path}: {str(error).removeprefix(f"{bag.path}: ")}') from None
     if roles.wants_scan:
@@ -157,25 +155,16 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
     if times is not None:
         whole = CompletedBag(bag, made)
         made = cut(map(whole.messages, set(topics.values())), *times)
-        roles.notes.append(str(span))
+        roles.notes.append(str(reading.span))
     return ForeignDrive(Path(path), CompletedBag(bag, made) if made else bag, topics,
                         (*roles.notes, *notes_on(bag)), roles.read_from, bag.counts,
-                        max(span.first, 0.0))
+                        max(reading.span.first, 0.0))
 
 
 def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
-    """Say how many messages are no poses in the frame of the first; refuse if the last are."""
+    """Say how many messages are no poses in the frame of the first."""
     n = len(messages) - len(found.stamps_ns)
-    if not n:
-        return []
-    why = f'{messages.topic}: no sound pose in {found.frame_id!r}, the frame of the first'
-    last = int(found.log_times.max())
-    try:
-        check_end('ends', 'last', int((messages.log_times > last).sum()),
-                  float(messages.log_times.max() - last) * 1e-9, why)
-    except ValueError as error:
-        raise BagError(str(error)) from None
-    return [f'{counted(n, "message")} refused: {why}']
+    return [f'{counted(n, "message")} refused: {found.lost[0].why}'] if n else []
 
 
 class _Roles:
@@ -195,7 +184,7 @@ class _Roles:
     def tree(self) -> Transforms:
         """What is said of frames; read when it is asked for, there may be much of it."""
         if self._tree is None:
-            self._tree = read_transforms(self.bag, self._tf)
+            self._tree = read_transforms(self.bag, self._tf, self.reading.span)
         return self._tree
 
     @property
@@ -225,6 +214,18 @@ class _Roles:
             made[self.topics['odom']] = found.messages(self.topics['odom'])
         return found
 
+    def span_of(self, poses: DrivePoses, is_made: bool) -> tuple[int, int] | None:
+        """Return which part of the recording is read, [ns]; None for all of it."""
+        span = self.reading.span
+        if span.is_whole:
+            # In another frame all of them are refused, which is said where they are read.
+            if is_made or poses.frame_id == self.grid.frame_id.lstrip('/'):
+                poses.check_ends()
+            return None
+        first, last, *around = span.log_times(poses.stamps_ns, poses.log_times, poses.begins_ns)
+        poses.check_ends(*around)
+        return first, last
+
     def _poses(self) -> tuple[DrivePoses, list[str]]:
         topic, frame_id = self.topics['odom'], self.grid.frame_id
         if self.bag.topics[topic] == TF_TYPE:
@@ -237,7 +238,7 @@ class _Roles:
                              f'rotation')
             return found, notes
         messages = self.bag.messages(topic)
-        found = poses_from_messages(messages)
+        found = poses_from_messages(messages, self.reading.span)
         if found.frame_id != frame_id.lstrip('/') and self._tf:
             brought = brought_to_frame(found, self.tree, frame_id.lstrip('/'), self._tf[0])
             if brought is not None:

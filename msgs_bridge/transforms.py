@@ -9,14 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from msgs_bridge.bag_records import Bag
+from msgs_bridge.corrections import Correction, SLIGHT, spread
+from msgs_bridge.drive_span import Span
+from msgs_bridge.drives import Lost
 from msgs_bridge.poses import MAX_PLACE, QUATERNION_TOLERANCE
 from msgs_bridge.rigid import Motions, STILL
 
 TF_TYPE: Final = 'tf2_msgs/msg/TFMessage'
 #: How the robot's middle is called, the likeliest first.
 BASES: Final = ('base_footprint', 'base_link')
-#: A frame that moves a robot farther than this at once has leapt, it did not glide, [m].
-_CORRECTION: Final = 0.2
 #: A joint that moves less than this is none, [m] and as a difference of quaternions.
 _FIXED: Final = 2e-3
 #: Frames between two others, at most: a chain that is longer bites its tail.
@@ -36,8 +37,10 @@ class Edge:
     stamps_ns, log_times : ndarray of int64, shape (n,), [ns]
         Increasing stamps, and when each was received.
     motions : Motions
-    elsewhere : tuple of str, int and float
-        What is said of the child after the last of these, how often, and for how long, [s].
+    lost : tuple of Lost
+        What else is said of the child before the first of these, and after the last.
+    begins_ns : int, [ns]
+        First stamp of the child, wherever it is.
 
     """
 
@@ -46,7 +49,8 @@ class Edge:
     stamps_ns: npt.NDArray[np.int64]
     log_times: npt.NDArray[np.int64]
     motions: Motions
-    elsewhere: tuple[str, int, float] = ('', 0, 0.0)
+    lost: tuple[Lost, ...] = ()
+    begins_ns: int = 0
 
     @property
     def is_fixed(self) -> bool:
@@ -60,17 +64,35 @@ class Edge:
         start = self.stamps_ns[0]
         return self.motions.between((self.stamps_ns - start) * 1e-9, (stamps_ns - start) * 1e-9)
 
-    def carrying(self, stamps_ns: npt.NDArray[np.int64], motions: Motions) -> Motions:
-        """Return motions in the child's frame at some times in the parent's; leaps stay leaps."""
-        found = self.at(stamps_ns).then(motions)
+    def carrying(
+        self, stamps_ns: npt.NDArray[np.int64], motions: Motions,
+    ) -> tuple[Motions, list[Correction]]:
+        """
+        Return motions in the child's frame at some times in the parent's.
+
+        Where the frame leaps, they leap; where it was corrected by a little, that is spread over
+        the way before, and what was corrected returned.
+        """
         if len(self.stamps_ns) < 2:
-            return found
-        after = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self.stamps_ns) - 1)
+            return self.at(stamps_ns).then(motions), []
+        start = self.stamps_ns[0]
+        seconds, said = (stamps_ns - start) * 1e-9, (self.stamps_ns - start) * 1e-9
+        inside = motions.between(seconds, said)
+        steps = (self.motions.at(slice(1, None)).then(inside.at(slice(1, None))).shift
+                 - self.motions.at(slice(0, -1)).then(inside.at(slice(1, None))).shift)
+        large = (np.linalg.norm(steps, axis=1) > SLIGHT) & (said[1:] > seconds[0]) & (
+            said[:-1] < seconds[-1])
+        after = np.clip(np.searchsorted(said, seconds, side='right'), 1, len(said) - 1)
         held = self.motions.at(after - 1).then(motions)
-        step = self.motions.at(after).then(motions).shift - held.shift
-        leaps = (np.linalg.norm(step, axis=1) > _CORRECTION) & (stamps_ns < self.stamps_ns[after])
-        return Motions(*(np.where(leaps[:, np.newaxis], old, new)
-                         for old, new in zip(held, found, strict=True)))
+        is_held = large[after - 1] & (seconds < said[after])
+        found = Motions(*(np.where(is_held[:, np.newaxis], old, new) for old, new in zip(
+            held, self.at(stamps_ns).then(motions), strict=True)))
+        way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(
+            np.diff(motions.shift, axis=0), axis=1))])
+        added, corrections = spread(seconds, way, [
+            Correction(float(said[i + 1]), tuple(steps[i].tolist()))
+            for i in np.flatnonzero(large).tolist()])
+        return found._replace(shift=found.shift + added), corrections
 
 
 @dataclass
@@ -151,8 +173,18 @@ def topics_of(bag: Bag, namespace: str = '') -> tuple[list[str], str]:
     return [topic for topic in found if topic.rpartition('/')[0] == home], ''
 
 
-def read_transforms(bag: Bag, topics: list[str]) -> Transforms:
-    """Read all transforms of some topics; what is none is left out and counted."""
+def read_transforms(bag: Bag, topics: list[str], span: Span | None = None) -> Transforms:
+    """
+    Read all transforms of some topics; what is none is left out and counted.
+
+    Parameters
+    ----------
+    bag : Bag
+    topics : list of str
+    span : Span, optional
+        Of several frames above one, that one counts that is there in this part of the drive.
+
+    """
     tree, rows = Transforms(), dict[str, list[tuple[int, int, str, tuple[float, ...]]]]()
     for topic in topics:
         messages = bag.messages(topic)
@@ -162,20 +194,25 @@ def read_transforms(bag: Bag, topics: list[str]) -> Transforms:
                     rows.setdefault(child, []).append((stamp, log_time, parent, values))
             except (struct.error, UnicodeDecodeError):
                 tree.n_refused += 1
+    begins = min((row[1] for found in rows.values() if len(found) > 1 for row in found), default=0)
     for child, found in rows.items():
-        edge = _edge(child, found, tree)
+        edge = _edge(child, found, tree, span or Span(), begins)
         if edge is not None:
             tree.edges[child] = edge
     return tree
 
 
 def _edge(
-    child: str, rows: list[tuple[int, int, str, tuple[float, ...]]], tree: Transforms,
+    child: str, rows: list[tuple[int, int, str, tuple[float, ...]]], tree: Transforms, span: Span,
+    begins: int,
 ) -> Edge | None:
     """Put what is said of a frame in order; of several parents the one that says most."""
-    names = [row[2] for row in rows]
-    parent = max(sorted(set(names)), key=names.count)
     said = np.array([row[1] for row in rows], dtype=np.int64)
+    names = [row[2] for row in rows]
+    names = [name for name, counts in zip(names, span.holds(said, begins).tolist(), strict=True)
+             if counts] or names
+    parent = max(sorted(set(names)), key=names.count)
+    first_stamp = min(row[0] for row in rows)
     others = [row[2] for row in rows if row[2] != parent]
     rows = [row for row in rows if row[2] == parent]
     values = np.array([row[3] for row in rows])
@@ -188,15 +225,14 @@ def _edge(
     values = values[sound]
     if not len(values) or parent == child:
         return None
-    later = said[said > logs.max()]
-    elsewhere = (
-        f'{child} is under {others[-1]!r} and not {parent!r}' if others else
-        f'where {child} is in {parent!r} is no number', len(later),
-        float(later.max(initial=logs.max()) - logs.max()) * 1e-9)
+    why = (f'{child} is under {others[-1]!r} and not {parent!r}' if others else
+           f'where {child} is in {parent!r} is no number')
+    lost = (Lost(why, int(logs.min()), said[said < logs.min()]),
+            Lost(why, int(logs.max()), said[said > logs.max()]))
     _, first = np.unique(stamps, return_index=True)
     turn = values[first, 3:] / length[sound][first, np.newaxis]
     return Edge(parent, child, stamps[first], logs[first], Motions(values[first, :3], turn),
-                elsewhere)
+                lost, first_stamp)
 
 
 def _transforms(message: bytes) -> Iterator[tuple[int, str, str, tuple[float, ...]]]:

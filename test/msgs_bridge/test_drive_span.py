@@ -76,3 +76,46 @@ def test_seconds_that_are_none_of_the_drive_are_a_line(broken, capsys, words):
 def test_several_drives_are_not_cut_at_once(broken, capsys):
     assert main(['learn', str(broken), str(broken), '--to', '2']) == 2
     assert '--to: name one bag' in capsys.readouterr().err
+
+
+class TestFramesThatChange:
+    """The part that is asked for is judged, not what lies around it."""
+
+    @pytest.fixture(params=['odometry', 'to the map', 'frames'])
+    def turning(self, tmp_path, request):
+        """Record a drive in one frame for two seconds, in another one from there on."""
+        with RobotBag(tmp_path / 'drive') as bag:
+            for i in range(N):
+                stamp, x, y, yaw = place(i)
+                frame = 'odom' if i < 40 else 'ship'
+                if request.param == 'frames':
+                    bag.transforms(stamp, (frame, 'base_link', x, y, 0.0, 0.0, 0.0, yaw))
+                else:
+                    bag.odometry(stamp, x, y, yaw, frame=frame)
+                if request.param == 'to the map' and i == 0:
+                    edges = [('map', each, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+                             for each in ('odom', 'ship')]
+                    bag.transforms(stamp, *edges, topic='/tf_static')
+        self.top = 'map' if request.param == 'to the map' else ''
+        return tmp_path / 'drive'
+
+    def learnt(self, path, frame, span):
+        grid = Grid(20, 20, 0.25, frame_id=self.top or frame)
+        return learnt_from(open_drive(path, grid, Reading(span=span)), grid)[0].cells
+
+    @pytest.mark.parametrize(('frame', 'span', 'rows'), [
+        ('odom', Span(0.0, 1.9), (0, 38)), ('odom', Span(0.5, 2.1), (10, 39)),
+        ('ship', Span(2.0), (40, N - 1)), ('ship', Span(2.5, 5.0), (50, 100))], ids=str)
+    def test_a_part_in_one_frame_is_learnt(self, turning, frame, span, rows):
+        at = np.array([place(i)[1:3] for i in rows])
+        assert self.learnt(turning, frame, span)[[0, -1]].tolist() == (
+            GRID.cells_from_world(at).tolist())
+
+    @pytest.mark.parametrize('span', [Span(0.0, 3.0), Span(0.2, 3.5)], ids=str)
+    def test_a_part_in_two_frames_has_no_end(self, turning, span):
+        with pytest.raises(BagError, match=r'where this drive ends: .*\(--to 1\.95\)'):
+            self.learnt(turning, 'odom', span)
+
+    def test_the_part_in_the_other_frame_has_no_beginning(self, turning):
+        with pytest.raises(BagError, match=r'nobody knows where this drive (begins|ends)'):
+            self.learnt(turning, 'ship', Span())
