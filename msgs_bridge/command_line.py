@@ -9,6 +9,7 @@ import textwrap
 from typing import Any, Final
 
 from msgs_bridge.parameter_files import names_for_all, problem_with_file
+from msgs_bridge.remaps import idle_rules, problem_with_special
 
 #: How alike a name has to be to one of this node to be taken for a slip of the pen.
 _SLIP: Final = 0.82
@@ -134,6 +135,11 @@ class Given:
                                 f'{node}: out, -p {name}:=... is for this node')
         return list(filter(None, problems))
 
+    @property
+    def remappings(self) -> list[str]:
+        """Return the remappings, such as ``odom:=wheels/odom``."""
+        return list(self._values_of('-r', '--remap'))
+
     def _values_of(self, *options: str) -> Iterator[str]:
         for option, value in zip(self._ros, self._ros[1:], strict=False):
             if option in options:
@@ -165,6 +171,8 @@ def begin(program: Program, args: list[str] | None) -> None:
         raise ValueError(
             f'what is {_given.plain[0]!r}? Parameters are given as --ros-args -p NAME:=VALUE, '
             f'{program.name} --help lists them')
+    if problem := problem_with_special(_given.remappings):
+        raise ValueError(problem)
 
 
 def check_names(node: Any) -> None:
@@ -197,6 +205,15 @@ def check_names(node: Any) -> None:
         if name not in ALIKE and get_close_matches(name, known, 1, _SLIP):
             logger.warning(f'a parameter file gives {node.get_name()}, too, '
                            f'{_with_hint(name, known)}')
+
+
+def check_remappings(node: Any) -> None:
+    """Say which remappings change nothing; call it once a node has all its topics and services."""
+    warnings, notes = idle_rules(_given.remappings, node, _given.program)
+    for text in warnings:
+        node.get_logger().warning(text)
+    for text in notes:
+        node.get_logger().info(text)
 
 
 def _with_hint(name: str, known: Collection[str]) -> str:

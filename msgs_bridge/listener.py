@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from msgs_bridge.ear import Ear
+from msgs_bridge.remaps import note_heard
 
 
 #: Gets a message's bytes, and when it arrived, [ns].
@@ -111,6 +112,7 @@ class Listener:
             taken for gone: in the place of the first of the profiles.
 
         """
+        note_heard(topic)
         ear = Ear(self._node, kind, topic, lambda cdr, info: callback(cdr, self._arrived(info)),
                   self._lost, self._group, spare, kept)
         ear.subscribe(profiles)

@@ -22,7 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.time_source import TimeSource
 from rclpy.utilities import ok, try_shutdown
 
-from msgs_bridge.command_line import begin, Program
+from msgs_bridge.command_line import begin, check_remappings, Program
 from msgs_bridge.foreign_text import printable
 from msgs_bridge.processes import prepare
 from msgs_bridge.safe_log import guard_logs
@@ -149,7 +149,9 @@ def start_node(
         with warnings.catch_warnings():
             # Where no node can be made, rclpy warns of what it cannot tidy up on top.
             warnings.simplefilter('ignore', RuntimeWarning)
-            return kind()
+            node = kind()
+        check_remappings(node)
+        return node
     except rcl.RCLError as error:
         exit_with(name, _without_sources(error))
     except (ValueError, ParameterException, NameValidationException) as error:

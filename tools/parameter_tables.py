@@ -49,6 +49,9 @@ node, too. `/**/control_field_node` is for that node in every namespace. A file 
 share has a section for each of them, or one for all (`/**`).
 """
 
+Remappings (`-r FROM:=TO`) that change nothing are named in a warning, with the topic that may have
+been meant; those of topics that other nodes have, which a launch file gives to all, in a note.
+
 
 def limits_of(spec: 'Field[Any]', kind: Any) -> str:
     """Return the range or the choices of a parameter of a dataclass."""
