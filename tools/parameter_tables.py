@@ -47,10 +47,10 @@ no node in a namespace. So a file of which no section is for the node that it is
 refused, with the names of its sections and what to call them; a section that was meant for the
 node, too. `/**/control_field_node` is for that node in every namespace. A file that several nodes
 share has a section for each of them, or one for all (`/**`).
-"""
 
 Remappings (`-r FROM:=TO`) that change nothing are named in a warning, with the topic that may have
 been meant; those of topics that other nodes have, which a launch file gives to all, in a note.
+"""
 
 
 def limits_of(spec: 'Field[Any]', kind: Any) -> str:
