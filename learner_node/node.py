@@ -342,7 +342,7 @@ class LearnerNode(Node):
             self._library.memory))
         missing = self._settings.auto_trials - self._library.n_trials
         if (self._settings.auto_start and missing > 0 and refresh is not None
-                and self._session.phase is Phase.IDLE):
+                and self._session.phase is Phase.IDLE and not self._session.is_stopped):
             self.carry_out(self.change_trials(
                 partial(self._session.begin_trials, missing), time.monotonic()))
 

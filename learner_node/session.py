@@ -68,7 +68,7 @@ class Session(Teaching):
 
     def begin_trials(self, n_trials: int, now: float) -> Effects:
         """Run trials that nobody asked for (`auto_start`): they wait until they can begin."""
-        self.n_left = n_trials
+        self.n_left, self.is_stopped = n_trials, False
         self._go(Phase.WAITING, now)
         return self._proceed(now)
 
@@ -76,7 +76,7 @@ class Session(Teaching):
         """Stop the trial and run no more; SessionError if none are being run."""
         if self.phase not in (*IN_TRIAL, Phase.WAITING, Phase.PLACING) and self.n_left == 0:
             raise SessionError('no trials are being run')
-        self.n_left = 0
+        self._end_series()
         if self.phase in (Phase.WAITING, Phase.PLACING):
             self._go(Phase.IDLE, now)
         return [StopTrial()] if self.phase in IN_TRIAL else []
@@ -126,7 +126,7 @@ class Session(Teaching):
         if self.phase is not Phase.PLACING or not self._arrival.is_seen(now):
             return []
         self._tally.clear()
-        self._n_asked = self.trial = 0
+        self._n_asked, self.trial, self._refusal = 0, 0, ''
         self._go(Phase.STARTING, now)
         return [Record(EpisodeKind.TRIAL), *self._ask(StartTrial(), now)]
 
@@ -225,7 +225,7 @@ class Session(Teaching):
         if status.outcome is Outcome.ABORTED:
             return self._break_off(status.reason or 'the controller aborted it', now, told=True)
         if status.reason.startswith(_ENDS_SERIES):
-            self.n_left = 0
+            self._end_series()
         self._tally.forget(self.trial)
         return self._learn(now)
 
@@ -234,9 +234,10 @@ class Session(Teaching):
         if self.phase is not Phase.STARTING or accepted:
             return []
         self._n_silent, self._asked = LOST, now  # the next request comes after a while
+        self._refusal = f'the controller does not start it: {message}'
         if self._n_asked < MAX_REQUESTS:
             return []
-        return self._break_off(f'the controller does not start it: {message}', now)
+        return self._break_off(self._refusal, now)
 
     def learnt(self, revision: int, now: float, memory: str = '') -> Effects:
         """Take in that the closed bag was learnt from, or could not be (revision as before)."""
@@ -305,7 +306,7 @@ class Session(Teaching):
         placing = self.phase is Phase.PLACING
         if self._n_asked >= MAX_REQUESTS or now - self._began > MAX_ASKING:
             return self._break_off('the robot was not set back' if placing else
-                                   'the controller does not answer', now)
+                                   self._refusal or 'the controller does not answer', now)
         if placing and self._n_asked % PLACE_REQUESTS == 0:
             self._start = self._next_start()
         return self._ask(Place(self._start) if placing else StartTrial(), now)

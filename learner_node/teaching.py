@@ -26,7 +26,7 @@ class Teaching(Transitions):
         self._intruder.begin(self._status, self._stamp, self.settings.controller)
         self._attendance.begin(now)
         self._absence.begin()
-        self._lost = ''
+        self._lost, self.is_stopped = '', False
         self._go(Phase.DEMONSTRATION, now)
         return [Record(EpisodeKind.DEMO)]
 

@@ -32,6 +32,8 @@ class Transitions:
         self.settings = settings
         self.phase = Phase.IDLE
         self.n_left = 0
+        #: Whether a person has stopped the trials: none begins by itself then.
+        self.is_stopped = False
         self.revision = -1
         #: Whose field is in force, see `memory_identity`.
         self.memory = ''
@@ -47,7 +49,7 @@ class Transitions:
         self._absence, self._attendance = Absence(), Attendance()
         self._n_asked = self._n_silent = 0
         self._stamp = 0.0
-        self._told = self._lost = ''
+        self._told = self._lost = self._refusal = ''
         self._looked = self._woke = -math.inf
         self._slept = 0.0
 
@@ -83,6 +85,9 @@ class Transitions:
             raise SessionError(f'cannot {what} now: {self.describe()}{remedy(self.phase)}')
         if why := self.why_not(deed):
             raise SessionError(f'cannot {what}: {why}')
+
+    def _end_series(self) -> None:
+        self.n_left, self.is_stopped = 0, True
 
     def _go(self, phase: Phase, now: float) -> None:
         self.phase, self._began = phase, now

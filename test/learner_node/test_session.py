@@ -309,6 +309,17 @@ class TestTrials:
         trying('learnt', 2)
         assert trying.phase is Phase.IDLE
 
+    def test_that_a_person_stopped_do_not_begin_by_themselves(self, trying):
+        assert not trying.session.is_stopped
+        trying('stop_trials')
+        assert trying.session.is_stopped
+        trying('saw_status', ended(decisions=0, outcome=Outcome.STOPPED))
+        trying('heard_odometry', 1.0)
+        trying('learnt', 2)
+        assert trying.session.is_stopped
+        trying('run_trials', 1)
+        assert not trying.session.is_stopped
+
     def test_that_do_not_run_cannot_be_stopped(self, play):
         with pytest.raises(SessionError, match='no trials'):
             play('stop_trials')
@@ -416,6 +427,15 @@ class TestRetries:
         play('saw_pose', *HERE)
         play('start_answered', False, 'a person is driving')
         assert play.wait(0.4) == [StartTrial()]
+
+    def test_a_start_that_is_refused_in_vain_is_not_called_unanswered(self, play):
+        play('run_trials', 1)
+        play('saw_pose', *HERE)
+        while not warnings_of(play.log):
+            play('start_answered', False, 'nobody watches over the robot')
+            play.wait(3.0)
+        said = warnings_of(play.log)[0]
+        assert said.endswith('the controller does not start it: nobody watches over the robot')
 
     def test_starts_refused_for_long_leave_no_bag(self, play):
         play('run_trials', 1)

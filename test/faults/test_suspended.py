@@ -1,0 +1,167 @@
+"""
+Each node stands still for a while in the middle of a trial, as under a closed lid: SIGSTOP.
+
+The 30 s, after which the middleware takes a node for gone, are in the long suite (`-m long`).
+"""
+
+from contextlib import contextmanager, ExitStack
+import signal
+import time
+
+import pytest
+from std_msgs.msg import Bool
+
+from control_field.records import Outcome
+from experience_cli.learn import field_bytes
+from learner_node.lessons import Lessons
+from msgs_bridge import qos
+from msgs_bridge.bag_folder import EpisodeKind
+from msgs_bridge.bag_gaps import gaps_in, KEY
+from msgs_bridge.bag_undo import take_away
+from msgs_bridge.episodes import read_episode, read_header
+import ros_helpers
+from sample_helpers import sample_copy
+from suite_helpers import running_suite, Suite
+from terminal_helpers import TerminalProcess
+
+pytestmark = pytest.mark.slow
+LONG = [pytest.mark.long, pytest.mark.timeout(900)]
+#: A base that stops by itself before the robot gets where its last command was not meant for.
+BASE = {'cmd_vel_timeout': 0.5}
+#: The simulated robot's sight is a costmap here, which `neighbourhood_node` reads.
+SIM = {**BASE, 'world': 'task1', 'lockstep': False, 'rate': 10.0, 'speed_factor': 3.0}
+NODES = ('sim_node', 'control_field_node', 'learner_node', 'neighbourhood_node', 'teleop_node')
+
+
+class RealTimeSuite(Suite):
+    """All nodes in real time, with a teleop that watches; the way was shown before."""
+
+    def __init__(self, folder, domain, stack):
+        task = sample_copy(folder)
+        take_away(task, [2, 3])
+        super().__init__(folder, domain, stack, task=task.task, auto_start=True, auto_trials=1)
+        self.task = task
+        self.contacts = []
+        self.node._node.create_subscription(
+            Bool, 'contact', lambda msg: self.contacts.append(msg.data), qos.LATCHED)
+
+    def start_all(self):
+        """Start the five nodes."""
+        self._start('sim_node', SIM, {'neighbourhood': 'costmap'})
+        self._start('neighbourhood_node', {'source': 'costmap', 'use_sim_time': True}, {},
+                    'msgs_bridge.neighbourhood_node')
+        command = ros_helpers.node_command('teleop_node.node', self.folder, {
+            'enable_stamped_cmd_vel': True})
+        self.teleop = self._stack.enter_context(TerminalProcess(
+            command, self.folder, env=self._options['env'], name='teleop_node'))
+        self.processes['teleop_node'] = self.teleop
+        self.start('control_field_node', **BASE, lockstep=False, heartbeat=True,
+                   use_sim_time=True)
+        self.start('learner_node', lockstep=False, use_sim_time=True)
+
+    def _start(self, name, parameters, remappings, module=None):
+        self.processes[name] = self._stack.enter_context(ros_helpers.start_node(
+            module or f'{name}.node', self.folder,
+            {'enable_stamped_cmd_vel': True, **parameters}, remappings=remappings,
+            **self._options))
+
+    def wait(self, predicate, what):
+        """Wait; what teleop shows is taken in meanwhile, it would stand still otherwise."""
+        return super().wait(lambda: (self.teleop.read(), predicate())[1], what)
+
+    def report(self):
+        """Return what the nodes said; teleop's line comes ten times a second."""
+        return '\n'.join(process.report() for process in self.processes.values()
+                         if process is not self.teleop)
+
+    def is_idle(self):
+        """Tell whether no trial is run or asked for."""
+        learner = self.node.learner
+        return learner.get('phase') == 'idle' and learner['trials_left'] == '0'
+
+    def in_trial(self):
+        """Let trials run, unless they do, and wait for the middle of one."""
+        self.node.status = None
+        self.node.learner = {}
+        self.wait(lambda: self.node.learner, 'the learner')
+        if self.is_idle():
+            self.node.ask('learner_node/run_trials')
+        self.wait_for_step(2)
+
+    def suspend(self, name, seconds):
+        """Let a node stand still."""
+        self.processes[name].send(signal.SIGSTOP)
+        until = time.monotonic() + seconds
+        self.wait(lambda: time.monotonic() > until, 'the end of the sleep')
+        self.processes[name].send(signal.SIGCONT)
+
+
+@contextmanager
+def real_time_suite(folder, domain):
+    with ExitStack() as stack:
+        suite = RealTimeSuite(folder, domain, stack)
+        suite.start_all()
+        yield suite
+
+
+def relearnt(task):
+    header = read_header(task.episodes()[0].path)
+    lessons = Lessons(header.grid, header.parameters)
+    for episode in task.episodes():
+        lessons.learn(episode)
+    return field_bytes(lessons.field())
+
+
+def check_bags(suite):
+    """Every bag is whole or called incomplete, and teaches what was learnt live."""
+    outcomes = []
+    for episode in suite.task.episodes():
+        said = KEY in (episode.path / 'metadata.yaml').read_text()
+        assert said == bool(gaps := gaps_in(episode.path)), (episode.name, str(gaps))
+        if episode.kind is EpisodeKind.TRIAL:
+            outcomes.append(read_episode(episode.path).record.outcome)
+    report = '\n'.join([str(outcomes), suite.report()])
+    assert Outcome.COLLISION not in outcomes, report
+    assert outcomes[-1] is Outcome.GOAL, report
+    assert relearnt(suite.task) == suite.live_bytes(), report
+    for process in suite.processes.values():
+        assert 'Traceback' not in process.stdout + process.stderr, report
+    return outcomes
+
+
+@pytest.mark.parametrize('pauses', [
+    pytest.param((0.3, 2.0), id='short'), pytest.param((30.0,), id='30 s', marks=LONG)])
+def test_a_robot_touches_nothing_and_reaches_the_goal_whatever_node_stands_still(
+    ros_domain, tmp_path, pauses,
+):
+    with real_time_suite(tmp_path, ros_domain) as suite:
+        for name in NODES:
+            suite.in_trial()
+            for seconds in pauses:
+                suite.suspend(name, seconds)
+        suite.in_trial()
+        suite.wait(suite.is_idle, 'the last trials')
+        outcomes = check_bags(suite)
+        assert set(outcomes) <= {Outcome.GOAL, Outcome.ABORTED, Outcome.STOPPED}, suite.report()
+        assert not any(suite.contacts), suite.report()
+
+
+@pytest.mark.long
+@pytest.mark.timeout(900)
+def test_a_trial_whose_recorder_sleeps_through_it_counts(ros_domain, tmp_path):
+    with running_suite(tmp_path / 'suite', ros_domain, auto_start=True) as suite:
+        suite.demonstrate()
+        suite.wait_for_step(3)
+        suite.processes['learner_node'].send(signal.SIGSTOP)
+        until = time.monotonic() + 30.0
+        suite.wait(lambda: time.monotonic() > until, 'the end of the sleep')
+        suite.processes['learner_node'].send(signal.SIGCONT)
+        suite.wait_for_revision(3)
+        suite.wait(lambda: suite.newest_revision() == 3, 'the last field')
+        assert check_bags(suite) == [Outcome.GOAL, Outcome.GOAL], suite.report()
+        for episode in suite.task.episodes():
+            # In lock-step all is kept, but words of how the trial stood meanwhile.
+            gaps = gaps_in(episode.path)
+            assert not gaps.holes, gaps
+            assert not gaps.n_missing, gaps
+            assert {*gaps.lost} <= {'/trial'}, gaps
