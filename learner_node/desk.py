@@ -80,7 +80,7 @@ class Desk:
         n = self._session.settings.auto_trials
         return self._at_once(response, partial(
             self._node.change_trials, partial(self._session.run_trials, n)),
-            f'the robot tries {counted(n, "time")}; space in teleop_node stops it')
+            f'the robot tries {counted(n, "time")}; press space in teleop_node to stop it')
 
     def _on_stop(self, _: Any, response: Any) -> Any:
         return self._at_once(

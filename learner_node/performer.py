@@ -78,7 +78,7 @@ class Performer:
         self.bag = episode.name
         if kind is EpisodeKind.DEMO:
             self._write_status(State.RUNNING, 0)
-        then = ': drive the robot to the goal, then n keeps it' if kind is EpisodeKind.DEMO else ''
+        then = ': drive the robot to the goal, then press n' if kind is EpisodeKind.DEMO else ''
         self._node.say(f'recording {episode.name}{then}')
         self._node.tell()  # at once: nothing else is to drive the robot from now on
 

@@ -62,9 +62,9 @@ WORDS: Final = {
 def remedy(phase: Phase) -> str:
     """Say how a person ends what is under way, as the end of a sentence; empty where it ends."""
     if phase is Phase.DEMONSTRATION:
-        return '; in teleop_node n keeps it, a abandons it'
+        return '; press n in teleop_node to keep it, a to throw it away'
     running = phase in (Phase.WAITING, Phase.PLACING, Phase.STARTING, Phase.TRIAL)
-    return '; space in teleop_node ends that' if running else ''
+    return '; press space in teleop_node to end that' if running else ''
 
 
 @dataclass(frozen=True)

@@ -30,11 +30,11 @@ def sentence_at_start(settings: Settings, task: TaskFolder, refresh: Refresh | N
     """Say what the task is, what is known of it, and what to do next."""
     begins = f'task {task.task} in {task.path.resolve()}: '
     if refresh is None:
-        return (begins + 'nothing was learnt yet; show the way: s in teleop_node, or the service '
-                '~/record_demonstration')
+        return (begins + 'nothing was learnt yet; press s in teleop_node and show the way'
+                ' (or call ~/record_demonstration)')
     service = '~/run_trials' if settings.simulation else f'{settings.controller}/start_trial'
-    return begins + (f'{refresh.certificate.sentence()} Let it try: t in teleop_node, or the '
-                     f'service {service}')
+    return begins + (f'{refresh.certificate.sentence()} Press t in teleop_node to let it try '
+                     f'(or call {service})')
 
 
 def diagnostic_from_session(

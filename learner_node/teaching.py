@@ -11,8 +11,8 @@ from msgs_bridge.statements import Deed
 
 #: Why a demonstration was not kept whose teacher has left; and what `n` is told then.
 LEFT: Final = 'nobody was at the keys any more'
-_LEFT_ANSWER: Final = (f'{LEFT}, so the recording ended; y in teleop_node keeps it all the '
-                       f'same, d takes it away, s begins anew')
+_LEFT_ANSWER: Final = (f'{LEFT}, so the recording ended; press y in teleop_node to keep it '
+                       f'all the same, d to take it away, s to begin a new one')
 
 
 class Teaching(Transitions):
@@ -52,7 +52,7 @@ class Teaching(Transitions):
 
     def _check_recording(self) -> None:
         if self.phase is not Phase.DEMONSTRATION:
-            lost = f': {self._lost}' if self._lost else '; s in teleop_node starts one'
+            lost = f': {self._lost}' if self._lost else '; press s in teleop_node to start one'
             raise SessionError(f'no demonstration is being recorded{lost}')
 
     def _settle(self, now: float) -> Effects:
@@ -102,4 +102,5 @@ class Teaching(Transitions):
         self._go(Phase.IDLE, now)
         return [Abandon(LEFT), Say(
             f'The recording of the drive has ended, because {LEFT}. The drive is there, but not '
-            f'learnt: y in teleop_node keeps it all the same, d takes it away', warns=True)]
+            f'learnt: press y in teleop_node to keep it all the same, d to take it away',
+            warns=True)]

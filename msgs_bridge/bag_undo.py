@@ -20,7 +20,7 @@ from msgs_bridge.trial_status import Label
 #: Why a demonstration was not kept that a person has thrown away while it was recorded.
 THROWN_AWAY: Final = 'it was thrown away'
 #: How it is undone, where a learner runs.
-UNDO: Final = 'b in teleop_node, or ~/undo, brings it back'
+UNDO: Final = 'press b in teleop_node to bring it back'
 
 
 def take_away(task: TaskFolder, numbers: Sequence[int]) -> list[EpisodeFolder]:

@@ -31,7 +31,7 @@ _SENSED: Final = (
 #: What a learner says of itself that records a demonstration; and why nothing drives meanwhile.
 _RECORDS: Final = 'demonstration'
 _RECORDED: Final = ('{} records a demonstration, and what a trial drives is not what a person '
-                    'shows; in teleop_node n keeps it, a abandons it')
+                    'shows; press n in teleop_node to keep it, a to throw it away')
 #: So many processes are heard at most; and what every statement holds.
 _MOST: Final = 64
 _MARK: Final = b'instance'

@@ -6,7 +6,7 @@ from typing import Any, Final
 from rcl_interfaces.srv import GetParameters
 from std_srvs.srv import SetBool, Trigger
 
-from teleop_node.teaching import Answer, PATIENCE
+from teleop_node.teaching import absence, Answer, PATIENCE
 
 #: Services of the learner that actions ask for, beside that which records.
 _LEARNER: Final = (
@@ -52,8 +52,9 @@ class Asking:
         request = Trigger.Request() if on is None else SetBool.Request(data=on)
         answer = await self._answer(client, request, patience)
         if answer is None:
-            state = 'does not answer' if client.service_is_ready() else 'is not there'
-            return Answer(False, f'{service} {state}')
+            node = service.rpartition('/')[0]
+            return Answer(False, f'{node} does not answer' if client.service_is_ready() else (
+                absence(node)))
         return Answer(answer.success, answer.message)
 
     async def _answer(self, client: Any, request: Any, patience: float = PATIENCE) -> Any:

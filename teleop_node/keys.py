@@ -42,13 +42,13 @@ ACTIONS: Final[Mapping[str, Action]] = {
     ' ': Action.STOP, ESCAPE: Action.QUIT}
 
 HELP: Final = """\
-drive (hold to move)     teach                     afterwards
-  u  i  o                s  start a demonstration  t  let the robot try
-  j     l                n  keep it                y  that was a success
-  m  ,  .                r  redo it                f  that was a failure
-space or k: stop         a  abandon it             d  drop the last drive
-faster, slower: q/z      g  go back to the start   b  bring back what went
-  w/x ahead, e/c turn    h  go where to teach      Esc  quit"""
+drive (hold to move)     teach                      afterwards
+  u  i  o                s  start to record         t  let the robot try
+  j     l                n  keep the drive          y  the last one went well
+  m  ,  .                r  begin it again          f  the last one went wrong
+space or k: stop         a  throw it away           d  remove the last one
+faster, slower: q/z      g  back to the start       b  bring the removed back
+  w/x ahead, e/c turn    h  where teaching helps    Esc  quit"""
 
 
 class KeyParser:

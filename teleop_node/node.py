@@ -187,8 +187,7 @@ class TeleopNode(Node):
             answer = await self._teaching.perform(action)
         finally:
             self._is_stopping = self._is_stopping and action is not Action.STOP
-        self._say(f'{action.replace("_", " ")}: {"" if answer.success else "not done, "}'
-                  f'{answer.message}')
+        self._say(answer.sentence)
         return answer
 
     # Commands
@@ -253,7 +252,7 @@ class TeleopNode(Node):
         """End trial and series, and say so where there was any."""
         answer = await self._teaching.leave()
         if answer.message:
-            self._say(answer.message)
+            self._say(answer.sentence)
 
     # What actions ask for (teaching.Peers)
 

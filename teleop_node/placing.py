@@ -18,8 +18,8 @@ from teleop_node.teaching import Answer
 _NEAR: Final = 0.05
 _SET_BACK_TIME: Final = 3.0
 #: Where the learner names no place to teach from.
-NOWHERE: Final = ('no place is known where a demonstration would help: show the way first (s), or '
-                  'the robot gets to the goal from everywhere it has seen')
+NOWHERE: Final = ('there is no place where one more drive would help: nothing was shown yet (press s to '
+                  'start), or the robot gets to the goal from everywhere it has seen')
 
 
 class Placing:
@@ -93,11 +93,11 @@ class Placing:
         x, y = places[self._n_offered % len(places)][:2]
         self._n_offered += 1
         answer = await self.set_to(x, y, self._pose.yaw if self._pose else 0.0)
-        more = f'h again goes to the next of {len(places)}' if len(places) > 1 else ''
+        more = f'press h again for the next of {len(places)} places' if len(places) > 1 else ''
         if not answer.success:
             return Answer(False, '; '.join(filter(None, (answer.message, more))))
         return Answer(True, '; '.join(filter(None, (
-            f'{answer.message}: a drive from here helps most, s starts it', more))))
+            f'{answer.message}: a drive from here helps most, press s to start it', more))))
 
     async def set_to(self, x: float, y: float, yaw: float) -> Answer:
         """Set a simulated robot to a place, [m, rad], and wait until odometry shows it there."""
@@ -121,4 +121,4 @@ def where_to_teach(places: Sequence[Sequence[float]]) -> Answer:
         return Answer(False, NOWHERE)
     named = ', '.join(f'({x:.2f}, {y:.2f})' for x, y in places)
     return Answer(True, f'a drive from one of these places helps most, (x, y) in metres: {named}; '
-                        f'drive the robot there, then s')
+                        f'drive the robot there, then press s')

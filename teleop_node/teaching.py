@@ -5,12 +5,12 @@ from typing import Final, NamedTuple, Protocol
 
 from teleop_node.keys import Action
 
-_RECORDED: Final = ('cannot {} now: a demonstration is recorded; n keeps it, r begins it anew, a '
-                    'abandons it')
+_RECORDED: Final = ('cannot {} now: a drive is being recorded; press n to keep it, r to begin it anew, '
+                    'a to throw it away')
 _STAYS: Final = (
-    'The drive is still being recorded. Start teleop_node again soon, and n keeps it, a throws it '
-    'away. Later the recording ends by itself; nothing of it is lost, and y keeps it')
-_TRYING: Final = 'cannot {} now: the robot tries; space stops it'
+    'The drive is still being recorded. Start teleop_node again soon to go on, and press n to keep '
+    'it or a to throw it away. Later the recording ends by itself; nothing is lost, y keeps it')
+_TRYING: Final = 'cannot {} now: the robot tries by itself; press space to stop it'
 
 
 #: Longest wait for an answer, [s]: learning takes a while; what stops the robot does not.
@@ -23,6 +23,21 @@ class Answer(NamedTuple):
 
     success: bool
     message: str
+
+    @property
+    def sentence(self) -> str:
+        """Return what is told: what was done, or that it was not and why."""
+        text = self.message if self.success else f'Not done: {self.message}'
+        # Whoever reads it is in it. A bag's name stays as people have to type it.
+        text = text.replace(' in teleop_node', '')
+        begins = text[:1].upper() if text.split(' ')[0].isalpha() else text[:1]
+        return f'{begins}{text[1:]}' + ('' if text.endswith(('.', '?', '!')) else '.')
+
+
+def absence(node: str) -> str:
+    """Say that a node is not there, and what to do."""
+    return (f'{node} is not there; start it in another terminal, with the same ROS_DOMAIN_ID as '
+            f'here')
 
 
 class Peers(Protocol):
@@ -134,7 +149,7 @@ class Teaching:
         if not answer.success:
             return answer
         if not await self._peers.is_simulated():
-            return Answer(True, f'{answer.message}; drive the robot back to the start, then s')
+            return Answer(True, f'{answer.message}; drive the robot back to the start, then press s')
         then = await self._peers.set_back(to_start=False)
         if then.success:
             then = await self._start()
@@ -170,7 +185,7 @@ class Teaching:
 
     @property
     def _no_learner(self) -> Answer:
-        return Answer(False, f'{self._learner} is not there')
+        return Answer(False, absence(self._learner))
 
     @property
     def drives_by_itself(self) -> bool:

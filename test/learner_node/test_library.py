@@ -110,7 +110,7 @@ class TestLibrary:
         assert library.refresh is None
         assert not task.episodes()
         assert 'task1/0001 and task1/0002 are set aside' in library.lines[0]
-        assert '~/undo, brings' in library.lines[0]
+        assert 'press b in teleop_node' in library.lines[0]
         assert set_aside(task) == ''
         assert library.undo().startswith('task1/0001 and task1/0002 are back. ')
         library.drop_last()
@@ -122,7 +122,7 @@ class TestLibrary:
         library = library_of(task)
         assert library.field().q.tobytes() != field
         more = library.field().q.tobytes()
-        assert 'task1/0002 is dropped (b in teleop_node' in library.drop_last()
+        assert 'task1/0002 is dropped (press b in teleop_node' in library.drop_last()
         assert library.field().q.tobytes() == field
         assert 'task1/0002 is back' in library.undo()
         assert library.field().q.tobytes() == more

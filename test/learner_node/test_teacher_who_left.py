@@ -44,7 +44,7 @@ def test_the_recording_ends_and_nothing_is_thrown_away(play):
     assert said.text.startswith('The recording of the drive has ended, because nobody was at')
     assert play.phase is Phase.IDLE
     assert not any(isinstance(effect, Discard) for effect in play.log)
-    with pytest.raises(SessionError, match='y in teleop_node keeps it all the same'):
+    with pytest.raises(SessionError, match='press y in teleop_node to keep it all the same'):
         play('keep')
     assert play('record') == [Record(EpisodeKind.DEMO)]
 

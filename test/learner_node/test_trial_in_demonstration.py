@@ -83,7 +83,7 @@ class TestATrialThatHasEnded:
         session.tick(1.05)
         effects = session.saw_status(status(State.ENDED, BEGAN), 1.1)
         for tick in range(100):
-            session.heard_odometry(BEGAN + 0.05 * tick, 1.1 + 0.05 * tick)
+            session.heard_odometry(BEGAN + 0.05 * (tick + 1), 1.1 + 0.05 * tick)
             effects += session.tick(1.1 + 0.05 * tick)
         assert [type(effect) for effect in effects] == [Say]
         assert session.phase is Phase.DEMONSTRATION

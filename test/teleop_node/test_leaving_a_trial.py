@@ -76,7 +76,7 @@ def test_whoever_leaves_ends_the_trial_and_the_series_first(ros_node, tmp_path, 
         assert process.wait() == 0
         assert trial.is_ended()
         if end != 'closed_window':
-            assert 'trial 3 was stopped after 5 steps; no more trials are run' in process.read()
+            assert 'Trial 3 was stopped after 5 steps; no more trials are run.' in process.read()
             assert process.mode() == process.before
 
 
@@ -95,7 +95,7 @@ def test_who_does_not_answer_is_waited_for_a_while_but_not_after_a_second_ctrl_c
             process.type('\x03')
         assert process.wait() == 0
         assert not trial.asked
-        assert again == ('the trial may go on: control_field_node/stop_trial does not answer'
+        assert again == ('the trial may go on: control_field_node does not answer'
                          not in process.read())
 
 

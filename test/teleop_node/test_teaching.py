@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from teleop_node.keys import Action
-from teleop_node.teaching import Answer, Teaching
+from teleop_node.teaching import absence, Answer, Teaching
 
 
 class Here:
@@ -95,7 +95,7 @@ def test_a_real_robot_is_not_set_back_and_tries_once():
         here, Action.REDO, Action.RUN_TRIALS, Action.SET_BACK, Action.TEACH_HERE)
     # Its drive back is no part of the way.
     assert here.asked == ['let go', DISCARD, 'let go', 'c/start_trial', 'let go', 'let go']
-    assert redone == (True, f'{DISCARD} says so; drive the robot back to the start, then s')
+    assert redone == (True, f'{DISCARD} says so; drive the robot back to the start, then press s')
     assert tried.success
     assert back == (False, 'a real robot is not set back: drive it back by the keys')
     assert there == (True, 'drive there')
@@ -103,12 +103,12 @@ def test_a_real_robot_is_not_set_back_and_tries_once():
 
 @pytest.mark.parametrize('action', [Action.SET_BACK, Action.TEACH_HERE])
 def test_without_a_learner_nobody_is_called_a_real_robot(action):
-    assert perform(Here(simulated=None), action) == [(False, 'l is not there')]
+    assert perform(Here(simulated=None), action) == [(False, absence('l'))]
 
 
 @pytest.mark.parametrize(('state', 'words'), [
-    ({'recording': True}, 'a demonstration is recorded; n keeps it, r begins it anew, a abandons'),
-    ({'trying': True}, 'the robot tries; space stops it'), ({'series': True}, 'the robot tries')])
+    ({'recording': True}, 'a drive is being recorded; press n to keep it, r to begin it anew, a to throw'),
+    ({'trying': True}, 'the robot tries by itself; press space to stop it'), ({'series': True}, 'the robot tries')])
 @pytest.mark.parametrize('action', [Action.SET_BACK, Action.TEACH_HERE])
 def test_a_robot_that_is_recorded_or_tries_stays_where_it_is(state, words, action):
     here = Here(**state)
@@ -123,7 +123,7 @@ def test_a_real_robot_does_not_try_while_a_demonstration_is_recorded():
     answer, = perform(here, Action.RUN_TRIALS)
     assert here.asked == ['let go']
     assert not answer.success
-    assert answer.message.startswith('cannot run a trial now: a demonstration is recorded; n keep')
+    assert answer.message.startswith('cannot run a trial now: a drive is being recorded; press n')
 
 
 @pytest.mark.parametrize(('trying', 'series'), [(True, False), (False, True), (True, True)])
@@ -138,7 +138,7 @@ def test_who_stops_or_quits_ends_the_trial_and_the_series(trying, series, action
 
 def test_who_leaves_a_recording_reads_that_it_goes_on():
     answer, = perform(Here(recording=True), Action.QUIT)
-    assert 'Start teleop_node again soon, and n keeps it' in answer.message
+    assert 'Start teleop_node again soon to go on, and press n to keep it' in answer.message
 
 
 def test_where_nothing_drives_by_itself_a_stop_asks_nobody():
@@ -204,3 +204,13 @@ def test_one_at_a_time_but_stopping_never_waits():
         assert (await teaching.perform(Action.START)).success
         return refused
     assert asyncio.run(both()) == (False, 'still busy with keep')
+
+
+@pytest.mark.parametrize(('success', 'message', 'sentence'), [
+    (True, 'recording kitchen/0001: drive', 'Recording kitchen/0001: drive.'),
+    (True, 'kitchen/0001 is back. From all', 'kitchen/0001 is back. From all.'),
+    (True, 'is something there?', 'Is something there?'),
+    (False, 'learner_node is not there', 'Not done: learner_node is not there.'),
+    (False, 'cannot run a trial now', 'Not done: cannot run a trial now.')])
+def test_an_answer_is_told_as_a_sentence(success, message, sentence):
+    assert Answer(success, message).sentence == sentence
