@@ -19,7 +19,7 @@ from msgs_bridge.safe_files import (
     BoundlessYamlError, open_regular, read_text, yaml_from_text)
 
 #: How the files end that hold messages, those that are read first of several copies before others.
-ENDINGS: Final = ('.mcap', '.db3', '.bag', '.mcap.zstd', '.db3.zstd')
+ENDINGS: Final = ('.mcap', '.db3', '.bag', '.bag.active', '.mcap.zstd', '.db3.zstd')
 #: What SQLite keeps beside a file that it has not finished with; the last says nothing.
 WAL, JOURNAL, _SHARED_MEMORY = '-wal', '-journal', '-shm'
 #: What programs append to the name of a file that they have replaced, or not finished.
@@ -175,10 +175,6 @@ def is_cut(path: Path) -> bool:
 
 def _none_there(folder: Path, description: Description | None) -> str:
     """Say that a folder holds no file that can be read."""
-    active = sorted(folder.glob('*.bag.active'))
-    if active:
-        return (f'{active[0].name} is a recording of ROS 1 that was not closed; '
-                f'`rosbag reindex {active[0].name}` mends it')
     said = 'there is no .mcap, .db3 or .bag file in it'
     named = ', '.join(description.files[:5]) if description else ''
     return f'{said}; {NAME} names {named}' if named else said

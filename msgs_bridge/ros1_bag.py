@@ -13,6 +13,8 @@ from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_records import RawMessages
+from msgs_bridge.bounded_unpacking import MOST_IN_MEMORY, Room
+from msgs_bridge.ros1_recovery import UnclosedBag, Unpackers
 from msgs_bridge.safe_files import open_regular
 
 #: Largest chunk that is unpacked, [bytes]; recorders write them of less than 1 MiB.
@@ -34,19 +36,25 @@ class Ros1Bag:
     Raises
     ------
     BagError
-        If it cannot be read, or was not closed.
+        If it cannot be read.
 
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._unclosed: UnclosedBag | None = None
         # rosbags raises what it runs into, of many types, on a bag that is damaged.
         try:
             open_regular(path).close()
-            with _opened(path) as reader:
+            with self._opened() as reader:
                 connections = list(reader.connections)
         except Exception as error:
-            raise self._error(error) from None
+            self._unclosed = _unclosed(path)
+            if self._unclosed is None:
+                raise self._error(error) from None
+            connections = self._unclosed.connections
+        #: What there is to say of how it was found.
+        self.notes = (self._unclosed.note,) if self._unclosed else ()
         self._topics = {item.topic: _now(item.msgtype) for item in connections}
         self._counts = dict.fromkeys(self._topics, 0)
         for item in connections:
@@ -75,12 +83,14 @@ class Ros1Bag:
         found: list[bytes] = []
         times: list[int] = []
         try:
-            with _opened(self.path) as reader:
+            room = Room(MOST_IN_MEMORY)
+            with self._opened() as reader:
                 wanted = [item for item in reader.connections if item.topic == topic]
                 for item in wanted:
                     self._check_type(item)
                 # No connection at all would mean every one.
                 for item, time, message in reader.messages(wanted) if wanted else ():
+                    room.take(len(message))
                     found.append(bytes(_jazzy().ros1_to_cdr(message, _now(item.msgtype))))
                     times.append(time)
         except BagError:
@@ -88,6 +98,14 @@ class Ros1Bag:
         except Exception as error:
             raise self._error(error) from None
         return RawMessages.of(topic, self._topics.get(topic, ''), found, times)
+
+    @contextmanager
+    def _opened(self) -> Iterator[Any]:
+        if self._unclosed is not None:
+            yield self._unclosed
+        else:
+            with _opened(self.path) as reader:
+                yield reader
 
     def _check_type(self, connection: Any) -> None:
         """Refuse a type that is called like a standard one and is none: its bytes differ."""
@@ -104,6 +122,15 @@ class Ros1Bag:
             text = ('it was not closed by its recorder; `rosbag reindex '
                     f'{self.path.name}` mends it')
         return BagError(f'cannot read {self.path}: {text}')
+
+
+def _unclosed(path: Path) -> UnclosedBag | None:
+    """Return what is whole of a bag without an index; None if nothing is."""
+    try:
+        found = UnclosedBag(path, _UNPACKERS)
+    except (OSError, ValueError):
+        return None
+    return found if found.connections else None
 
 
 @contextmanager
@@ -130,6 +157,10 @@ def _lz4(unpack: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
             _check_size(len(data) * _MOST_BY_LZ4)
         return unpack(data)
     return unpack_some
+
+
+_UNPACKERS: Final[Unpackers] = {
+    'none': bytes, 'bz2': _bz2, 'lz4': _lz4(decompressors['lz4'])}
 
 
 def _check_size(size: int) -> None:

@@ -34,7 +34,7 @@ def foreign_bag(path, storage, compression=None, frame='odom'):
     return path
 
 
-def ros1_bag(path, n=100, compression=None):
+def ros1_bag(path, n=100, compression=None, chunk=None):
     """Record a drive as ROS 1 does."""
     store = get_typestore(Stores.ROS1_NOETIC)
     kind = 'nav_msgs/msg/Odometry'
@@ -47,6 +47,7 @@ def ros1_bag(path, n=100, compression=None):
     writer = Ros1Writer(path)
     if compression is not None:
         writer.set_compression(compression)
+    writer.chunk_threshold = chunk or writer.chunk_threshold
     with writer:
         connection = writer.add_connection('/odom', kind, typestore=store)
         for i in range(n):

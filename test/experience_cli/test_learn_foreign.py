@@ -457,8 +457,15 @@ def test_what_is_left_of_a_bag_says_what_is_missing(tmp_path, capsys):
         capsys, bag)
     (tmp_path / 'tour').mkdir()
     active = tmp_path / 'tour' / 'x.bag.active'
-    data = robot_bag(tmp_path / 'x.bag', ros1=True, n=3).read_bytes()
-    place = data.index(b'index_pos=') + len(b'index_pos=')
-    active.write_bytes(data[:place] + bytes(8) + data[place + 8:])
+    active.write_bytes(robot_bag(tmp_path / 'x.bag', ros1=True, n=3).read_bytes()[:200])
     for path in (active, active.parent):
         assert '`rosbag reindex x.bag.active` mends it' in mistake(capsys, path)
+
+
+def test_a_bag_of_ros_1_that_was_not_closed_is_learnt_and_said(tmp_path, capsys):
+    data = robot_bag(tmp_path / 'x.bag', ros1=True).read_bytes()
+    place = data.index(b'index_pos=') + len(b'index_pos=')
+    active = tmp_path / 'x.bag.active'
+    active.write_bytes(data[:place] + bytes(8) + data[place + 8:])
+    assert main(['learn', str(active)]) == 0
+    assert 'x.bag.active was not closed by its recorder: ' in capsys.readouterr().out

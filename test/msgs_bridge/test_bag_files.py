@@ -236,7 +236,7 @@ class TestCopies:
         [note] = notes_on(bag)
         assert note.startswith('bag.mcap is taken for a copy of bag.db3')
 
-    @pytest.mark.parametrize('name', ['bag.mcap.orig', 'bag.mcap.cut', 'bag.bag.active', 'x.db3~'])
+    @pytest.mark.parametrize('name', ['bag.mcap.orig', 'bag.mcap.cut', 'bag.bag.orig', 'x.db3~'])
     def test_what_is_left_over_is_named(self, tmp_path, name):
         folder = foreign_bag(tmp_path / 'bag', StoragePlugin.MCAP)
         (folder / name).write_bytes(b'whatever')
@@ -252,6 +252,18 @@ class TestCopies:
             'bag.orig.mcap is taken for a copy of bag.mcap and not read',)
 
 
+def not_closed(path, share):
+    """Take the index off a bag of ROS 1, and all behind a share of the rest, as a kill does."""
+    data = path.read_bytes()
+    place = data.index(b'index_pos=') + len(b'index_pos=')
+    index = int.from_bytes(data[place:place + 8], 'little')
+    start = 4117 if share else 0
+    path.write_bytes(
+        data[:place] + bytes(8) + data[place + 8:start + round(share * (index - start))]
+        if share else data[:place] + bytes(8) + data[place + 8:4117])
+    return path
+
+
 class TestRos1:
     @pytest.mark.parametrize('compression', [None, *Ros1Writer.CompressionFormat])
     def test_a_drive_is_read(self, tmp_path, compression):
@@ -264,16 +276,44 @@ class TestRos1:
         assert record.cells[0].tolist() == [2, 2]
         assert record.cells[-1].tolist() == [2, 9]
 
-    def test_one_that_was_not_closed_says_what_mends_it(self, tmp_path):
-        path = ros1_bag(tmp_path / 'drive.bag')
-        data = path.read_bytes()
-        place = data.index(b'index_pos=') + len(b'index_pos=')
-        path.write_bytes(data[:place] + bytes(8) + data[place + 8:])
+    @pytest.mark.parametrize('compression', [None, *Ros1Writer.CompressionFormat])
+    @pytest.mark.parametrize('name', ['drive.bag', 'drive.bag.active'])
+    @pytest.mark.parametrize('share', [1.0, 0.6])
+    def test_one_that_was_not_closed_is_read_as_far_as_it_is_whole(
+            self, tmp_path, compression, name, share):
+        path = not_closed(ros1_bag(
+            tmp_path / 'drive.bag', compression=compression, chunk=8192), share)
+        path = path.rename(tmp_path / name)
+        for each in (path, tmp_path):
+            bag = open_bag(each)
+            messages = bag.messages('/odom')
+            assert len(messages) == bag.counts['/odom']
+            assert 0 < len(messages) <= 100
+            [note] = notes_on(bag)
+            assert note.startswith(f'{name} was not closed by its recorder: {len(messages)} mess')
+            assert ('bytes are cut off' in note) == (share < 1.0)
+        if share == 1.0:
+            assert len(messages) == 100
+
+    def test_a_chunk_that_was_begun_counts(self, tmp_path):
+        whole = open_bag(ros1_bag(tmp_path / 'whole.bag')).messages('/odom')
+        path = not_closed(ros1_bag(tmp_path / 'drive.bag'), 0.7)
+        data = bytearray(path.read_bytes())
+        at = data.index(b'op=\x05') + 4
+        while data[at - 4:at] != b'op=\x05' or at < 4096:
+            at = data.index(b'op=\x05', at) + 4
+        header = data.rindex(b'compression=none', 0, at + 40)
+        start = max(at, header + len(b'compression=none'), data.index(b'size=', header - 40) + 9)
+        data[start:start + 4] = bytes(4)  # as long as a chunk is written its size is 0
+        path.write_bytes(data)
+        found = open_bag(path).messages('/odom')
+        assert 0 < len(found) < 100
+        assert list(found) == list(whole)[:len(found)]
+
+    def test_one_that_was_not_even_begun_says_what_mends_it(self, tmp_path):
+        path = not_closed(ros1_bag(tmp_path / 'drive.bag'), 0.0)
+        path = path.rename(tmp_path / 'drive.bag.active')
         for name in (path, tmp_path):
-            with pytest.raises(BagError, match=r'it was not closed .* `rosbag reindex drive.bag`'):
-                open_bag(name)
-        path.rename(tmp_path / 'drive.bag.active')
-        for name in (tmp_path / 'drive.bag.active', tmp_path):
             with pytest.raises(BagError, match=r'not closed.*`rosbag reindex drive.bag.active`'):
                 open_bag(name)
 
