@@ -63,7 +63,8 @@ class Session(Teaching):
                                f'its start and call {self.settings.controller}/start_trial')
         self._check_idle('run trials', Deed.DRIVE)
         if self.revision < 0:
-            raise SessionError('nothing was learnt yet: show the way first, press s in teleop_node')
+            raise SessionError(
+                'nothing was learnt yet: show the way first, press s in teleop_node')
         return self.begin_trials(n_trials, now)
 
     def begin_trials(self, n_trials: int, now: float) -> Effects:

@@ -18,8 +18,9 @@ from teleop_node.teaching import Answer
 _NEAR: Final = 0.05
 _SET_BACK_TIME: Final = 3.0
 #: Where the learner names no place to teach from.
-NOWHERE: Final = ('there is no place where one more drive would help: nothing was shown yet (press s to '
-                  'start), or the robot gets to the goal from everywhere it has seen')
+NOWHERE: Final = (
+    'there is no place where one more drive would help: nothing was shown yet (press s to start), '
+    'or the robot gets to the goal from everywhere it has seen')
 
 
 class Placing:

@@ -5,11 +5,13 @@ from typing import Final, NamedTuple, Protocol
 
 from teleop_node.keys import Action
 
-_RECORDED: Final = ('cannot {} now: a drive is being recorded; press n to keep it, r to begin it anew, '
-                    'a to throw it away')
+_RECORDED: Final = (
+    'cannot {} now: a drive is being recorded; press n to keep it, r to begin it anew, a to throw '
+    'it away')
 _STAYS: Final = (
-    'The drive is still being recorded. Start teleop_node again soon to go on, and press n to keep '
-    'it or a to throw it away. Later the recording ends by itself; nothing is lost, y keeps it')
+    'The drive is still being recorded. Start teleop_node again soon to go on, and press n to '
+    'keep it or a to throw it away. Later the recording ends by itself; nothing is lost, y keeps it')
+_BACK: Final = 'drive the robot back to the start, then press s'
 _TRYING: Final = 'cannot {} now: the robot tries by itself; press space to stop it'
 
 
@@ -149,7 +151,7 @@ class Teaching:
         if not answer.success:
             return answer
         if not await self._peers.is_simulated():
-            return Answer(True, f'{answer.message}; drive the robot back to the start, then press s')
+            return Answer(True, f'{answer.message}; {_BACK}')
         then = await self._peers.set_back(to_start=False)
         if then.success:
             then = await self._start()

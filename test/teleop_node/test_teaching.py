@@ -107,8 +107,9 @@ def test_without_a_learner_nobody_is_called_a_real_robot(action):
 
 
 @pytest.mark.parametrize(('state', 'words'), [
-    ({'recording': True}, 'a drive is being recorded; press n to keep it, r to begin it anew, a to throw'),
-    ({'trying': True}, 'the robot tries by itself; press space to stop it'), ({'series': True}, 'the robot tries')])
+    ({'recording': True}, 'a drive is being recorded; press n to keep it, r to begin'),
+    ({'trying': True}, 'the robot tries by itself; press space to stop it'),
+    ({'series': True}, 'the robot tries')])
 @pytest.mark.parametrize('action', [Action.SET_BACK, Action.TEACH_HERE])
 def test_a_robot_that_is_recorded_or_tries_stays_where_it_is(state, words, action):
     here = Here(**state)
