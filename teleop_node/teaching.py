@@ -10,7 +10,8 @@ _RECORDED: Final = (
     'it away')
 _STAYS: Final = (
     'The drive is still being recorded. Start teleop_node again soon to go on, and press n to '
-    'keep it or a to throw it away. Later the recording ends by itself; nothing is lost, y keeps it')
+    'keep it or a to throw it away. Later the recording ends by itself; nothing is lost, y keeps '
+    'it')
 _BACK: Final = 'drive the robot back to the start, then press s'
 _TRYING: Final = 'cannot {} now: the robot tries by itself; press space to stop it'
 
