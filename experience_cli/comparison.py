@@ -1,6 +1,6 @@
 """Two fields side by side: where they differ, and by how much."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import math
@@ -22,6 +22,7 @@ from experience_cli.recording import Recording
 from experience_cli.references import find_whole_bag, named_path, task_folder
 from experience_cli.relearning import fold
 from experience_cli.summary import grid_text
+from msgs_bridge.bag_folder import EpisodeFolder
 from msgs_bridge.safe_files import open_regular
 
 #: Largest saved field that is read, unpacked, [bytes]; the largest workspace has 0.8 GB.
@@ -107,15 +108,36 @@ def side_from(text: str, bags: Path | None) -> Side:
     path = named_path(path, bags)
     task = task_folder(path)
     if task is not None:
-        lessons, _ = fold(task.episodes())
-        if lessons is None or lessons.refresh is None:
-            raise UserError(f'{path} holds no demonstration: there is no field to compare')
-        return Side(text, lessons.refresh.field, lessons.refresh.prototypes, lessons.parameters)
+        return side_from_bags(text, task.episodes())
     recording = Recording(find_whole_bag(text, bags))
     field, prototypes = recording.field(), recording.prototypes()
     if field is None or prototypes is None:
         raise UserError(f'{text} holds no field: none was in force when it was recorded')
     return Side(recording.episode.name, field, prototypes, recording.header.parameters)
+
+
+def side_from_bags(text: str, episodes: Sequence[EpisodeFolder]) -> Side:
+    """
+    Return what some bags teach.
+
+    Parameters
+    ----------
+    text : str
+        As a person named them.
+    episodes : sequence of EpisodeFolder
+
+    Raises
+    ------
+    UserError
+        If there is no demonstration among them.
+    BagError
+        If one cannot be read.
+
+    """
+    lessons, _ = fold(episodes)
+    if lessons is None or lessons.refresh is None:
+        raise UserError(f'{text} holds no demonstration: there is no field to compare')
+    return Side(text, lessons.refresh.field, lessons.refresh.prototypes, lessons.parameters)
 
 
 def _side_from_file(path: Path) -> Side:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from experience_cli import foreign
 from experience_cli.errors import UserError
 from experience_cli.references import add_bags
 
@@ -16,31 +17,64 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         'diff', help='compare what two bags, tasks or saved fields lead the robot to do',
         description='Compare two fields of one workspace: where their courses differ, what each '
         'is worth, which prototypes came and went. A field is a bag (what it was driven on), the '
-        'folder of a task (what its bags teach) or a saved .npz.')
+        'folder of a task (what its bags teach), a bag of another recorder (what it teaches alone, in '
+        'the workspace of the other field where nothing else is said) or a saved .npz.')
     for name in ('first', 'second'):
         parser.add_argument(name, metavar='BAG_TASK_OR_NPZ')
     parser.add_argument('--out', type=Path, metavar='FILE.png', default=Path('out/diff.png'),
                         help='where to draw it (%(default)s)')
     parser.add_argument('--json', action='store_true', help='print a JSON object instead of text')
     add_bags(parser)
+    foreign.add_options(parser)
     return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from experience_cli.comparison import Comparison, side_from
+    from experience_cli.comparison import Comparison
     from experience_cli.comparison_figure import comparison_figure
     from experience_cli.output import write_output
 
     out = arguments.out
     if out.suffix != '.png':
         raise UserError(f'--out {out}: must end in .png')
-    found = Comparison(*(side_from(text, arguments.bags)
-                         for text in (arguments.first, arguments.second)))
+    found = Comparison(*_sides(arguments))
     write_output(out, partial(comparison_figure(found).savefig, format='png'))
     about = {**found.to_json(), 'figure': str(out)}
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 0
+
+
+def _sides(arguments: argparse.Namespace) -> list[Any]:
+    """Return both fields as `comparison.Side`; what others recorded is learnt like the other."""
+    from experience_cli.comparison import side_from
+    from experience_cli.episodes import is_foreign
+
+    names = arguments.first, arguments.second
+    theirs = [Path(name).suffix != '.npz' and Path(name).exists() and is_foreign(Path(name))
+              for name in names]
+    option = foreign.wanted_option(arguments)
+    if option and not any(theirs):
+        raise UserError(f'{option}: says how a bag of another recorder is to be read, and neither '
+                        f'{names[0]} nor {names[1]} is one')
+    sides = [None if foreigner else side_from(name, arguments.bags)
+             for name, foreigner in zip(names, theirs, strict=True)]
+    own = next((side for side in sides if side is not None), None)
+    return [side or _their_side(arguments, name, own)
+            for name, side in zip(names, sides, strict=True)]
+
+
+def _their_side(arguments: argparse.Namespace, name: str, other: Any) -> Any:
+    """Return what a bag of another recorder teaches alone, in the workspace of the other field."""
+    from experience_cli.borrowing import borrowed
+    from experience_cli.comparison import side_from_bags
+    from experience_cli.references import named_path
+
+    values = vars(arguments) | {'field': other}
+    if arguments.like is not None:
+        values['like'] = named_path(arguments.like, arguments.bags)
+    with borrowed(argparse.Namespace(**values), Path(name), 'diff') as episode:
+        return side_from_bags(name, [episode])
 
 
 def lines_from(about: dict[str, Any]) -> list[str]:

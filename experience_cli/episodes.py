@@ -50,8 +50,8 @@ def is_foreign(path: Path) -> bool:
     Tell whether a path is a bag of another recorder.
 
     That is a file that holds messages or a folder of such, unless the folder is named or the file
-    begins like a bag of ours. What only describes such files, or is one that was not closed, is
-    one too: opening it says what is wrong with it.
+    begins like a bag of ours. What only describes such files is one
+    too: opening it says what is wrong with it.
 
     Raises
     ------
@@ -71,10 +71,8 @@ def is_foreign(path: Path) -> bool:
 
 def _was_one(path: Path, files: list[Path]) -> bool:
     """Tell whether a path is what is left of a bag of others whose files are missing."""
-    if not path.is_dir():
-        return path.name.endswith('.bag.active') and path.exists()
-    return not files and not is_named_like_ours(path) and (
-        (path / 'metadata.yaml').exists() or any(path.glob('*.bag.active')))
+    return path.is_dir() and not files and not is_named_like_ours(path) and (
+        path / 'metadata.yaml').exists()
 
 
 def is_named_like_ours(folder: Path) -> bool:

@@ -223,7 +223,11 @@ def _header(arguments: argparse.Namespace, task: Any) -> Any:
     found = of_task if arguments.like is None else common_header(
         episodes_from_paths([arguments.like]))
     if found is None:
-        return EpisodeHeader(EpisodeKind.DEMO, '', _grid(arguments), Parameters(),
+        # A field that it is to be compared with.
+        other = None if _is_described(arguments) else getattr(arguments, 'field', None)
+        grid, parameters = (_grid(arguments), Parameters()) if other is None else (
+            other.field.grid, other.parameters)
+        return EpisodeHeader(EpisodeKind.DEMO, '', grid, parameters,
                              speed_max=arguments.max_speed or SPEED_MAX)
     given = [f'--{name}' for name in _WORKSPACE if getattr(arguments, name) is not None]
     if given and found.grid != _grid(arguments):
@@ -233,6 +237,11 @@ def _header(arguments: argparse.Namespace, task: Any) -> Any:
         of_task.check_grid(found.grid, task.path)
     return EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters,
                          speed_max=arguments.max_speed or found.speed_max)
+
+
+def _is_described(arguments: argparse.Namespace) -> bool:
+    """Tell whether the options describe a workspace."""
+    return any(getattr(arguments, name) is not None for name in _WORKSPACE)
 
 
 def speed(text: str) -> float:

@@ -14,6 +14,7 @@ from control_field.headings import headings_from_vectors
 from experience_cli.main import main
 from experience_cli.recording import Recording
 from experience_cli.relearning import fold
+from robot_bags import robot_bag
 from sample_helpers import DEMO, FIRST, sample_copy, SECOND
 
 
@@ -169,3 +170,43 @@ def test_a_saved_field_that_becomes_too_much_is_refused(task, capsys, monkeypatc
     assert main(['diff', 'bomb.npz', 'bags/sample']) == 2
     assert 'bomb.npz is no saved field: it has 2097152 bytes unpacked' in (
         capsys.readouterr().err)
+
+
+class TestBagsOfOthers:
+    """Drives that others recorded are compared like ours, with the options of `learn`."""
+
+    @pytest.fixture
+    def theirs(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        robot_bag(tmp_path / 'tour')
+        robot_bag(tmp_path / 'tour.bag', ros1=True, odometry=False)
+        return tmp_path / 'tour'
+
+    def test_what_is_recorded_twice_does_not_differ(self, theirs, diff, capsys):
+        found = diff('tour', 'tour.bag')
+        assert (found['courses_differ'], found['goal_moved']) == (0, False)
+        assert [found[side]['name'] for side in ('first', 'second')] == ['tour', 'tour.bag']
+        found = diff('tour', 'tour.bag', '--to', '3', '--rows', '12', '--json')
+        assert json.loads(found)['cells'] == 240
+
+    def test_the_workspace_is_that_of_the_other_field(self, theirs, diff, capsys):
+        words = ['--rows', '30', '--cols', '25', '--origin', '-1', '-1']
+        assert main(['learn', 'tour', '--into', 'bags/theirs', *words]) == 0
+        assert main(['learn', 'tour', *words, '--save', 'field.npz']) == 0
+        capsys.readouterr()
+        for other in 'bags/theirs', 'field.npz':
+            for pair in (other, 'tour'), ('tour', other):
+                assert main(['diff', *pair, '--json']) == 0
+                said = capsys.readouterr()
+                found = json.loads(said.out)
+                assert (found['cells'], found['courses_differ']) == (750, 0)
+                assert 'experience diff: tour is a bag of another recorder' in said.err
+
+    @pytest.mark.parametrize('words', [
+        ('tour', 'bags/theirs', '--rows', '7'), ('bags/theirs', 'bags/theirs', '--rows', '7'),
+        ('tour', 'nowhere'), ('tour', 'tour.bag', '--odom-topic', '/there')], ids=str)
+    def test_a_mistake_is_one_line(self, theirs, capsys, words):
+        assert main(['learn', 'tour', '--into', 'bags/theirs']) == 0
+        capsys.readouterr()
+        assert main(['diff', *words]) == 2
+        assert capsys.readouterr().err.splitlines()[-1].startswith('experience diff: ')
