@@ -32,6 +32,11 @@ _SENSED: Final = (
 _RECORDS: Final = 'demonstration'
 _RECORDED: Final = ('{} records a demonstration, and what a trial drives is not what a person '
                     'shows; press n in teleop_node to keep it, a to throw it away')
+#: After so many looks without a time somebody is told that none comes.
+_TIMELESS: Final = 4
+_NO_TIME: Final = (
+    'use_sim_time is true, and nothing has arrived on /clock: time stands still here. Start what '
+    'publishes /clock (sim_node does), or leave use_sim_time out')
 #: So many processes are heard at most; and what every statement holds.
 _MOST: Final = 64
 _MARK: Final = b'instance'
@@ -124,7 +129,7 @@ class CompanyWatch:
         self._doubles, self._said = DoublesWatch(node), SaidOnce(kind=str)
         self.problems: list[Misfit] = []
         self._mistyped: list[Misfit] = []
-        self._judged_at = -math.inf
+        self._judged_at, self._n_timeless = -math.inf, 0
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 50,
                                  raw=True)
         node.create_timer(_PERIOD, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -168,9 +173,20 @@ class CompanyWatch:
         now = time.monotonic()
         for text in self._doubles.look(now):
             self._tell(text)
+        if self._n_timeless < _TIMELESS:
+            self._look_at_clock()
         self._mistyped = [Misfit(text, stops) for topic, kind, stops in _SENSED if (
             text := self._in_vain(self._node.resolve_topic_name(topic), kind))]
         self._judge(now)
+
+    def _look_at_clock(self) -> None:
+        """Say that the time of a simulation has never come; ROS waits for it without a word."""
+        self._n_timeless += 1
+        if self._node.get_parameter('use_sim_time').value is not True or (
+                self._node.get_clock().now().nanoseconds):
+            self._n_timeless = 0
+        elif self._n_timeless == _TIMELESS:
+            self._tell(_NO_TIME)
 
     def _in_vain(self, topic: str, kind: str) -> str:
         return in_vain(topic, self._node.get_publishers_info_by_topic(topic), kind)

@@ -3,12 +3,15 @@
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
+import pytest
+from rclpy.parameter import Parameter
 
 from control_field.grid import Grid
 from msgs_bridge.company import Company, CompanyWatch
 from msgs_bridge.serialized import cdr_from_message
 from msgs_bridge.statements import (
     Deed, Statement, values_from_statement, workspace_from_grid)
+import ros_helpers
 
 
 def said(name='/learner_node', number=1):
@@ -82,6 +85,21 @@ def test_while_a_demonstration_is_recorded_nothing_drives_by_itself(ros_node):
     says('demonstration')
     says('idle', number=2)  # it was killed, and started anew
     assert watch.why_not(Deed.DRIVE) == ''
+
+
+@pytest.mark.parametrize('is_simulated', [True, False])
+def test_a_time_that_never_comes_is_named_once(ros_domain, is_simulated):
+    said = []
+    with ros_helpers.own_node(ros_domain, 'lonely', parameter_overrides=[
+            Parameter('use_sim_time', value=is_simulated)]) as node:
+        watch = CompanyWatch(node, 'learner', said.append)
+        for _ in range(3):
+            watch.look()
+        assert said == []
+        for _ in range(5):
+            watch.look()
+    assert len(said) == is_simulated
+    assert all('/clock' in text and 'leave use_sim_time out' in text for text in said)
 
 
 def test_what_comes_as_another_type_is_named_and_not_just_absent(ros_node):
