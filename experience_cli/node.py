@@ -30,10 +30,19 @@ from msgs_bridge.safe_log import guard_logs
 from msgs_bridge.trial_status import trial_from_status, TrialStatus
 from msgs_bridge.velocities import fill_twist
 
-#: How long peers may take to be found and to answer, [s]: cold starts compile.
-PATIENCE: Final = 60.0
-#: Time after which a request without an answer is made again, [s].
+#: How long peers may take to be found and to answer, [s]: cold starts compile, on a machine that
+#: may be busy with something else. Who has ended is noticed at once.
+PATIENCE: Final = 180.0
+#: Time after which a request without an answer is made again, [s]; and the same for one that
+#: changes something, if nothing has changed, or whose answer is no more waited for if it has.
 _PATIENT: Final = 2.0
+_UNHEARD: Final = 10.0
+#: Time without odometry after which the driver's last command is sent again, [s].
+_STUCK: Final = 2.0
+#: How long the robot may not come on, [s].
+_STANDSTILL: Final = 60.0
+#: What the learner is doing while an answer may take long.
+_AT_WORK: Final = ('settling', 'learning')
 #: Ticks that the driver stands still at the end, so that the robot has surely stopped.
 _STANDING: Final = 3
 
@@ -78,7 +87,7 @@ class DemoNode:
         self.status: TrialStatus | None = None
         self.learner: dict[str, str] = {}
         self._driver: Driver | None = None
-        self._n_standing = 0
+        self._n_standing, self._answered = 0, -math.inf
         self._refused: set[str] = set()
         self._command = TwistStamped()
         self._command.header.frame_id = 'base_footprint'
@@ -144,7 +153,11 @@ class DemoNode:
 
     def ask(self, name: str, data: bool | None = None) -> str:
         """
-        Call a service of std_srvs, with data a SetBool; return what it says.
+        Call a service of the learner, with data a SetBool; return what it says.
+
+        A request or its answer may be lost on the heels of discovery: what counts is what the
+        learner does. While it goes on as before it is asked again; once it does something else
+        that was the answer.
 
         Raises
         ------
@@ -154,10 +167,35 @@ class DemoNode:
         """
         kind = Trigger if data is None else SetBool
         request = kind.Request() if data is None else kind.Request(data=data)
-        answer = self.call(kind, name, request)
-        if not answer.success:
-            raise UserError(f'{name}: {answer.message}')
-        return str(answer.message)
+        client = self._node.create_client(kind, name)
+        self.wait_until(client.service_is_ready, f'the service {name}')
+        before, asked, futures = self._standing(), -math.inf, list[Any]()
+
+        def answer() -> tuple[bool, str] | None:
+            nonlocal asked
+            done = [future.result() for future in futures if future.done()]
+            best = next((each for each in done if each.success), None)
+            is_late = time.monotonic() - asked > _UNHEARD
+            if best is not None or (done and (is_late or len(done) == len(futures))):
+                best = best or done[0]
+                return best.success, str(best.message)
+            has_changed = self._standing() != before
+            if has_changed and is_late and self.learner.get('phase') not in _AT_WORK:
+                return True, ''
+            if is_late and not has_changed:
+                futures.append(client.call_async(request))
+                asked = time.monotonic()
+            return None
+
+        success, message = self.wait_until(answer, f'the answer of {name}')
+        self._node.destroy_client(client)
+        if not success:
+            raise UserError(f'{name}: {message}')
+        return str(message)
+
+    def _standing(self) -> tuple[str | None, ...]:
+        """Return what tells whether the learner has heard a request."""
+        return tuple(self.learner.get(name) for name in ('phase', 'trials_left', 'revision'))
 
     def set_parameter(self, node: str, name: str, value: object) -> None:
         """
@@ -214,7 +252,7 @@ class DemoNode:
         heard = self.learner.get('heard', '').split()
         return (self.odometry is not None and self.learner.get('phase') == 'idle'
                 and {'odom', 'neighbourhood', 'trial'} <= set(heard)
-                and self._node.count_subscribers('cmd_vel') >= 3
+                and self._commands.get_subscription_count() >= 3
                 and self._node.count_subscribers('initialpose') >= 2)
 
     def _absent(self) -> list[str]:
@@ -241,14 +279,16 @@ class DemoNode:
         """
         self._driver, self._n_standing = driver, 0
         moved = [-1.0, time.monotonic()]
-        if self.odometry is not None:
-            self._answer(self.odometry, pose_from_odometry(self.odometry))
+        self._answered = -math.inf
 
         def is_done() -> bool:
+            if self.odometry is not None and time.monotonic() - self._answered > _STUCK:
+                # The first one, and one that got lost: the simulator waits for it.
+                self._answer(self.odometry, pose_from_odometry(self.odometry))
             tell(min(driver.travelled / driver.length, 1.0))
             if driver.travelled > moved[0]:
                 moved[:] = driver.travelled, time.monotonic()
-            return self._driver is None or time.monotonic() - moved[1] > PATIENCE
+            return self._driver is None or time.monotonic() - moved[1] > _STANDSTILL
 
         self.wait_until(is_done, 'the end of the demonstration', math.inf)
         if self._driver is not None:
@@ -287,6 +327,7 @@ class DemoNode:
         self._command.header.stamp = msg.header.stamp
         fill_twist(self._command, *(command or (0.0, 0.0)))
         self._commands.publish(self._command)
+        self._answered = time.monotonic()
 
     def _on_trial(self, msg: DiagnosticStatus) -> None:
         self.status = self._read(trial_from_status, msg, 'trial') or self.status
