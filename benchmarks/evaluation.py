@@ -136,6 +136,11 @@ def with_detours(settings: Sequence[Setting]) -> list[Setting]:
         experiment_of(setting, 0, teacher='detour'), setting.seed)]
 
 
+#: What stands above the curves.
+CAPTION = ('The curves are medians after each trial; the tint around *ours* is its 95 % '
+           'interval, as in the table.')
+
+
 def evaluate(settings: Sequence[Setting], name: str, n_trials: int, n_jobs: int) -> str:
     """Run everything on some worlds, draw the curves, and return the section of the document."""
     faithful = with_detours(settings)
@@ -151,7 +156,7 @@ def evaluate(settings: Sequence[Setting], name: str, n_trials: int, n_jobs: int)
         (f'Worlds: {", ".join(families)}; {len(settings)} settings in all, {n_trials} trials from '
          'spread starts. Medians over all of them, with bootstrap 95 % intervals.'), '',
         method_table(by_method, detoured), '',
-        *[f'![{path.stem}]({path.name})\n' for path in charts],
+        f'{CAPTION}\n', *[f'![{path.stem}]({path.name})\n' for path in charts],
         f'### Ablations, after {few} trials', '', ablation_table(ablated, bent)])
 
 

@@ -71,8 +71,10 @@ def _draw(axes: Axes, courses: list[Course], metric: str, style: tuple[str, str,
     axes.plot(trials, np.median(values, axis=0), line, color=colour, label=label,
               linewidth=2.4 if is_ours else 1.3, zorder=5 if is_ours else 3)
     if is_ours:
+        # Of the median; the tables have it of all methods.
         band = np.array([interval_of_median(column) for column in values.T])
-        axes.fill_between(trials, band[:, 0], band[:, 1], color=colour, alpha=0.18, linewidth=0)
+        axes.fill_between(trials, band[:, 0], band[:, 1], color=colour, alpha=0.18, linewidth=0,
+                          label='ours, 95 % interval')
 
 
 def _draw_legend(axes: Axes, source: Axes) -> None:

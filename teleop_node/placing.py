@@ -17,6 +17,8 @@ from teleop_node.teaching import Answer
 #: How near its place a robot that was set there is, [m], and how long that may take, [s].
 _NEAR: Final = 0.05
 _SET_BACK_TIME: Final = 3.0
+#: What the places are like that the learner names.
+_HELPS: Final = 'The robot has not seen this place yet, or finds no way from it'
 #: Where the learner names no place to teach from.
 NOWHERE: Final = (
     'there is no place where one more drive would help: nothing was shown yet (press s to start), '
@@ -97,8 +99,9 @@ class Placing:
         more = f'press h again for the next of {len(places)} places' if len(places) > 1 else ''
         if not answer.success:
             return Answer(False, '; '.join(filter(None, (answer.message, more))))
-        return Answer(True, '; '.join(filter(None, (
-            f'{answer.message}: a drive from here helps most, press s to start it', more))))
+        start = 'Press s to start it' + (f', or {more}' if more else '')
+        return Answer(True, f'{answer.message}. {_HELPS}: a drive from here to the goal helps '
+                            f'most. {start}')
 
     async def set_to(self, x: float, y: float, yaw: float) -> Answer:
         """Set a simulated robot to a place, [m, rad], and wait until odometry shows it there."""
@@ -121,5 +124,5 @@ def where_to_teach(places: Sequence[Sequence[float]]) -> Answer:
     if not places:
         return Answer(False, NOWHERE)
     named = ', '.join(f'({x:.2f}, {y:.2f})' for x, y in places)
-    return Answer(True, f'a drive from one of these places helps most, (x, y) in metres: {named}; '
-                        f'drive the robot there, then press s')
+    return Answer(True, f'one more drive to the goal helps most from one of these places, best '
+                        f'first, (x, y) in metres: {named}. Drive the robot there, then press s')
