@@ -17,8 +17,8 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         'diff', help='compare what two bags, tasks or saved fields lead the robot to do',
         description='Compare two fields of one workspace: where their courses differ, what each '
         'is worth, which prototypes came and went. A field is a bag (what it was driven on), the '
-        'folder of a task (what its bags teach), a bag of another recorder (what it teaches alone, in '
-        'the workspace of the other field where nothing else is said) or a saved .npz.')
+        'folder of a task (what its bags teach), a bag of another recorder (what it teaches '
+        'alone, in the workspace of the other field where nothing else is said) or a saved .npz.')
     for name in ('first', 'second'):
         parser.add_argument(name, metavar='BAG_TASK_OR_NPZ')
     parser.add_argument('--out', type=Path, metavar='FILE.png', default=Path('out/diff.png'),
