@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 import math
+import struct
 import time
-from typing import Any
+from typing import Any, Final
 
 from geometry_msgs.msg import Twist, TwistStamped
 
@@ -12,6 +13,13 @@ from control_field.takeover import OwnCommands
 from control_field_node.lockstep import key_of, TickBook
 from control_field_node.settings import Settings
 from msgs_bridge.velocities import fill_twist
+
+#: How a TwistStamped begins, and how it and a Twist end, behind how every message begins.
+_ENCAPSULATION: Final = 4
+_LITTLE_ENDIAN: Final = b'\x00\x01'
+_STAMP: Final = struct.Struct('<iI')
+_TWIST: Final = struct.Struct('<6d')
+_TWIST_SIZE: Final = _TWIST.size
 
 
 class CommandWriter:
@@ -74,6 +82,14 @@ class CommandWriter:
     def is_own(self, msg: Any, velocity: Velocity) -> bool:
         """Tell whether a message that arrived was sent here."""
         return self._own.is_own(*_stamp_of(msg), *velocity)
+
+    def is_echo(self, message: bytes) -> bool:
+        """Tell from a message's bytes whether it was sent here, as `is_own` does."""
+        if len(message) < _TWIST_SIZE + _ENCAPSULATION or message[:2] != _LITTLE_ENDIAN:
+            return False
+        stamp = _STAMP.unpack_from(message, _ENCAPSULATION) if self.kind is TwistStamped else ()
+        twist = _TWIST.unpack_from(message, len(message) - _TWIST_SIZE)
+        return self._own.is_own(*stamp, twist[0], twist[5])
 
 
 def _stamp_of(msg: Any) -> tuple[int, ...]:

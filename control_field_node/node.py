@@ -20,9 +20,10 @@ from control_field_node.answer import Answer
 from control_field_node.command_ages import CommandAges
 from control_field_node.commands import CommandWriter
 from control_field_node.field_reader import FieldReader, Outcome
+from control_field_node.hearing import Hearing
 from control_field_node.lockstep import TickBook
 from control_field_node.outbox import Outbox
-from control_field_node.placing import take_place
+from control_field_node.placing import read_place
 from control_field_node.reports import Peers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.standing import drives
@@ -39,12 +40,9 @@ from msgs_bridge.poses import (
     check_frame,
     FRAME_OWNERS,
     Pose,
-    pose_from_initialpose,
     pose_from_odometry,
     pose_from_pose_stamped,
-    variances_from_covariance,
 )
-from msgs_bridge.raw_messages import hear_small
 from msgs_bridge.statements import Deed, method_from_parameters
 from msgs_bridge.tables import OtherVersionError
 from msgs_bridge.velocities import velocity_from_twist
@@ -73,6 +71,7 @@ class ControlFieldNode(Node):
     def __init__(self, **options: Any) -> None:
         """Declare, subscribe, wait."""
         super().__init__('control_field_node', **options)
+        self._hearing = Hearing(self)
         parameters = declare_parameters_from(
             self, Parameters, names=DECISION_PARAMETERS, on_change=self._on_parameters)
         self._settings = declare_parameters_from(
@@ -87,48 +86,59 @@ class ControlFieldNode(Node):
         self._told_held = ''
         self._teleop_at: float | None = None
         self._out = Outbox(self, self._settings, self.supervisor, self._writer)
-        self._company = CompanyWatch(self, 'controller')
-        self._on_parameters(parameters)
-        self._make_subscriptions()
-        self.create_service(Trigger, '~/start_trial', self._on_start)
-        self.create_service(Trigger, '~/stop_trial', self._on_stop)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(_WATCH_PERIOD, self._watch, clock=steady)
-        self.create_timer(_TELL_PERIOD, self._tell, clock=steady)
         if not self._settings.lockstep:
-            self.create_timer(GUARD_PERIOD, self._guard, clock=steady)
+            self._hearing.step_aside()
+        self._company = CompanyWatch(self, 'controller', ears=self._hearing.ears)
+        self._on_parameters(parameters)
+        self._make_subscriptions(self._hearing)
+        locked = self._hearing.locked
+        self.create_service(Trigger, '~/start_trial', locked(self._on_start))
+        self.create_service(Trigger, '~/stop_trial', locked(self._on_stop))
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(_WATCH_PERIOD, locked(self._watch), clock=steady)
+        self.create_timer(_TELL_PERIOD, locked(self._tell), clock=steady)
+        if not self._settings.lockstep:
+            self.create_timer(GUARD_PERIOD, locked(self._guard), clock=steady)
         self._log('info', f'waits for a control field; it drives by {self._writer.kind.__name__} '
                   f'on {self._out.commands.topic_name}')
+        self._hearing.start()
 
-    def _make_subscriptions(self) -> None:
-        lockstep = self._settings.lockstep
+    def _make_subscriptions(self, hearing: Hearing) -> None:
+        lockstep, refuse = self._settings.lockstep, self.supervisor.intake.refuse
         self._fields.hear(self, self._settle if lockstep else None)
         # A lost tick would stop a lock-step for good.
         sensed = qos.LOCKSTEP if lockstep else qos.SENSOR
-        for kind, topic, callback, profile in (
-                (OccupancyGrid, 'neighbourhood', self._on_neighbourhood, sensed),
-                (Odometry, 'odom', self._on_odometry, sensed),
-                (PoseStamped, 'goal_pose', self._on_goal, qos.POSE),
-                (self._writer.kind, 'cmd_vel', self._on_command, qos.SENSOR),
-                (self._writer.kind, 'cmd_vel_teleop', self._on_teleop, qos.SENSOR)):
-            hear_small(self, kind, topic, callback, profile, self.supervisor.intake.refuse)
-        qos.hear_all(self, Bool, 'contact', self._on_contact, qos.CONTACTS)
+        kind = self._writer.kind
+        steers = partial(hearing.hear, part='steers')  # best effort: little of what is large comes
+        steers(OccupancyGrid, 'neighbourhood', self._on_neighbourhood, refuse, sensed)
+        steers(Odometry, 'odom', self._on_odometry, refuse, sensed)
+        steers(kind, 'cmd_vel', self._on_command, refuse, qos.SENSOR, skip=self._writer.is_echo)
+        steers(kind, 'cmd_vel_teleop', self._on_teleop, refuse, qos.SENSOR)
+        hearing.hear(PoseStamped, 'goal_pose', self._on_goal, refuse, qos.POSE)
+        if self._settings.has_pose_topic:
+            hearing.hear(PoseWithCovarianceStamped, self._settings.pose_topic,
+                         partial(read_place, self.supervisor), refuse, *qos.LOCALISATIONS)
+        # These are of a fixed size, whatever comes.
+        qos.hear_all(self, Bool, 'contact', hearing.locked(self._on_contact), qos.CONTACTS)
         self.create_subscription(
             Empty, 'teleop_heartbeat', lambda _: self.supervisor.heartbeat.saw(), qos.SENSOR)
-        if self._settings.has_pose_topic:
-            qos.hear_all(self, PoseWithCovarianceStamped, self._settings.pose_topic,
-                         self._on_localisation, qos.LOCALISATIONS)
+
+    @property
+    def subscriptions(self) -> Any:
+        """What the executor takes: all but what is heard in a thread aside."""
+        return self._hearing.others(super().subscriptions)
 
     def _time(self) -> Time:
         return self.get_clock().now().to_msg()
 
     def _on_parameters(self, parameters: Parameters) -> None:
-        self.supervisor.parameters = parameters
+        self.supervisor.parameters = parameters  # a trial under way keeps its own
         self._company.state(method=method_from_parameters(parameters, DECISION_PARAMETERS))
 
     def _on_settings(self, settings: Settings) -> None:
-        self._settings = settings
-        self.supervisor.change_settings(settings)
+        with self._hearing.lock:
+            self._settings = settings
+            self.supervisor.change_settings(settings)
 
     def _log(self, level: str, text: str) -> None:
         # rclpy wants one line of source a level.
@@ -277,17 +287,6 @@ class ControlFieldNode(Node):
         except ValueError as error:
             self.supervisor.intake.refuse(str(error))
 
-    def _on_localisation(self, msg: PoseWithCovarianceStamped) -> None:
-        name = self._settings.pose_topic
-        try:
-            pose = pose_from_initialpose(msg, name)
-            variances = variances_from_covariance(msg.pose.covariance, name)
-        except ValueError as error:
-            self.supervisor.intake.refuse(str(error))
-            self.supervisor.intake.places.pass_over(time.monotonic(), str(error))
-            return
-        take_place(self.supervisor, pose, variances, time.monotonic())
-
     def _on_start(self, _: Any, response: Any) -> Any:
         others = self._peers.others if self._settings.exclusive_cmd_vel else []
         response.message = (
@@ -332,8 +331,11 @@ class ControlFieldNode(Node):
 
     def _guard(self) -> None:
         """Take the last command back if the robot must not follow it until the next pose."""
-        clock = self.get_clock().now().nanoseconds * 1e-9
-        self._publish(self.supervisor.guard(time.monotonic(), clock))
+        self._hearing.check()
+        now, clock = time.monotonic(), self.get_clock().now().nanoseconds * 1e-9
+        self.supervisor.wheels.punctuality.looks(
+            now, time.thread_time(), drives(self.supervisor))
+        self._publish(self.supervisor.guard(now, clock))
         if (outcome := self._fields.finished()) is not None:
             self._settle(outcome)
         self.supervisor.wheels.is_to_stand = self._fields.is_busy
@@ -367,12 +369,15 @@ class ControlFieldNode(Node):
 
     def close(self) -> None:
         """Leave the robot standing, whatever has happened; then say how the trial ended."""
-        self._writer.send_now(STANDSTILL, self._book.odometry)
+        with self._hearing.lock:
+            self._hearing.mute()
+            self._writer.send_now(STANDSTILL, self._book.odometry)
         patience = Duration(nanoseconds=200_000_000)
         self._out.commands.wait_for_all_acked(patience)
         self.supervisor.stop(StopReason.SHUTDOWN)
         self._out.tell_trial()
         self._out.trials.wait_for_all_acked(patience)
+        self._hearing.close()
         self._fields.close()
 
 

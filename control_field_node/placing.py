@@ -1,11 +1,26 @@
 """Poses of a localisation on their way to the controller's own belief of where the robot is."""
 
-from typing import TYPE_CHECKING
+import time
+from typing import Any, TYPE_CHECKING
 
-from msgs_bridge.poses import Pose, problem_with_frame
+from msgs_bridge.poses import (
+    Pose, pose_from_initialpose, problem_with_frame, variances_from_covariance)
 
 if TYPE_CHECKING:
     from control_field_node.supervisor import Supervisor
+
+
+def read_place(supervisor: 'Supervisor', msg: Any) -> None:
+    """Read a message of `pose_topic`, and take it in."""
+    name, now = supervisor.settings.pose_topic, time.monotonic()
+    try:
+        pose = pose_from_initialpose(msg, name)
+        variances = variances_from_covariance(msg.pose.covariance, name)
+    except ValueError as error:
+        supervisor.intake.refuse(str(error))
+        supervisor.intake.places.pass_over(now, str(error))
+        return
+    take_place(supervisor, pose, variances, now)
 
 
 def take_place(

@@ -103,11 +103,13 @@ def _latency(supervisor: Supervisor) -> dict[str, str]:
     """Return how late the robot is heard and answers; nothing in lock-step, where it is not."""
     if supervisor.settings.lockstep:
         return {}
-    link = supervisor.wheels.lateness
+    link, punctuality = supervisor.wheels.lateness, supervisor.wheels.punctuality
     return {'odom_age': f'{link.age:.3f}', 'odom_age_worst': f'{link.worst_age:.3f}',
             'odom_lost': f'{link.lost:.2f}', 'response_time': f'{link.response.usual:.3f}',
             'latency': f'{link.longest:.3f}', 'clocks_differ': str(link.clocks_differ).lower(),
-            'speed_share': f'{link.slowing:.2f}'}
+            'speed_share': f'{link.slowing:.2f}',
+            'guard_gap_worst': f'{punctuality.gaps.seconds:.3f}',
+            'guard_work_worst': f'{punctuality.works.seconds:.3f}'}
 
 
 def _localisation(supervisor: Supervisor) -> dict[str, str]:

@@ -9,6 +9,7 @@ from control_field.gate import gate, GateReason
 from control_field.late_gate import gate_late
 from control_field.lateness import Lateness, REPEAT
 from control_field.limits import STANDSTILL, Velocity, within_acceleration, within_speed
+from control_field_node.punctuality import Punctuality
 from control_field_node.seen import Seen
 from control_field_node.settings import Settings
 from msgs_bridge.poses import Pose
@@ -37,6 +38,7 @@ class Wheels:
     held : str
         Why a robot that is to drive stands; empty if it does not.
     lateness : Lateness
+    punctuality : Punctuality
     is_to_stand : bool
         Whether the robot comes to a standstill whatever is asked for, within its acceleration.
 
@@ -46,6 +48,7 @@ class Wheels:
         """Stand."""
         self.velocity: Velocity = STANDSTILL
         self.held, self.is_to_stand = '', False
+        self.punctuality = Punctuality()
         self.lateness = Lateness(settings.slow_latency, settings.cmd_vel_timeout)
         self._counts = counts
         self._ahead = 0.0
@@ -144,7 +147,11 @@ class Wheels:
         self._ahead = 0.0 if clock is None else clock - now
         at, before = self._time(now), self.velocity
         self.lateness.sends(at, before)
-        if drives and before[0]:
+        if drives and self.punctuality.was_held_up and before != STANDSTILL:
+            self._counts['held up'] += 1
+            self.velocity = STANDSTILL
+            self.held = f'nobody could look after the robot for {self.punctuality.gap:.2f} s'
+        elif drives and before[0]:
             self.pass_on(before, pose, seen, GUARD_PERIOD, now)
         is_due = before != self.velocity or (
             (drives or before == STANDSTILL) and self._is_to_be_said_again(at))

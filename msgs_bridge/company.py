@@ -6,6 +6,7 @@ import math
 import os
 import secrets
 import socket
+from threading import Lock
 import time
 from typing import Any, Final
 
@@ -13,9 +14,11 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 
+from msgs_bridge import qos
 from msgs_bridge.doubles import DoublesWatch
 from msgs_bridge.graph import in_vain
 from msgs_bridge.kinds import SaidOnce
+from msgs_bridge.quiet_ears import Ears
 from msgs_bridge.serialized import message_from_cdr
 from msgs_bridge.statements import (
     Deed, Misfit, misfits, Statement, statement_from_status, values_from_statement)
@@ -41,7 +44,7 @@ _NO_TIME: Final = (
 _MOST: Final = 64
 _MARK: Final = b'instance'
 #: A message of ours has some kB; a greater one is not worth to be decoded, [bytes].
-_GREATEST: Final = 100_000
+_GREATEST: Final = 32_768
 
 
 @dataclass
@@ -111,6 +114,8 @@ class CompanyWatch:
         Of the node, see `Company`.
     say : callable, optional
         Is told what does not fit; a warning in the node's log by default.
+    ears : Ears, optional
+        Hear `/diagnostics`, and look around, in their threads; the node does otherwise.
 
     Attributes
     ----------
@@ -121,6 +126,7 @@ class CompanyWatch:
 
     def __init__(
         self, node: Any, role: str = '', say: Callable[[str], None] | None = None,
+        ears: Ears | None = None,
     ) -> None:
         """Listen to `/diagnostics` and look at the graph now and then."""
         self._node = node
@@ -130,9 +136,15 @@ class CompanyWatch:
         self.problems: list[Misfit] = []
         self._mistyped: list[Misfit] = []
         self._judged_at, self._n_timeless = -math.inf, 0
-        node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 50,
-                                 raw=True)
-        node.create_timer(_PERIOD, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._lock = Lock()  # ears have several threads
+        if ears is None:
+            node.create_subscription(
+                DiagnosticArray, '/diagnostics', self._on_diagnostics, qos.STATEMENTS, raw=True)
+            node.create_timer(_PERIOD, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        else:
+            ears.hear(DiagnosticArray, '/diagnostics', self._on_diagnostics, (qos.STATEMENTS,),
+                      _GREATEST, is_locked=False)
+            ears.repeat(self.look, _PERIOD)
 
     def state(
         self, workspace: Mapping[str, Any] | None = None, method: Mapping[str, Any] | None = None,
@@ -152,25 +164,31 @@ class CompanyWatch:
     def why_not(self, deed: Deed) -> str:
         """Say why something must not be done now; empty if it may be."""
         problem = next((problem.text for problem in self.problems if deed in problem.stops), '')
-        recorder = self._company.recorder(time.monotonic()) if deed is Deed.DRIVE else ''
+        with self._lock:
+            recorder = self._company.recorder(time.monotonic()) if deed is Deed.DRIVE else ''
         return problem or (_RECORDED.format(recorder) if recorder else '')
 
-    def _on_diagnostics(self, cdr: bytes) -> None:
-        if _MARK not in cdr or len(cdr) > _GREATEST:
+    def _on_diagnostics(self, cdr: bytes | int) -> None:
+        if isinstance(cdr, int) or len(cdr) > _GREATEST or _MARK not in cdr:
             return  # of other nodes than ours
         try:
             array = message_from_cdr(cdr, DiagnosticArray)
         except (ValueError, RuntimeError):
             return
-        now = time.monotonic()
-        for statement in filter(None, map(statement_from_status, array.status)):
-            self._company.saw(statement, now)
-        if now - self._judged_at >= _PAUSE:  # a flood of them must not keep the node busy
-            self._judge(now)
+        statements = [*filter(None, map(statement_from_status, array.status))]
+        with self._lock:
+            now = time.monotonic()
+            for statement in statements:
+                self._company.saw(statement, now)
+            if now - self._judged_at >= _PAUSE:  # a flood of them must not keep the node busy
+                self._judge(now)
 
     def look(self) -> None:
         """Look who publishes what only one may publish, and what does not hold any more."""
-        now = time.monotonic()
+        with self._lock:
+            self._look(time.monotonic())
+
+    def _look(self, now: float) -> None:
         for text in self._doubles.look(now):
             self._tell(text)
         if self._n_timeless < _TIMELESS:

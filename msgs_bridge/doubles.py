@@ -15,6 +15,7 @@ from rosgraph_msgs.msg import Clock
 from msgs_bridge.foreign_text import printable
 from msgs_bridge.graph import full_name, NOT_YET_KNOWN
 from msgs_bridge.qos import RECORDING_BEST_EFFORT
+from msgs_bridge.quiet_take import QuietTaker
 from msgs_bridge.statements import REMEDY
 
 #: For how long two publishers have to be there until that is said, [s]: where nobody is heard to
@@ -117,20 +118,21 @@ class _Ear:
             enable_rosout=False)
         self._subscription = self._node.create_subscription(
             kind, topic, lambda _: None, RECORDING_BEST_EFFORT, raw=True)
+        self._taker = QuietTaker()
 
     def listen(self) -> Senders:
         """Take what has come; return who sends."""
         handle = self._subscription.handle
         with handle:
             for _ in range(_MOST_TAKEN):
-                taken = handle.take_message(self._subscription.msg_type, True)
-                if taken is None:
+                if self._taker.take(handle.pointer, 0) is None:
                     break
-                self.senders.saw(taken[1].get('publication_sequence_number'))
+                self.senders.saw(self._taker.number)
         return self.senders
 
     def close(self) -> None:
         """Hear no more."""
+        self._taker.close()
         self._node.destroy_node()
 
 

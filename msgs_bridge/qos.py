@@ -49,6 +49,8 @@ CONTACTS: Final = (LATCHED, _reliable(10), SENSOR)
 COSTMAPS: Final = CONTACTS
 #: How a localisation is read: AMCL's pose is latched, others are not.
 LOCALISATIONS: Final = (LATCHED, SENSOR)
+#: How `/diagnostics` is read.
+STATEMENTS: Final = _reliable(50)
 #: How a recorder reads what others publish reliably: whatever waits while it is busy is kept.
 RECORDING: Final = _reliable(2000)
 #: The same where it is published best effort.
@@ -76,13 +78,15 @@ def tell_all(node: Node, kind: type, topic: str, profile: QoSProfile) -> Any:
 def hear_all(
     node: Node, kind: type, topic: str, callback: Callable[[Any], None],
     profiles: Sequence[QoSProfile], **options: Any,
-) -> None:
+) -> list[Any]:
     """
-    Subscribe to a topic once a profile; what arrives more than once is for the callback to see to.
+    Subscribe to a topic once a profile, and return the subscriptions.
 
-    With several, it is not said of a publisher that one of them does not hear it: another does.
+    What arrives more than once is for the callback to see to. With several, it is not said of a
+    publisher that one of them does not hear it: another does.
     """
-    for profile in profiles:
-        events = SubscriptionEventCallbacks(use_default_callbacks=len(profiles) == 1)
-        node.create_subscription(
-            kind, topic, callback, profile, event_callbacks=events, **options)
+    is_alone = len(profiles) == 1
+    return [node.create_subscription(
+        kind, topic, callback, profile, **options,
+        event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=is_alone))
+        for profile in profiles]

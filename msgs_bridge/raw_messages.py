@@ -5,7 +5,7 @@ Making a message of 60 MB takes rclpy a second, in which its executor does nothi
 never be held up takes bytes and reads them itself.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -16,6 +16,7 @@ from rclpy.serialization import deserialize_message
 
 from msgs_bridge.cdr import CdrError, layout_from_cdr, POINT_CLOUD
 from msgs_bridge.clouds import TableError
+from msgs_bridge.qos import hear_all
 
 #: No pose, command or 3x3 sight is longer, [bytes].
 MOST_BYTES: Final = 16_384
@@ -23,9 +24,9 @@ MOST_BYTES: Final = 16_384
 
 def small_only(
     kind: type, topic: str, callback: Callable[[Any], None], refuse: Callable[[str], None],
-) -> Callable[[bytes], None]:
+) -> Callable[[bytes | int], None]:
     """
-    Return a callback for a raw subscription that makes messages of what is small.
+    Return a callback for a raw subscription, or for `Ears`, that makes messages of what is small.
 
     Parameters
     ----------
@@ -39,9 +40,10 @@ def small_only(
         Gets one line about what is too long or no message at all.
 
     """
-    def take(message: bytes) -> None:
-        if len(message) > MOST_BYTES:
-            refuse(f'{topic}: a message has {len(message)} bytes, must have at most {MOST_BYTES}')
+    def take(message: bytes | int) -> None:
+        size = message if isinstance(message, int) else len(message)
+        if isinstance(message, int) or size > MOST_BYTES:
+            refuse(f'{topic}: a message has {size} bytes, must have at most {MOST_BYTES}')
             return
         try:
             msg = deserialize_message(message, kind)
@@ -54,12 +56,11 @@ def small_only(
 
 
 def hear_small(
-    node: Node, kind: type, topic: str, callback: Callable[[Any], None], profile: QoSProfile,
-    refuse: Callable[[str], None],
+    node: Node, kind: type, topic: str, callback: Callable[[Any], None],
+    profiles: Sequence[QoSProfile], refuse: Callable[[str], None],
 ) -> None:
-    """Subscribe to a topic of small messages; see `small_only`."""
-    node.create_subscription(
-        kind, topic, small_only(kind, topic, callback, refuse), profile, raw=True)
+    """Subscribe to a topic of small messages, once a profile; see `small_only`."""
+    hear_all(node, kind, topic, small_only(kind, topic, callback, refuse), profiles, raw=True)
 
 
 @dataclass(frozen=True, slots=True)

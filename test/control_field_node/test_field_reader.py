@@ -157,3 +157,10 @@ def test_a_message_that_is_too_long_is_refused_unread():
     take(b'\x00\x01\x00\x00')
     assert str(MOST_BYTES + 1) in refused[0]
     assert heard == [] or refused[1:]
+
+
+def test_of_what_the_ears_left_out_the_size_is_said():
+    refused = []
+    small_only(PointCloud2, 'odom', lambda _: None, refused.append)(60_000_000)
+    assert refused == [
+        f'odom: a message has 60000000 bytes, must have at most {MOST_BYTES}']

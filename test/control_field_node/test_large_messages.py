@@ -1,0 +1,90 @@
+"""Messages of any size reach a controller that drives: who guards is not held up."""
+
+from contextlib import suppress
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+import pytest
+from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+from sensor_msgs.msg import PointCloud2
+
+from control_field_node.wheels import GUARD_PERIOD
+from controller_helpers import straight_field
+from controller_peer import BEHIND, controller, Peer, simulator
+from msgs_bridge import qos
+from msgs_bridge.trial_status import State
+from ros_helpers import collect, wait_until
+
+LARGE = b'\x00\x01\x00\x00' + bytes(60_000_000)
+#: Where what was lost is not sent again, nothing of 60 MB gets through.
+MIDDLE = LARGE[:2_000_000]
+
+
+def values_of(array):
+    return {pair.key: pair.value for status in array.status if 'controller' in status.name
+            for pair in status.values}
+
+
+class Attacker:
+    """Sends bytes to a controller, and reads what it says of itself on `/diagnostics`."""
+
+    def __init__(self, node, processes):
+        self._node, self._processes = node, processes
+        self._heard = collect(node, DiagnosticArray, '/diagnostics')
+        self.works = []
+
+    @property
+    def values(self):
+        return next(filter(None, map(values_of, reversed(self._heard))), {})
+
+    def wait(self, predicate, what):
+        return wait_until(predicate, node=self._node, processes=self._processes, what=what)
+
+    def count(self, name):
+        return int(self.values.get(name, 0))
+
+    def send(self, kind, topic, message, counted, profile=qos.POSE):
+        """Send until the controller says that it refused it; note how long its thread worked."""
+        publisher = self._node.create_publisher(kind, topic, profile)
+        self.wait(publisher.get_subscription_count, f'who hears {topic}')
+        before = self.count(counted)
+
+        def is_refused():
+            with suppress(rcl.RCLError):  # the last one is still on its way
+                publisher.publish(message)
+            self._heard.clear()
+            self.wait(lambda: self.values, 'diagnostics')
+            return self.count(counted) > before
+
+        self.wait(is_refused, f'the refusal of what is on {topic}')
+        self.works.append(float(self.values['guard_work_worst']))
+        self._node.destroy_publisher(publisher)
+
+
+@pytest.fixture
+def driven(ros_node, tmp_path):
+    """Return an attacker of a controller that drives a robot through a long trial."""
+    stamped = {'enable_stamped_cmd_vel': True}
+    with simulator(tmp_path, stamped) as sim, controller(
+            tmp_path, {'v_max': 0.04, **stamped}) as process:
+        peer = Peer(ros_node, stamped=True).push(straight_field(BEHIND))
+        peer.wait(peer.accepts_start, 'a start')
+        attacker = Attacker(ros_node, (sim, process))
+        attacker.wait(lambda: float(attacker.values.get('speed', 0)) > 0.02, 'a robot that drives')
+        yield attacker
+        attacker.wait(lambda: float(attacker.values.get('speed', 0)) > 0.02, 'it drives on')
+        assert peer.status.state is State.RUNNING
+        assert 'collision' not in sim.stderr
+
+
+def test_who_guards_never_works_for_longer_than_from_look_to_look(driven):
+    """What others on this machine do is not counted: it is processor time of that thread."""
+    for kind, topic, message in (
+            (PoseStamped, 'goal_pose', LARGE), (OccupancyGrid, 'neighbourhood', MIDDLE),
+            (Odometry, 'odom', MIDDLE), (TwistStamped, 'cmd_vel_teleop', MIDDLE),
+            (TwistStamped, 'cmd_vel', MIDDLE)):
+        driven.send(kind, topic, message, 'refused_messages')
+    for message in (LARGE, LARGE[:4]):
+        driven.send(PointCloud2, 'control_field', message, 'refused_fields', qos.LATCHED)
+    assert 0.0 < max(driven.works) < GUARD_PERIOD
