@@ -361,7 +361,8 @@ def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Epi
     if label:
         notes.append(f'labelled {label} by a person')
     doubt = '' if outcome is Outcome.ABORTED else doubt_about(
-        _messages(bag, 'odom', header.topics), header, own, ended)
+        _messages(bag, 'odom', header.topics), header, own, ended,
+        _messages(bag, 'control_field', header.topics))
     record = Trial(own, Outcome.ABORTED if doubt else judged(outcome, label), episode.number)
     return Episode(episode, header, record, None, ended, tuple(notes), label, doubt)
 

@@ -35,6 +35,7 @@ EXPERIENCE_DTYPE: Final[np.dtype[np.void]] = np.dtype(
 _MEMORY: Final = 'memory:'
 _LONGEST: Final = 100
 _VERSION_DTYPE: Final[np.dtype[np.void]] = np.dtype([('version', 'u1')])
+_FLAGS_DTYPE: Final = np.dtype([('flags', 'u1')])
 
 
 class OtherVersionError(TableError):
@@ -150,6 +151,13 @@ def cloud_from_decisions(decisions: npt.NDArray[np.void], grid: Grid) -> PointCl
     for name in DECISION_DTYPE.names or ():
         table[name] = decisions[name]
     return cloud_from_table(table, grid.frame_id)
+
+
+def goal_from_cloud(msg: Any) -> tuple[int, int] | None:
+    """Return the goal of a control field, ``(row, col)``, unchecked; None if it has none."""
+    flags = table_from_cloud(msg, _FLAGS_DTYPE)['flags']
+    goals = np.argwhere(flags & CellFlag.GOAL)
+    return (int(goals[0, 0]), int(goals[0, 1])) if len(goals) == 1 else None
 
 
 def decisions_from_cloud(msg: Any, grid: Grid | None = None) -> npt.NDArray[np.void]:

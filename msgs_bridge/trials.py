@@ -1,14 +1,24 @@
 """Trials: which one a bag is about, how it counts, and whether its robot has driven it."""
 
+from typing import Final
+
 import numpy as np
 import numpy.typing as npt
 
+from control_field.breaks import place_text
+from control_field.grid import Grid
 from control_field.presence import doubt_about_trial
-from control_field.records import Outcome
+from control_field.records import Kind, Outcome
+from control_field.words import counted
 from msgs_bridge.bag_records import RawMessages
 from msgs_bridge.bag_tables import pose_table, statuses
 from msgs_bridge.episode_header import EpisodeHeader
+from msgs_bridge.raw_messages import cloud_from_cdr
+from msgs_bridge.tables import goal_from_cloud
 from msgs_bridge.trial_status import Label, State, TrialStatus
+
+#: A robot that slipped may have come to the goal from a step into a cell beside it.
+_BESIDE: Final = 1
 
 
 def own_trial(
@@ -49,10 +59,10 @@ def judged(outcome: Outcome, label: Label) -> Outcome:
 
 def doubt_about(
     odometry: RawMessages, header: EpisodeHeader, rows: npt.NDArray[np.void],
-    ended: TrialStatus | None,
+    ended: TrialStatus | None, fields: RawMessages,
 ) -> str:
     """
-    Say why a trial's decisions are none of the robot whose odometry lies beside them.
+    Say why a trial was not driven as its decisions say, by the robot whose odometry lies beside.
 
     Parameters
     ----------
@@ -61,8 +71,14 @@ def doubt_about(
     rows : ndarray of DECISION_DTYPE
     ended : TrialStatus or None
         How it ended.
+    fields : RawMessages
+        What it drove by.
 
     """
+    # Those of older versions say neither whose field it was nor all of the rest.
+    if header.memory and ended is not None and (
+            doubt := _doubt_about_record(rows, ended, header, fields)):
+        return doubt
     poses = pose_table(odometry, header.grid.frame_id)
     if not len(poses.stamps) and (len(odometry) or 'odom' not in header.topics):
         return ''  # in a frame of its own, or never recorded: nothing to compare with
@@ -74,3 +90,42 @@ def doubt_about(
                             ('stamp', ended.stamp)):
             claimed[name][-1] = value
     return doubt_about_trial(claimed, poses.stamps, poses.xy, header.grid, header.speed_max)
+
+
+def _doubt_about_record(
+    rows: npt.NDArray[np.void], ended: TrialStatus, header: EpisodeHeader, fields: RawMessages,
+) -> str:
+    """Say why decisions and end are not those of one trial of one controller."""
+    if len(rows) > ended.decisions:
+        return (f'{counted(len(rows), "decision")} came, and the controller made '
+                f'{ended.decisions} of them: somebody else publishes experience or trial')
+    moved = rows[rows['kind'] != Kind.BLOCKED]
+    steps = moved['step'].astype(np.int64)
+    # The controller numbers what a person drives once it is done, what it decides before.
+    again = np.flatnonzero(np.diff(2 * steps + (moved['kind'] != Kind.TAUGHT)) <= 0)
+    if len(again):
+        return (f'step {steps[again[0] + 1]} comes after step {steps[again[0]]}: somebody else '
+                f'publishes experience')
+    return _doubt_about_goal(rows, header.grid, fields) if (
+        ended.outcome is Outcome.GOAL and len(rows)) else ''
+
+
+def _doubt_about_goal(
+    rows: npt.NDArray[np.void], grid: Grid, fields: RawMessages,
+) -> str:
+    """Say that a trial did not end where its field leads to, or in a cell beside it."""
+    goals = [goal for message in fields if (goal := _goal(message))]
+    ends = int(rows['next_row'][-1]), int(rows['next_col'][-1])
+    if not goals or any(max(abs(ends[0] - row), abs(ends[1] - col)) <= _BESIDE
+                        for row, col in goals):
+        return ''
+    there, where = (place_text(grid.world_from_cell(*cell)) for cell in (ends, goals[-1]))
+    return (f'it is said to have reached the goal at {where}, and its last step leads to {there}: '
+            f'somebody else publishes trial')
+
+
+def _goal(message: bytes) -> tuple[int, int] | None:
+    try:
+        return goal_from_cloud(cloud_from_cdr(message))
+    except ValueError:
+        return None

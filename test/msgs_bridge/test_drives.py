@@ -1,5 +1,7 @@
 """Bags of drives that no robot has driven: refused or cut, in the same words everywhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -7,8 +9,10 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from bridge_helpers import (
     CLOUD, GRID, nanoseconds, OCCUPANCY, ODOMETRY, raw_decisions, raw_odometry, raw_sight,
     raw_status, STATUS)
+from control_field.headings import heading_from_step
 from control_field.parameters import Parameters
-from control_field.records import DECISION_DTYPE, Outcome
+from control_field.policy import TrialPolicy
+from control_field.records import ControlField, DECISION_DTYPE, Kind, Outcome
 from experience_cli.main import main
 from experience_cli.summary import summary_of
 from foreign_bags import STORE
@@ -19,6 +23,8 @@ from msgs_bridge.bag_import import check_drive
 from msgs_bridge.drives import NothingToLearnError
 from msgs_bridge.episode_header import EpisodeHeader
 from msgs_bridge.episodes import OutsideDriveError, read_episode, read_foreign_demonstration
+from msgs_bridge.serialized import cdr_from_message
+from msgs_bridge.tables import cloud_from_field
 from msgs_bridge.trial_status import State
 
 STAMPS = 100.0 + np.arange(300) / 20.0
@@ -210,6 +216,86 @@ def test_a_trial_that_was_driven_is_learnt_and_a_goal_was_reached(
     episode = read_episode(bag.folder, GRID)
     assert bool(episode.doubt) is is_doubted
     assert episode.record.outcome is (Outcome.ABORTED if is_doubted else Outcome.GOAL)
+
+
+MEMORY = 'task1:0123456789abcdef'
+
+
+def driven_trial(root, rows, ends, *, memory=MEMORY):
+    """Record a drive from cell (2, 2) to (2, 6), with decisions that may not all be its own."""
+    header = EpisodeHeader('trial', 'task1', GRID, topics={'odom': '/odom'},
+                           memory=memory).to_mapping()
+    field = replace(ControlField.void(GRID), goal=(2, 6), memory=memory)
+    with start_bag(TaskFolder(root, 'task1'), 'trial', header) as bag:
+        bag.write('/control_field', CLOUD, cdr_from_message(cloud_from_field(field)), 0)
+        bag.write('/trial', STATUS, raw_status(State.RUNNING, 1, memory=memory), 0)
+        for row in rows:
+            bag.write('/experience', CLOUD, raw_decisions(np.array([row])), 1)
+        for i in range(91):
+            bag.write('/odom', ODOMETRY, raw_odometry(
+                100.0 + i / 20.0, 0.625 + 0.0125 * i, 0.6), i)
+        bag.write('/trial', STATUS, raw_status(
+            State.ENDED, 1, **{'decisions': 4, 'stamp': 104.4, 'memory': memory, **ends}), 999)
+    return read_episode(bag.folder, GRID)
+
+
+def decisions_of_the_drive():
+    rows = np.zeros(4, DECISION_DTYPE)
+    rows['stamp'], rows['trial'], rows['row'], rows['next_row'] = 100.0 + np.arange(4), 1, 2, 2
+    rows['col'], rows['next_col'], rows['step'] = np.arange(2, 6), np.arange(3, 7), np.arange(4)
+    return rows
+
+
+def test_the_decisions_of_a_drive_are_believed(tmp_path):
+    episode = driven_trial(tmp_path, decisions_of_the_drive(), {'outcome': Outcome.GOAL})
+    assert (episode.doubt, episode.record.outcome) == ('', Outcome.GOAL)
+
+
+def test_so_are_those_of_a_drive_that_a_person_took_over(tmp_path):
+    policy = TrialPolicy(replace(ControlField.void(GRID), goal=(2, 6)), Parameters(),
+                         np.random.default_rng(0), 1)
+    east = heading_from_step(0, 1)
+    rows = []
+    for col, stamp in zip(range(2, 6), 100.0 + np.arange(4), strict=True):
+        if col in (3, 4):
+            rows.extend(policy.taught(2, col, east, 0, 0, stamp))
+        else:
+            rows.extend(policy.decide(2, col, 0, 0, stamp).decisions)
+            rows[-1]['action'], rows[-1]['next_row'], rows[-1]['next_col'] = east, 2, col + 1
+    assert driven_trial(tmp_path, rows, {'outcome': Outcome.GOAL}).doubt == ''
+
+
+@pytest.mark.parametrize(('place', 'change'), [
+    (4, {}), (2, {'reward': -1}), (4, {'step': 9, 'reward': 1}), (4, {'kind': Kind.BLOCKED})])
+def test_decisions_that_somebody_slips_into_a_trial_that_is_driven_are_doubted(
+        tmp_path, place, change):
+    rows = decisions_of_the_drive()
+    forged = rows[place - 1:place].copy()
+    for name, value in change.items():
+        forged[name] = value
+    episode = driven_trial(tmp_path, np.concatenate([rows[:place], forged, rows[place:]]),
+                           {'outcome': Outcome.GOAL})
+    assert '5 decisions came, and the controller made 4 of them' in episode.doubt
+    assert episode.record.outcome is Outcome.ABORTED
+
+
+def test_a_step_in_the_place_of_another_is_doubted(tmp_path):
+    rows = decisions_of_the_drive()
+    rows[2] = rows[1]
+    assert 'step 1 comes after step 1' in driven_trial(
+        tmp_path, rows, {'outcome': Outcome.GOAL}).doubt
+
+
+@pytest.mark.parametrize(('n_rows', 'is_doubted'), [(4, False), (3, False), (2, True)])
+def test_a_goal_is_where_the_field_leads_to_whatever_trial_says(tmp_path, n_rows, is_doubted):
+    episode = driven_trial(tmp_path, decisions_of_the_drive()[:n_rows],
+                           {'outcome': Outcome.GOAL, 'stamp': 0.0})
+    assert ('is said to have reached the goal at' in episode.doubt) is is_doubted
+
+
+def test_a_bag_that_does_not_say_by_whose_field_it_was_driven_is_read_as_ever(tmp_path):
+    rows = decisions_of_the_drive()[[0, 1, 1, 2, 3]]
+    assert driven_trial(tmp_path, rows, {'outcome': Outcome.GOAL}, memory='').doubt == ''
 
 
 def test_a_trial_whose_odometry_nobody_heard_is_not_learnt(tmp_path):
