@@ -42,6 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
     """Draw what the bags up to one have taught, and say it."""
+    from control_field.breaks import place_text
     from experience_cli.cuts import say_cuts, say_gaps
     from experience_cli.episodes import episodes_up_to
     from experience_cli.output import write_output
@@ -59,9 +60,9 @@ def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
     write_output(out, partial(inspection_figure(lesson, lessons).savefig, format='png'))
     certificate = lessons.refresh.certificate
     print(f'{last.name}: {certificate.sentence()}')
-    places = ', '.join(f'({x:g}, {y:g})' for x, y in lessons.teach_here(3))
+    places = ', '.join(map(place_text, lessons.teach_here(3)))
     if places:
-        print(f'One more demonstration would help most from (x, y) = {places} m.')
+        print(f'One more drive to the goal would help most from (x, y) = {places} m.')
     print(f'in numbers: {certificate.numbers()}')
     print(out)
 

@@ -20,7 +20,12 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = subparsers.add_parser(
         'list', help='say which bags there are',
         description='List the bags of a task, or of all tasks: what each one holds, how it ended, '
-        'what a person said of it, and whether it is learnt from.')
+        'what a person said of it, and whether it is learnt from.',
+        epilog='A demo is a drive of yours, a trial a try of the robot. STATE: kept is learnt '
+        'from; not kept and aborted are not, a line below the list says why; incomplete is learnt '
+        'from where that can be, seconds of it are missing; cut was not closed, `experience '
+        'repair` mends it; recording is under way; forgotten was taken away, `experience forget '
+        '--undo` brings it back; unreadable is no bag of ours.')
     parser.add_argument('folder', nargs='?', type=Path, default=BAGS, metavar='TASK',
                         help='a task, a bag such as task1/0003, or the folder of all tasks '
                         '(%(default)s)')

@@ -73,7 +73,8 @@ def is_in_use(folder: Path) -> bool:
 def taken(folder: Path) -> str:
     """Say that a folder is another's, and what to do."""
     return (f'{folder} is in use by a learner that is running (or by a command that changes bags '
-            f'in it): stop it first, or ask it (its services drop and label bags)')
+            f'in it): stop it with Ctrl-C first, or press keys in teleop_node: d removes the last '
+            f'bag, b brings it back, y and f label it')
 
 
 def sweep(folder: Path) -> None:
