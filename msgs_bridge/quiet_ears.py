@@ -13,6 +13,7 @@ from rclpy.qos import QoSProfile
 
 from msgs_bridge.qos import hear_all
 from msgs_bridge.quiet_take import QuietTaker
+from msgs_bridge.remaps import note_heard
 
 #: Gets a message's bytes; how many they are where those are too many.
 Heard = Callable[[bytes | int], None]
@@ -87,6 +88,7 @@ class Ears:
         """
         for subscription in hear_all(
                 self._owner, kind, topic, lambda _: None, profiles, raw=True):
+            note_heard(subscription.topic_name)
             ears = self._parts.setdefault(part or topic, {})
             ears[subscription.handle.pointer] = _Ear(subscription, callback, most, is_locked)
 

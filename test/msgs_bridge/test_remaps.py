@@ -82,3 +82,23 @@ def test_a_node_says_it_in_a_line(ros_domain, tmp_path):
     with ros_helpers.start_node(
             'sim_node.node', tmp_path, remappings={'odmo': 'wheels/odom'}) as process:
         ros_helpers.wait_until(lambda: 'is odom meant?' in process.stderr, processes=[process])
+
+
+@pytest.mark.parametrize(('module', 'topics'), [
+    ('control_field_node.node', [
+        'odom', 'neighbourhood', 'goal_pose', 'contact', 'cmd_vel', 'cmd_vel_teleop', 'trial',
+        'teleop_heartbeat', 'control_field', 'experience', 'cmd_vel_requested', '/diagnostics',
+        '~/start_trial', '~/stop_trial']),
+    ('learner_node.node', [
+        'odom', 'neighbourhood', 'goal_pose', 'contact', 'cmd_vel', 'initialpose', 'trial',
+        'teleop_heartbeat', 'control_field', 'prototypes', 'experience', '/diagnostics', '~/undo',
+        'control_field_node/start_trial']),
+    ('msgs_bridge.neighbourhood_node', ['odom', 'scan', 'neighbourhood'])])
+def test_a_node_knows_all_its_topics(ros_domain, tmp_path, module, topics):
+    remappings = {topic: f'/other/name{number}' for number, topic in enumerate(topics)}
+    with ros_helpers.start_node(
+            module, tmp_path, {'bags': str(tmp_path)} if 'learner' in module else None,
+            remappings={**remappings, 'nothing_of_ours': 'x'}) as process:
+        ros_helpers.wait_until(lambda: 'changes nothing' in process.stderr, processes=[process])
+    [line] = [line for line in process.stderr.splitlines() if 'changes nothing' in line]
+    assert 'nothing_of_ours' in line
