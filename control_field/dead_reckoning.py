@@ -110,7 +110,10 @@ class DeadReckoning:
         done, said = xy[last] - xy[first], self.way[last] - self.way[first]
         if self.has_speeds:
             return _off_segment(done, (1.0 + _SCALE) * said)
-        return _off_line(done, said)
+        heads, steps = np.diff(self.way, axis=0), np.diff(xy, axis=0)
+        across = heads[:, 0] * steps[:, 1] - heads[:, 1] * steps[:, 0]
+        aside = np.concatenate([[0.0], np.cumsum(across)])
+        return np.asarray(np.abs(aside[last] - aside[first]))
 
     def leaps(self, stamps: Floats, xy: Floats, pose_jump: float) -> list[Break]:
         """
@@ -129,7 +132,7 @@ class DeadReckoning:
         most = pose_jump + _MORE * self.usual + self.hidden
         found = np.flatnonzero((self.misses(xy, steps, steps + 1) > most)
                                & (np.diff(stamps) > 0.0))
-        if len(found) or not self.has_speeds:
+        if len(found):
             return [self._break(i, i + 1, stamps, xy) for i in found.tolist()]
         return self._glides(stamps, xy)
 
@@ -187,7 +190,9 @@ def reckoned(stamps: Floats, xy: Floats, motion: Motion) -> DeadReckoning | None
         found = DeadReckoning(way, has_speeds, nothing)
         if found.is_trusted(xy, stride):
             hidden = _hidden(dt, said, turned, motion) if has_speeds else nothing
-            return replace(found, usual=found.usual_miss(xy),
+            # Within a step a robot goes no farther astray than it drives, whatever the others say.
+            astray = float(np.percentile(np.hypot(*said.T), 95)) if has_speeds else np.inf
+            return replace(found, usual=min(found.usual_miss(xy), astray / _MORE),
                            hidden=np.where(dt > _LONG * usual, hidden, 0.0))
     return None
 
@@ -219,12 +224,6 @@ def _driven(way: Floats) -> npt.NDArray[np.bool_]:
     rank = len(way) - 1 - max(_LEAPS, round(_LEAPING * len(way)))
     longest = np.sort(way)[max(rank, 0)] if len(way) else 0.0
     return np.asarray(way > max(_SHORT * float(longest), _NOISE))
-
-
-def _off_line(done: Floats, said: Floats) -> Floats:
-    """Return how far places are off the straight line through 0 that leads there, or back."""
-    across = np.abs(said[:, 0] * done[:, 1] - said[:, 1] * done[:, 0])
-    return np.asarray(across / np.maximum(np.hypot(*said.T), 1e-9))
 
 
 def _off_segment(done: Floats, said: Floats) -> Floats:

@@ -135,17 +135,15 @@ def whole_drive(
     if len(stamps) < 2:
         return WholeDrive(order)
     found = breaks_of(stamps[order], xy[order], limits, _at(motion, order))
+    clean, spikes = _without_spikes(stamps, xy, order, limits, motion) if found else (order, ())
+    rest = breaks_of(stamps[clean], xy[clean], limits, _at(motion, clean)) if spikes else found
     sources = _two_sources(stamps[order], xy[order], bool(found), limits)
     # A clock that was set back mixes pieces of one drive; in the order recorded they are apart.
-    back = _set_back(stamps, xy, found or sources)
+    back = _set_back(stamps, xy, rest or sources)
     if back and not _two_sources(stamps, xy, bool(found), limits):
         return _last_part(stamps, xy, np.arange(len(stamps)), back, limits, motion)
     if sources is not None:
         raise ImplausibleDriveError([sources])
-    if not found:
-        return WholeDrive(order)
-    clean, spikes = _without_spikes(stamps, xy, order, limits, motion)
-    rest = breaks_of(stamps[clean], xy[clean], limits, _at(motion, clean))
     if rest:
         return _last_part(stamps, xy, clean, rest, limits, motion)
     return WholeDrive(clean, spikes, len(order) - len(clean))
@@ -199,7 +197,7 @@ def _speed(dt: Floats, way: Floats, limits: DriveLimits) -> float:
     moving = np.sort((way / np.maximum(dt, 1e-9))[(dt > 0.0) & (way > _MOVING)])
     # The few fastest may be leaps themselves; of a handful of steps the middle one counts.
     n_driven = int((way > _DRIVEN).sum())  # a robot that waits for minutes drives no slower later
-    rank = len(moving) - 1 - max(3, math.ceil(0.02 * n_driven))
+    rank = len(moving) - 1 - max(2 * _MOST_SPIKES, math.ceil(0.02 * n_driven))
     usual = float(moving[max(rank, len(moving) // 2)]) if len(moving) else 0.0
     return min(limits.speed_max, max(_HASTE * usual, _SLOWEST_BOUND))
 
@@ -255,10 +253,25 @@ def _two_sources(
     way = np.minimum(_way(xy)[there], _way(xy)[back])
     returns = np.hypot(*(xy[back + 1] - xy[there]).T) < 0.5 * way
     share = _TURNING if has_breaks else 2.0 * _TURNING
-    if returns.sum() < max(_FEWEST_TURNS, share * len(far), 0.02 * len(xy)):
-        return None
-    first = int(there[returns.argmax()])
+    if returns.sum() >= max(_FEWEST_TURNS, share * len(far), 0.02 * len(xy)):
+        first = int(there[returns.argmax()])
+    else:
+        turns = _turns(stamps, xy, limits)
+        if turns.sum() < max(_FEWEST_TURNS, 2.0 * _TURNING * len(turns)):
+            return None
+        first = int(turns.argmax())
     return _break(BreakKind.SOURCES, first, first + 1, stamps, xy)
+
+
+def _turns(stamps: Floats, xy: Floats, limits: DriveLimits) -> npt.NDArray[np.bool_]:
+    """Tell which poses lie far on one side of those around them, the next on the other one."""
+    dt = np.maximum(np.diff(stamps), 0.0)
+    share = (dt[:-1] / np.maximum(dt[:-1] + dt[1:], 1e-9))[:, np.newaxis]
+    aside = xy[1:-1] - ((1.0 - share) * xy[:-2] + share * xy[2:])
+    far = np.hypot(*aside.T) > limits.pose_jump
+    across = (aside[:-1] * aside[1:]).sum(axis=1)
+    both = np.hypot(*aside[:-1].T) * np.hypot(*aside[1:].T)
+    return np.asarray(far[:-1] & far[1:] & (across < -0.5 * both))
 
 
 def _without_spikes(

@@ -1,6 +1,6 @@
 """Opening any bag, whoever recorded it: one file or several, with or without its metadata."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import numpy as np
 from msgs_bridge.bag_files import (
     BagFiles, differing_count, files_of_file, files_of_folder, is_cut)
 from msgs_bridge.bag_folder import BagError, error_line
-from msgs_bridge.bag_records import Bag, BagReader, RawMessages
+from msgs_bridge.bag_records import Bag, BagReader, MOST_IN_MEMORY, RawMessages
 from msgs_bridge.mcap_scan import CompressedError
 from msgs_bridge.safe_files import open_regular
 
@@ -91,15 +91,34 @@ class JoinedBag:
                 for topic in self.topics}
 
     def messages(self, topic: str) -> RawMessages:
-        """Return the messages of a topic; none if it is not in the bag."""
+        """
+        Return the messages of a topic; none if it is not in the bag.
+
+        Raises
+        ------
+        BagError
+            If one of the files cannot be read, or all become too much when they are unpacked.
+
+        """
         if len(self.parts) == 1:
             return self.parts[0].messages(topic)
-        tables = [part.messages(topic) for part in self.parts if topic in part.topics]
+        tables = list(self._tables(topic))
         none = np.zeros(0, dtype=np.int64)
         times = np.concatenate([none, *(table.log_times for table in tables)])
         return RawMessages.of(
             topic, self.topics.get(topic, ''), [message for table in tables for message in table],
             times.tolist())
+
+    def _tables(self, topic: str) -> Iterator[RawMessages]:
+        """Go through the files; together they may become no more than one alone."""
+        n_unpacked = 0
+        for part in self.parts:
+            if topic in part.topics:
+                yield (found := part.messages(topic))
+                n_unpacked += 0 if isinstance(part, BagReader) else int(found.sizes.sum())
+                if n_unpacked > MOST_IN_MEMORY:
+                    raise BagError(f'cannot read {self.path}: unpacked, {topic} has more than '
+                                   f'{MOST_IN_MEMORY} bytes')
 
 
 class InLogOrder:

@@ -14,6 +14,8 @@ from msgs_bridge.mcap_index import message_heads, read_index, take
 from msgs_bridge.mcap_scan import Channel, McapIndex, MESSAGE, RECORD, scan
 from msgs_bridge.safe_files import open_regular
 
+#: Most that the messages of a topic may come to in memory, where they were packed, [bytes].
+MOST_IN_MEMORY: Final = 2**30
 _NOTHING: Final = np.zeros(0, dtype=np.int64)
 
 

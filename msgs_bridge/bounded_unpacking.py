@@ -14,14 +14,13 @@ from typing import Any, BinaryIO, Final
 from rosbags.rosbag2 import reader as rosbags_reader, storage_mcap
 
 from msgs_bridge.bag_folder import BagError, error_line
+from msgs_bridge.bag_records import MOST_IN_MEMORY
 from msgs_bridge.safe_files import open_regular
 
 #: Largest chunk or message that is unpacked, [bytes]; recorders write chunks of 1 to 16 MiB.
 MOST_OF_A_CHUNK: Final = 2**28
-#: Most that a file that was packed, as a whole or in chunks, may come to on the disk, and the
-#: messages of a topic in memory, [bytes].
+#: Most that a file that was packed, as a whole or in chunks, may come to on the disk, [bytes].
 MOST_OF_A_BAG: Final = 2 * 2**30
-MOST_IN_MEMORY: Final = 2**30
 _STEP: Final = 2**20
 #: What rosbags itself unpacks with, wherever it has it from.
 _zstd: Final[Any] = rosbags_reader.zstd  # type: ignore[attr-defined, unused-ignore]

@@ -16,9 +16,9 @@ from rosbags.rosbag2.storage_mcap import decompress
 
 from msgs_bridge.bag_folder import BagError
 from msgs_bridge.bag_metadata import NAME
-from msgs_bridge.bag_records import Bag, BagReader, RawMessages
+from msgs_bridge.bag_records import Bag, BagReader, MOST_IN_MEMORY, RawMessages
 from msgs_bridge.bounded_unpacking import (
-    check_packed, MOST_IN_MEMORY, MOST_OF_A_CHUNK, Room, unpack_all)
+    check_packed, MOST_OF_A_CHUNK, Room, unpack_all)
 from msgs_bridge.mcap_scan import (
     CHANNEL_OP, CHUNK_OP, Cursor, cut_chunk, MAGIC, McapIndex, MESSAGE_OP, RECORD, Scan, scan,
     SCHEMA_OP, START, U4, U8)

@@ -12,8 +12,8 @@ from rosbags.rosbag1.reader import decompressors
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from msgs_bridge.bag_folder import BagError
-from msgs_bridge.bag_records import RawMessages
-from msgs_bridge.bounded_unpacking import MOST_IN_MEMORY, Room
+from msgs_bridge.bag_records import MOST_IN_MEMORY, RawMessages
+from msgs_bridge.bounded_unpacking import Room
 from msgs_bridge.ros1_recovery import UnclosedBag, Unpackers
 from msgs_bridge.safe_files import open_regular
 

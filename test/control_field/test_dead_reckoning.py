@@ -86,6 +86,17 @@ def test_a_leap_that_a_filter_smears_over_a_second(seed, rate, turn, share, size
     assert 'the speeds that come with the poses say 0.' in str(found)
 
 
+@given(seeds, st.sampled_from([10.0, 50.0]), st.floats(0.2, 0.8), st.floats(0.9, 2.5))
+@few
+def test_headings_alone_tell_of_a_glide_to_the_side(seed, rate, share, size):
+    stamps, xy, motion = driven(seed, rate)
+    at = int(share * len(xy))
+    glide = size * np.clip(stamps - stamps[at], 0.0, 1.0)[:, np.newaxis]
+    xy += glide * ahead(motion.yaw[at] + np.pi / 2)
+    with pytest.raises(ImplausibleDriveError):
+        whole_drive(stamps, xy, LIMITS, Motion(motion.yaw))
+
+
 @given(seeds, st.sampled_from([5.0, 20.0]), st.floats(0.15, 0.4), turns)
 @few
 def test_a_small_spike_is_left_out(seed, rate, off, turn):

@@ -179,6 +179,36 @@ def test_a_robot_that_only_stood_before_the_leap_begins_after_it(seed, share, of
     assert f'{n} pose' in drive.sentences()[0]
 
 
+@given(seeds, st.sampled_from([10.0, 20.0, 50.0]), shares, st.floats(0.9, 5.0))
+@steady
+def test_one_stamp_that_lacks_a_second_is_no_clock_that_was_set_back(seed, rate, share, seconds):
+    stamps, xy = smooth_drive(seed, n_at(rate), rate)
+    at = int(share * len(xy))
+    stamps[at] -= seconds
+    drive = whole_drive(stamps, xy, LIMITS)
+    assert drive.n_spikes <= 1
+    assert np.array_equal(np.delete(np.arange(len(xy)), at), drive.kept[drive.kept != at])
+
+
+@given(seeds, st.sampled_from([1.0, 2.0]), st.floats(0.3, 3.0))
+@steady
+def test_two_sources_that_speak_rarely(seed, rate, apart):
+    stamps, xy = smooth_drive(seed, 60, rate)
+    both = np.stack([xy, xy + [0.0, apart]], axis=1).reshape(-1, 2)
+    times = np.stack([stamps, stamps + 0.3 / rate], axis=1).reshape(-1)
+    assert refused(times, both)[0].kind is BreakKind.SOURCES
+
+
+@given(seeds, st.integers(2, 3), st.floats(1.5, 4.0), shares)
+@steady
+def test_some_spikes_of_a_drive_of_few_poses_are_no_driving(seed, n, off, share):
+    stamps, xy = smooth_drive(seed, 40, 1.0)
+    at = [int(40 * (k + share) / n) for k in range(n)]
+    xy[at] += [off, -off]
+    kinds = {found.kind for found in refused(stamps, xy)}
+    assert kinds <= {BreakKind.LEAP, BreakKind.SOURCES}
+
+
 def test_a_reset_beside_the_place_before_is_no_spike():
     x = np.concatenate([np.arange(0.3, 0.6, 0.005), np.arange(0.0, 2.0, 0.005)])
     [found] = refused(np.arange(len(x)) / 20.0, np.stack([x, 0.0 * x], axis=1))

@@ -9,10 +9,11 @@ import signal
 
 from mcap.writer import CompressionType, Writer
 import pytest
+from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionMode, reader as rosbags_reader, StoragePlugin
 
 from experience_cli.main import main
-from foreign_bags import foreign_bag
+from foreign_bags import foreign_bag, ros1_bag
 from msgs_bridge.any_bag import open_bag
 from msgs_bridge.bag_folder import BagError, mcap_path, TaskFolder
 from msgs_bridge.bag_repair import repair_task
@@ -303,10 +304,33 @@ def test_chunks_that_become_too_much_together_are_refused(tmp_path, monkeypatch,
     packed_chunks(path, 40, 2**22, is_whole)
     assert path.stat().st_size < 2**20
     assert len(open_bag(path).messages('/odom')) >= 39
-    for name in ('MOST_OF_A_BAG', 'MOST_IN_MEMORY'):
-        monkeypatch.setattr(f'msgs_bridge.bounded_unpacking.{name}', 2**26)
+    monkeypatch.setattr('msgs_bridge.bounded_unpacking.MOST_OF_A_BAG', 2**26)
     monkeypatch.setattr('msgs_bridge.foreign_bag.MOST_IN_MEMORY', 2**26)
     with bounded(), pytest.raises(BagError, match='more than 67108864 bytes'):
+        open_bag(path).messages('/odom')
+
+
+@pytest.mark.parametrize('is_packed', [True, False])
+def test_files_of_a_split_bag_become_no_more_together_than_one(tmp_path, monkeypatch, is_packed):
+    folder = tmp_path / 'drive'
+    folder.mkdir()
+    for number in range(4):
+        path = folder / f'drive_{number}.mcap'
+        packed_chunks(path, 10, 2**20, True)
+        if is_packed:
+            path.with_name(f'{path.name}.zstd').write_bytes(zstd.compress(path.read_bytes()))
+            path.unlink()
+    assert len(open_bag(folder).messages('/odom')) == 40
+    monkeypatch.setattr('msgs_bridge.any_bag.MOST_IN_MEMORY', 2**24)
+    with bounded(), pytest.raises(BagError, match='/odom has more than 16777216 bytes'):
+        open_bag(folder).messages('/odom')
+
+
+def test_a_bag_of_ros_1_has_a_bound(tmp_path, monkeypatch):
+    path = ros1_bag(tmp_path / 'drive.bag', compression=Ros1Writer.CompressionFormat.BZ2)
+    assert len(open_bag(path).messages('/odom')) == 100
+    monkeypatch.setattr('msgs_bridge.ros1_bag.MOST_IN_MEMORY', 10_000)
+    with pytest.raises(BagError, match='more than 10000 bytes'):
         open_bag(path).messages('/odom')
 
 
