@@ -16,6 +16,8 @@ from experience_cli.progress import Progress
 WAY: Final = ((3, 2), (3, 15), (16, 15))
 #: A file that says that the folder is a demo's, and may be written anew.
 _MARK: Final = '.experience_demo'
+#: Where the bags of the demo before are.
+_BEFORE: Final = 'before'
 #: What is taken where nothing is said; what runs already (--attach) has its own.
 _USUAL: Final[Mapping[str, Any]] = {
     'out': Path('out/demo'), 'profile': 'full', 'seed': 0, 'realtime': False}
@@ -132,7 +134,7 @@ def _check_grids(tasks: Mapping[str, str], worlds: Mapping[str, Any]) -> None:
 
 
 def _prepare(out: Path, tasks: Collection[str]) -> Path:
-    """Make the folder; what an earlier demo left there gives way."""
+    """Make the folder; the bags that an earlier demo left there are set aside."""
     mark = out / _MARK
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -141,12 +143,23 @@ def _prepare(out: Path, tasks: Collection[str]) -> Path:
                             f'folder with --out')
         mark.touch()
         for task in tasks:
-            shutil.rmtree(out / 'bags' / task, ignore_errors=True)
+            _set_aside(out, task)
             shutil.rmtree(out / 'logs' / task, ignore_errors=True)
             (out / 'logs' / task).mkdir(parents=True)
     except OSError as error:
         raise UserError(f'cannot write into {out}: {error.strerror}') from None
     return out
+
+
+def _set_aside(out: Path, task: str) -> None:
+    """Keep the bags of the demo before, once: somebody may have taught in them."""
+    old, aside = out / 'bags' / task, out / _BEFORE / task
+    if not old.exists():
+        return
+    shutil.rmtree(aside, ignore_errors=True)
+    aside.parent.mkdir(exist_ok=True)
+    old.replace(aside)
+    print(f'the bags of {task} from the demo before are in {aside}')
 
 
 def node_parameters(

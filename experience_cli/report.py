@@ -246,7 +246,14 @@ def write_report(path: Path, reports: Sequence[TaskReport], config: Mapping[str,
 
 
 def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
-    """Return the lines of a table for the terminal."""
+    """Return what came of it in sentences, then the lines of a table, for the terminal."""
+    yield ''
+    for report in reports:
+        other = report.other_starts
+        collisions = counted(other['collisions'], 'collision')
+        yield (f'{report.name}: {report.final.certificate.sentence()} Set down at '
+               f'{other["starts"]} other starts it reached the goal '
+               f'{counted(other["reached"], "time")}, with {collisions}.')
     yield ''
     yield 'task    trial   steps      prototypes  reinforcements  collisions  outcome   seconds'
     for report in reports:
@@ -258,10 +265,3 @@ def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
     yield ('Prototypes: places with the direction the robot has learnt there (in the paper hidden '
            'neurons).')
     yield 'Reinforcements: rewards and punishments that the trial was learnt from.'
-    yield ''
-    for report in reports:
-        other = report.other_starts
-        collisions = counted(other['collisions'], 'collision')
-        yield (f'{report.name}: {report.final.certificate.sentence()} Set down at '
-               f'{other["starts"]} other starts it reached the goal '
-               f'{counted(other["reached"], "time")}, with {collisions}.')
