@@ -1,6 +1,7 @@
 """The paper's figures 2 to 7, and what was learnt, from the reports of a demo."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -19,6 +20,7 @@ from experience_cli.drawing import (
     WALL,
 )
 from experience_cli.learning_figures import before_and_after_figure, learning_figure
+from experience_cli.output import write_output
 from experience_cli.report import TaskReport
 
 #: Numbers of the figures of final fields, one a task.
@@ -32,11 +34,19 @@ _HISTORIES = (
 
 
 def draw_figures(out: Path, reports: Sequence[TaskReport]) -> list[Path]:
-    """Write ``figure_2.png`` to ``figure_7.png`` and the rest into a folder; return the paths."""
+    """
+    Write ``figure_2.png`` to ``figure_7.png`` and the rest into a folder; return the paths.
+
+    Raises
+    ------
+    UserError
+        If one cannot be written; what was there before then stays.
+
+    """
     paths = []
     for name, figure in figures_of(reports):
         paths.append(out / f'{name}.png')
-        figure.savefig(paths[-1])
+        write_output(paths[-1], partial(figure.savefig, format='png'))
     return paths
 
 

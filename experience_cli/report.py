@@ -13,7 +13,7 @@ from control_field.learner import Refresh
 from control_field.records import ControlField, Kind, Outcome, Trial
 from control_field.simulation import GridWorld
 from control_field.words import counted
-from experience_cli.output import write_whole
+from experience_cli.output import write_output
 from learner_node.lessons import Lesson, Lessons
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.bag_records import BagReader
@@ -242,7 +242,8 @@ def write_report(path: Path, reports: Sequence[TaskReport], config: Mapping[str,
     """Write `report.json`."""
     content = {'config': dict(config), 'tasks': {
         report.name: report.to_json() for report in reports}}
-    write_whole(path, (json.dumps(content, indent=2) + '\n').encode())
+    text = (json.dumps(content, indent=2) + '\n').encode()
+    write_output(path, lambda file: file.write(text))
 
 
 def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
