@@ -41,8 +41,10 @@ def ours(arguments: list[str]) -> str | None:
     is_module = rest[:1] == ['-m']
     name, *more = (rest[1:] if is_module else rest) or ['']
     if is_module:
-        program = _COMMAND if name == 'experience_cli.main' else name.split('.')[0]
-        known = name == 'experience_cli.main' or name.endswith('_node.node')
+        program = _COMMAND if name == 'experience_cli.main' else (
+            name.removesuffix('.node').split('.')[-1])
+        known = name == 'experience_cli.main' or name.endswith('_node.node') or (
+            name.startswith('msgs_bridge.') and name.endswith('_node'))
     else:
         *folders, program = name.split('/')
         known = folders[-1:] in (['bin'], ['experience_controller']) and (

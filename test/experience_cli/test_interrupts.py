@@ -51,6 +51,9 @@ def test_a_signal_that_waits_is_heard_at_the_start(tmp_path):
 
 
 @pytest.mark.parametrize(('arguments', 'program'), [
+    (['-m', 'msgs_bridge.neighbourhood_node'], 'neighbourhood_node'),
+    (['-m', 'msgs_bridge.localised_odometry_node', '--help'], 'localised_odometry_node'),
+    (['-m', 'msgs_bridge.bag_folder'], None),
     (['-m', 'experience_cli.main', 'list'], 'experience list'),
     (['-m', 'experience_cli.main', '--help'], 'experience'),
     (['/v/bin/experience', 'learn', 'x'], 'experience learn'),
