@@ -16,7 +16,7 @@ from rclpy.clock_type import ClockType
 
 from msgs_bridge import qos
 from msgs_bridge.doubles import DoublesWatch
-from msgs_bridge.graph import in_vain
+from msgs_bridge.graph import elsewhere, in_vain
 from msgs_bridge.kinds import SaidOnce
 from msgs_bridge.quiet_ears import Ears
 from msgs_bridge.serialized import message_from_cdr
@@ -40,6 +40,8 @@ _TIMELESS: Final = 4
 _NO_TIME: Final = (
     'use_sim_time is true, and nothing has arrived on /clock: time stands still here. Start what '
     'publishes /clock (sim_node does), or leave use_sim_time out')
+#: After so many looks what belongs to this node would have appeared.
+_APPEARED: Final = 6
 #: So many processes are heard at most; and what every statement holds.
 _MOST: Final = 64
 _MARK: Final = b'instance'
@@ -136,6 +138,7 @@ class CompanyWatch:
         self.problems: list[Misfit] = []
         self._mistyped: list[Misfit] = []
         self._judged_at, self._n_timeless = -math.inf, 0
+        self._n_missing = 0
         self._lock = Lock()  # ears have several threads
         if ears is None:
             node.create_subscription(
@@ -195,7 +198,20 @@ class CompanyWatch:
             self._look_at_clock()
         self._mistyped = [Misfit(text, stops) for topic, kind, stops in _SENSED if (
             text := self._in_vain(self._node.resolve_topic_name(topic), kind))]
+        self._look_elsewhere()
         self._judge(now)
+
+    def _look_elsewhere(self) -> None:
+        """Say, once it has had the time to appear, where odometry is that is not here."""
+        topic, kind, _ = _SENSED[0]
+        name = self._node.resolve_topic_name(topic)
+        self._n_missing = 0 if self._node.count_publishers(name) else self._n_missing + 1
+        if self._n_missing == _APPEARED and (text := elsewhere(name, kind, self._published())):
+            self._tell(text)
+
+    def _published(self) -> list[tuple[str, list[str]]]:
+        return [(name, kinds) for name, kinds in self._node.get_topic_names_and_types()
+                if self._node.count_publishers(name)]
 
     def _look_at_clock(self) -> None:
         """Say that the time of a simulation has never come; ROS waits for it without a word."""

@@ -1,6 +1,6 @@
 """Who else is on a topic, by the names that the graph of ROS has for them."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 from msgs_bridge.foreign_text import printable
@@ -48,6 +48,32 @@ def in_vain(topic: str, publishers: Iterable[Any], kind: str) -> str:
                     f'{printable(peer.topic_type, 80)}' for peer in peers})
     return (f'nothing of use can arrive on {topic}: {" and ".join(found[:4])}, must be {kind}; '
             f'remap it (-r), or start what publishes that')
+
+
+def elsewhere(topic: str, kind: str, known: Iterable[tuple[str, Sequence[str]]]) -> str:
+    """
+    Say that what nobody publishes on a topic is there under another name; else nothing.
+
+    Parameters
+    ----------
+    topic : str
+        Full name.
+    kind : str
+        The type that is heard, as the graph has it.
+    known : iterable of (str, sequence of str)
+        All topics that are published, with their types.
+
+    """
+    last = topic.rpartition('/')[2]
+    found = sorted(name for name, kinds in known
+                   if name != topic and kind in kinds and name.rpartition('/')[2] == last)
+    if not found:
+        return ''
+    name = printable(found[0])
+    namespace = name.rpartition('/')[0] or '/'
+    return (f'nobody publishes {topic}, but there is {" and ".join(map(printable, found[:4]))}: '
+            f'if that is this robot, start this node with -r __ns:={namespace}, or with '
+            f'-r {last}:={name}')
 
 
 def full_name(peer: Any) -> str:

@@ -87,6 +87,30 @@ def test_while_a_demonstration_is_recorded_nothing_drives_by_itself(ros_node):
     assert watch.why_not(Deed.DRIVE) == ''
 
 
+def test_odometry_that_is_in_another_namespace_is_named_with_what_to_set(ros_node):
+    said = []
+    watch = CompanyWatch(ros_node, 'controller', said.append)
+    there = ros_node.create_publisher(Odometry, '/r1/odom', 1)
+    ros_node.create_publisher(PoseStamped, '/r2/odom', 1)
+    ros_node.create_subscription(Odometry, '/r3/odom', lambda _: None, 1)
+    for _ in range(5):
+        watch.look()
+    assert said == []
+    for _ in range(10):
+        watch.look()
+    [line] = said
+    assert line == (
+        'nobody publishes /odom, but there is /r1/odom: if that is this robot, start this node '
+        'with -r __ns:=/r1, or with -r odom:=/r1/odom')
+    said.clear()
+    ros_node.create_publisher(Odometry, 'odom', 1)
+    other = CompanyWatch(ros_node, 'controller', said.append)
+    for _ in range(15):
+        other.look()
+    assert said == []
+    ros_node.destroy_publisher(there)
+
+
 @pytest.mark.parametrize('is_simulated', [True, False])
 def test_a_time_that_never_comes_is_named_once(ros_domain, is_simulated):
     said = []
