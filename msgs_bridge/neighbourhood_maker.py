@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from control_field.sight import UNKNOWN
 from msgs_bridge.costmap_sight import neighbourhood_from_costmap
+from msgs_bridge.laser_mount import Mount
 from msgs_bridge.laser_sight import bounded, neighbourhood_from_scan, Placement, scan_from_message
 from msgs_bridge.neighbourhoods import Neighbourhood, occupancy_from_map
 from msgs_bridge.poses import (
@@ -60,10 +61,18 @@ class NeighbourhoodMaker:
         self._poses = PoseHistory()
         self._stamp = 0.0
         self._read: Any = None
+        #: Where the laser sits, as `/tf_static` says; None if it does not.
+        self.found: Mount | None = None
         #: What was wrong with the newest scan or costmap; empty if nothing was.
         self.refusal = ''
         #: The cells made last, and of what: cell, pose at the scan, settings.
         self._made: tuple[tuple[object, ...], Cells] | None = None
+
+    @property
+    def laser(self) -> Mount:
+        """Where the laser sits: as the parameters say, else `/tf_static`, else in the middle."""
+        said = self.settings.laser
+        return self.found if self.found is not None and said == Mount() else said
 
     @property
     def has_seen(self) -> bool:
@@ -110,6 +119,8 @@ class NeighbourhoodMaker:
     def problem(self, now: float) -> str:
         """Say why nothing is known at a time, empty if something is."""
         source = self.settings.source
+        if source == 'scan' and self.laser.problem:
+            return f'as /tf_static says, {self.laser.problem}'
         if self._read is None and self.refusal:
             return f'{source} arrives but does not count: {self.refusal}'
         if self._read is None:
@@ -126,7 +137,7 @@ class NeighbourhoodMaker:
             return bounded(np.full((3, 3), UNKNOWN, dtype=np.int8), cell, self.grid)
         # A scan may come before the odometry of its time: then its pose is known better later.
         then = self._poses.nearest(self._stamp) if self.settings.source == 'scan' else None
-        made_of = cell, then, self.settings
+        made_of = cell, then, self.settings, self.laser
         if self._made is None or self._made[0] != made_of:
             self._made = made_of, self._look(cell, then)
         return self._made[1]
@@ -139,6 +150,6 @@ class NeighbourhoodMaker:
                 costmap, values, cell, grid, lethal=settings.lethal_threshold,
                 radius=settings.robot_radius, seen_share=settings.seen_share)
         return neighbourhood_from_scan(
-            self._read, Placement(then.x, then.y, then.yaw), settings.laser, cell, grid,
+            self._read, Placement(then.x, then.y, then.yaw), self.laser, cell, grid,
             settings.body)
 

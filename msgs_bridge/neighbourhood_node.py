@@ -17,6 +17,7 @@ from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.company import CompanyWatch
 from msgs_bridge.complaints import Complaints
+from msgs_bridge.laser_place import LaserPlace
 from msgs_bridge.neighbourhood_maker import NeighbourhoodMaker
 from msgs_bridge.neighbourhoods import grid_from_neighbourhood
 from msgs_bridge.node_main import run_node
@@ -60,7 +61,9 @@ class NeighbourhoodNode(Node):
         self._neighbourhoods = qos.tell_all(self, OccupancyGrid, 'neighbourhood', qos.SENSOR)
         #: What came last, as it was sent: a costmap is heard through several subscriptions.
         self._heard: deque[int] = deque(maxlen=_N_HEARD)
+        self._place = None
         if self._maker.settings.source == 'scan':
+            self._place = LaserPlace(self, self._maker)
             self.create_subscription(LaserScan, 'scan', self._on_sight, qos.SENSOR)
         else:
             qos.hear_all(
@@ -83,6 +86,8 @@ class NeighbourhoodNode(Node):
 
     def _tell(self) -> None:
         """Publish how the sight stands, and what this node says of itself."""
+        if self._place is not None:
+            self._place.tell()
         now = time.monotonic()
         problem = self._problem
         if self._odometry.is_stale(now):
@@ -108,6 +113,8 @@ class NeighbourhoodNode(Node):
             self._on_sight(deserialize_message(raw, OccupancyGrid))
 
     def _on_sight(self, msg: Any) -> None:
+        if self._place is not None:
+            self._place.saw(laser=msg.header.frame_id)
         try:
             self._maker.saw(msg)
         except ValueError as error:
@@ -116,6 +123,8 @@ class NeighbourhoodNode(Node):
 
     def _on_odometry(self, msg: Odometry) -> None:
         now = time.monotonic()
+        if self._place is not None:
+            self._place.saw(base=msg.child_frame_id)
         try:
             neighbourhood = self._maker.neighbourhood(msg)
         except ValueError as error:

@@ -30,6 +30,8 @@ LOCKSTEP: Final = _reliable(1000)
 LOCKSTEP_PUB: Final = _reliable(4000, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `control_field`, `prototypes`, `trial`, `map`, `markers`: a late reader gets the newest.
 LATCHED: Final = _reliable(1, DurabilityPolicy.TRANSIENT_LOCAL)
+#: `/tf_static`: every part of a robot says its own, and a late reader gets all of them.
+STATIC_FRAMES: Final = _reliable(100, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `experience`: no decision may be lost.
 EXPERIENCE: Final = QoSProfile(  # type: ignore[no-untyped-call]
     history=HistoryPolicy.KEEP_ALL, depth=0,

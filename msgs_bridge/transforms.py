@@ -190,7 +190,7 @@ def read_transforms(bag: Bag, topics: list[str], span: Span | None = None) -> Tr
         messages = bag.messages(topic)
         for message, log_time in zip(messages, messages.log_times.tolist(), strict=True):
             try:
-                for stamp, parent, child, values in _transforms(message):
+                for stamp, parent, child, values in transforms_in(message):
                     rows.setdefault(child, []).append((stamp, log_time, parent, values))
             except (struct.error, UnicodeDecodeError):
                 tree.n_refused += 1
@@ -235,7 +235,7 @@ def _edge(
                 lost, first_stamp)
 
 
-def _transforms(message: bytes) -> Iterator[tuple[int, str, str, tuple[float, ...]]]:
+def transforms_in(message: bytes) -> Iterator[tuple[int, str, str, tuple[float, ...]]]:
     """Go through a message: stamp [ns], parent, child, x y z qx qy qz qw."""
     if message[:2] not in (b'\x00\x01', b'\x00\x00'):
         raise struct.error

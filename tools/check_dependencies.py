@@ -49,6 +49,7 @@ KEYS = {
     'sensor_msgs': 'sensor_msgs',
     'std_msgs': 'std_msgs',
     'std_srvs': 'std_srvs',
+    'tf2_msgs': 'tf2_msgs',
     'tqdm': 'python3-tqdm',
     'visualization_msgs': 'visualization_msgs',
     'yaml': 'python3-yaml',
