@@ -20,7 +20,6 @@ from control_field_node.answer import Answer
 from control_field_node.command_ages import CommandAges
 from control_field_node.commands import CommandWriter
 from control_field_node.field_reader import FieldReader, Outcome
-from control_field_node.hearing import Hearing
 from control_field_node.lockstep import TickBook
 from control_field_node.outbox import Outbox
 from control_field_node.placing import read_place
@@ -33,6 +32,7 @@ from msgs_bridge import qos
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.company import CompanyWatch
 from msgs_bridge.graph import publishers_on
+from msgs_bridge.hearing import Hearing
 from msgs_bridge.neighbourhoods import cells_of_sight, neighbourhood_from_grid
 from msgs_bridge.node_main import quickest_executor, run_node
 from msgs_bridge.parameters import declare_parameters_from

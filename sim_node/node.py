@@ -21,6 +21,7 @@ from msgs_bridge.command_age import problem_with_age
 from msgs_bridge.command_line import check_names, names_of, Program
 from msgs_bridge.command_types import mismatch
 from msgs_bridge.company import CompanyWatch
+from msgs_bridge.hearing import Hearing
 from msgs_bridge.neighbourhoods import (
     grid_from_neighbourhood,
     map_from_occupancy,
@@ -82,6 +83,7 @@ class SimNode(Node):
     def __init__(self, **options: Any) -> None:
         """Read the world and start."""
         super().__init__('sim_node', **options)
+        self._hearing = Hearing(self)
         self._settings = declare_parameters_from(
             self, SimParameters, fixed=FIXED, on_change=self._on_change)
         check_names(self)
@@ -94,13 +96,16 @@ class SimNode(Node):
         self._n_refused = self._n_readers = self._repeats = self._unanswered = 0
         self._told_contact: bool | None = None
         self._commands = Freshness(self._settings.cmd_vel_timeout)
-        self._company = CompanyWatch(self, 'robot')
+        if not self._settings.lockstep:
+            self._hearing.step_aside()
+        self._company = CompanyWatch(self, 'robot', ears=self._hearing.ears)
         self._state_world()
         self._make_topics()
         self._make_timers()
         self._publish_map()
         self._publish()
         self._say_what_is_here()
+        self._hearing.start()
 
     def _say_what_is_here(self) -> None:
         grid, topic = self._simulation.world.grid, self.resolve_topic_name('cmd_vel')
@@ -136,22 +141,28 @@ class SimNode(Node):
             self._clock_topic = self.create_publisher(Clock, '/clock', 10)
         self._command_type = (
             TwistStamped if self._settings.is_stamped else Twist)
-        self.create_subscription(
-            self._command_type, 'cmd_vel', self._on_command,
+        self._hearing.hear(
+            self._command_type, 'cmd_vel', self._on_command, self._refuse,
             qos.LOCKSTEP if self._settings.lockstep else qos.COMMAND)
-        self.create_subscription(
-            PoseWithCovarianceStamped, 'initialpose', self._on_initialpose, qos.POSE)
-        self.create_service(Trigger, '~/reset', self._on_reset)
+        self._hearing.hear(PoseWithCovarianceStamped, 'initialpose', self._on_initialpose,
+                           self._refuse, qos.POSE)
+        self.create_service(Trigger, '~/reset', self._hearing.locked(self._on_reset))
+
+    @property
+    def subscriptions(self) -> Any:
+        """What the executor takes: all but what is heard in a thread aside."""
+        return self._hearing.others(super().subscriptions)
 
     def _make_timers(self) -> None:
         # Timers run on the steady clock: with use_sim_time they would wait for themselves.
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self._system_clock = RosClock(clock_type=ClockType.SYSTEM_TIME)
-        self.create_timer(_CARE_PERIOD, self._care, clock=steady)
+        self.create_timer(_CARE_PERIOD, self._hearing.locked(self._care), clock=steady)
         self._ticker = None
         if not self._settings.lockstep:
             self._ticker = self.create_timer(
-                self._period / self._settings.speed_factor, self._advance, clock=steady)
+                self._period / self._settings.speed_factor,
+                self._hearing.locked(self._advance), clock=steady)
 
     # What comes in
 
@@ -221,6 +232,10 @@ class SimNode(Node):
         return SetParametersResult(successful=True)
 
     def _on_change(self, settings: SimParameters) -> None:
+        with self._hearing.lock:
+            self._change(settings)
+
+    def _change(self, settings: SimParameters) -> None:
         self._settings = settings
         world, self._new_world = self._new_world, None
         self._simulation.change(settings, world)
@@ -236,6 +251,7 @@ class SimNode(Node):
 
     def _advance(self) -> None:
         """Let one tick pass."""
+        self._hearing.check()
         self._simulation.tick(self._period)
         self._n_ticks += 1
         self._publish()
@@ -340,6 +356,10 @@ class SimNode(Node):
         sentence = mismatch(self, 'cmd_vel', self._command_type)
         if sentence:
             self.get_logger().warning(sentence, throttle_duration_sec=12 * _LOG_PERIOD)
+
+    def close(self) -> None:
+        """Hear no more, while ROS is still there."""
+        self._hearing.close()
 
 
 def main(args: list[str] | None = None) -> None:

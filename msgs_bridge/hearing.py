@@ -1,4 +1,4 @@
-"""Which thread hears what, so that nothing that arrives holds up who guards."""
+"""Which thread hears what, so that nothing that arrives holds up who moves a robot."""
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import wraps
@@ -11,9 +11,10 @@ from msgs_bridge.raw_messages import hear_small, MOST_BYTES, small_only
 
 class Hearing:
     """
-    Hears for the controller: in threads beside the one that guards, in lock-step in that one.
+    Hears for a node: in threads beside its executor's, or in that one.
 
-    In lock-step time waits, and one thread does the same things in the same order every time.
+    In lock-step time waits, and one thread does the same things in the same order every time:
+    there nobody steps aside. The node's `subscriptions` have to be `others`.
 
     Parameters
     ----------
@@ -25,7 +26,7 @@ class Hearing:
     ears : Ears or None
         The threads beside, for who has its own way to read what comes.
     lock : RLock
-        Is held while anybody works with what the controller knows.
+        Is held while anybody works with what the node knows.
 
     """
 
@@ -59,7 +60,7 @@ class Hearing:
             profiles, MOST_BYTES, part=part)
 
     def locked(self, callback: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a callback of the thread that guards, which waits until the other is done."""
+        """Return a callback of the executor's thread, which waits until the others are done."""
         @wraps(callback)
         def work(*values: Any) -> Any:
             with self.lock:
