@@ -11,6 +11,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 import shutil
 import sqlite3
+import struct
 from tempfile import mkdtemp
 from typing import Final, NamedTuple
 
@@ -22,6 +23,11 @@ from msgs_bridge.safe_files import open_regular
 #: How a journal ends that names another file, which SQLite would look into and may delete.
 _NAMES_ANOTHER: Final = b'\xd9\xd5\x05\xf9\x20\xa1\x63\xd7'
 _MESSAGES: Final = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = 'messages'"
+#: How a log of SQLite begins (https://www.sqlite.org/fileformat2.html, 4.1): its size of a page is
+#: the third number. Before each page stand so many bytes.
+_WAL_HEAD: Final = struct.Struct('>8I')
+_WAL_MAGIC: Final = (0x377F0682, 0x377F0683)
+_WAL_FRAME: Final = 24
 
 
 class Recovered(NamedTuple):
@@ -64,7 +70,9 @@ def recovered(path: Path) -> Recovered | None:
             raise BagError(error_line(f'take in {names} for', path, error)) from None
         except sqlite3.Error as error:
             raise BagError(f'cannot read {path} together with {names}: {error}') from None
-    return Recovered(copy, _note(path, names, n_before, n_after))
+    cut = ''.join(f'; {file.name} is damaged or cut off: what else it held cannot be read'
+                  for file in beside if file.name.endswith(WAL) and not _is_whole(file))
+    return Recovered(copy, _note(path, names, n_before, n_after) + cut)
 
 
 @contextmanager
@@ -91,6 +99,17 @@ def _note(path: Path, names: str, n_before: int | None, n_after: int) -> str:
     if n_after < n_before:
         return f'{why}: {n_before - n_after} half-written messages are taken back as {names} says'
     return f'{why}: {names} beside it adds no message'
+
+
+def _is_whole(wal: Path) -> bool:
+    """Tell whether a log of SQLite begins as one, and ends with a whole page."""
+    with open_regular(wal, wal.parent) as file:
+        head = file.read(_WAL_HEAD.size)
+        size = file.seek(0, 2)
+    if len(head) < _WAL_HEAD.size:
+        return False
+    magic, _, page = _WAL_HEAD.unpack(head)[:3]
+    return magic in _WAL_MAGIC and not (size - _WAL_HEAD.size) % (_WAL_FRAME + max(page, 1))
 
 
 def _copied(path: Path, beside: list[Path], folder: Path) -> Path:

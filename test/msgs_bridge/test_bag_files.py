@@ -89,9 +89,18 @@ class TestSqlite:
         (folder / 'run.db3-wal').write_bytes(b'nothing of a log')
         [note] = notes_on(open_bag(folder))
         assert note == ('run.db3 was not closed by its recorder: run.db3-wal beside it adds no '
-                        'message')
+                        'message; run.db3-wal is damaged or cut off: what else it held cannot be '
+                        'read')
         (folder / 'run.db3-wal').write_bytes(b'')
         assert notes_on(open_bag(folder)) == ()
+
+    @pytest.mark.parametrize('share', [0.3, 0.9])
+    def test_a_log_that_was_cut_is_called_so(self, tmp_path, share):
+        log = killed(tmp_path, 'WAL') / 'run.db3-wal'
+        data = log.read_bytes()
+        log.write_bytes(data[:int(share * len(data)) // 2 * 2 + 1])
+        [note] = notes_on(open_bag(log.parent))
+        assert note.endswith('run.db3-wal is damaged or cut off: what else it held cannot be read')
 
     def test_a_log_without_its_file_is_refused(self, tmp_path):
         folder = killed(tmp_path, 'WAL')
