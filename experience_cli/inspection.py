@@ -108,15 +108,17 @@ def _draw_drive(axes: Any, lesson: Any) -> None:
 
     from control_field.plausibility import DriveLimits, whole_drive
     from experience_cli import drawing
-    from experience_cli.report import driven_path
+    from experience_cli.report import driven_poses
 
-    stamps, path = driven_path(lesson.episode)
+    poses = driven_poses(lesson.episode)
+    stamps, path = poses.stamps, poses.xy
     label, report = f'driven in {lesson.episode.name}', lesson.read.report
     if report is None:
         drawing.draw_path(axes, path, label)
         return
     header = lesson.read.header
-    kept = whole_drive(stamps, path, DriveLimits(header.grid.resolution, header.speed_max)).kept
+    limits = DriveLimits(header.grid.resolution, header.speed_max)
+    kept = whole_drive(stamps, path, limits, poses.motion).kept
     left_out = np.delete(path, kept, axis=0)
     stamps, path = stamps[kept], path[kept]
     loops = np.zeros(len(stamps), dtype=np.bool_)

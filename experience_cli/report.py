@@ -17,7 +17,7 @@ from experience_cli.output import write_output
 from learner_node.lessons import Lesson, Lessons
 from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.bag_records import BagReader
-from msgs_bridge.bag_tables import pose_table
+from msgs_bridge.bag_tables import pose_table, PoseTable
 from msgs_bridge.episodes import find_topic, read_header
 from sim_node.world import World
 
@@ -205,10 +205,15 @@ def _trial_report(number: int, lesson: Lesson, truth: GridWorld) -> TrialReport:
 
 def driven_path(episode: EpisodeFolder) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return stamps (n,) [s] and positions (n, 2) [m] of the odometry in a bag of ours."""
-    bag, header = BagReader(episode.bag), read_header(episode.path)
-    poses = pose_table(
-        bag.messages(find_topic(bag.topics, 'odom', header.topics)), header.grid.frame_id)
+    poses = driven_poses(episode)
     return poses.stamps, poses.xy
+
+
+def driven_poses(episode: EpisodeFolder) -> PoseTable:
+    """Return the odometry in a bag of ours."""
+    bag, header = BagReader(episode.bag), read_header(episode.path)
+    return pose_table(
+        bag.messages(find_topic(bag.topics, 'odom', header.topics)), header.grid.frame_id)
 
 
 def n_contacts(episode: EpisodeFolder) -> int:
