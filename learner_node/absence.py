@@ -31,11 +31,11 @@ class Absence:
         self._odometry.saw(now)
 
     def saw_sound(self) -> None:
-        """Take in that an odometry is a pose of the workspace."""
+        """Take in that something can be learnt from an odometry."""
         self._unsound, self._n_unsound = '', 0
 
     def saw_unsound(self, why: str, now: float) -> None:
-        """Take in why an odometry is no pose of the workspace."""
+        """Take in why nothing can be learnt from an odometry."""
         self._unsound, self._n_unsound = why, self._n_unsound + 1
         if self._n_unsound == 1:
             self._since = now
@@ -60,7 +60,7 @@ class Absence:
         if self._odometry.is_stale(now) or not self._odometry.has_come:
             return self._odometry.absence(now, 'odometry')
         if self._unsound:
-            return f'odometry arrives but does not count: {self._unsound}'
+            return self._unsound
         if not settings.lockstep and self._odometry.arrived - self._advanced > _STANDING:
             return (f'odometry arrives but does not count: its stamps do not advance (last '
                     f'{self._stamp:.2f} s)')

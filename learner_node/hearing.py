@@ -78,7 +78,10 @@ class Hearing:
             if wants:
                 self._complaints.refused(error, 'odom')
             return
-        self._session.saw_sound()
+        if self._check.problem:
+            self._session.saw_unsound(self._check.problem, now)
+        else:
+            self._session.saw_sound()
         if wants:
             self._carry_out(self._session.saw_pose(pose.x, pose.y, pose.yaw, now))
 

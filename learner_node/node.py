@@ -120,7 +120,7 @@ class LearnerNode(Node):
         self._performer = Performer(self, self._recorder, self._publications, self._requests)
         self._hearing = Hearing(
             self._session, self._library.grid, self.carry_out,
-            OdometryCheck(self._settings.frame_id), Complaints(self))
+            OdometryCheck(self._library.grid), Complaints(self))
         topics = recorded_topics(self._settings)
         self._library.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
         self.create_subscription(

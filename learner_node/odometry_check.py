@@ -5,6 +5,9 @@ from typing import Final
 
 from nav_msgs.msg import Odometry
 
+from control_field.breaks import place_text
+from control_field.grid import Grid
+from control_field.outside import EDGE
 from learner_node.frames import with_remedy
 from msgs_bridge.poses import check_frame, Pose, pose_from_odometry
 from msgs_bridge.serialized import message_from_cdr
@@ -19,18 +22,18 @@ class OdometryCheck:
 
     Parameters
     ----------
-    frame_id : str
-        Of the workspace.
+    grid : Grid
+        The workspace.
 
     Attributes
     ----------
     problem : str
-        Why the last that was read is no pose of the workspace; empty if it is one.
+        Why nothing can be learnt from the last that was read; empty if something can.
 
     """
 
-    def __init__(self, frame_id: str) -> None:
-        self._frame_id = frame_id
+    def __init__(self, grid: Grid) -> None:
+        self._grid = grid
         self.problem = ''
         self._read_at = -math.inf
 
@@ -45,15 +48,25 @@ class OdometryCheck:
         Raises
         ------
         ValueError, RuntimeError
-            If it is no pose of the workspace.
+            If it is no pose in the frame of the workspace.
 
         """
         self._read_at = now
         try:
             pose = pose_from_odometry(message_from_cdr(cdr, Odometry))
-            check_frame(pose.frame_id, self._frame_id, 'odom')
+            check_frame(pose.frame_id, self._grid.frame_id, 'odom')
         except (ValueError, RuntimeError) as error:
-            self.problem = with_remedy(str(error))
+            self.problem = f'odometry arrives but does not count: {with_remedy(str(error))}'
             raise
-        self.problem = ''
+        self.problem = self._outside(pose.x, pose.y)
         return pose
+
+    def _outside(self, x: float, y: float) -> str:
+        """Say that a place, [m], lies where nothing can be learnt, and what to do about it."""
+        grid, edge = self._grid, EDGE * self._grid.resolution
+        is_inside = (
+            -edge <= x - grid.origin_x <= grid.n_cols * grid.resolution + edge
+            and -edge <= y - grid.origin_y <= grid.n_rows * grid.resolution + edge)
+        return '' if is_inside else (
+            f'the robot is at {place_text((x, y))} m, outside the workspace of {grid}: drive it '
+            f'inside, or start learner_node with other origin_x, origin_y, rows or cols')

@@ -31,11 +31,11 @@ class Teaching(Transitions):
         return [Record(EpisodeKind.DEMO)]
 
     def saw_sound(self) -> None:
-        """Take in that an odometry that was looked at is a pose of the workspace."""
+        """Take in that something can be learnt from an odometry that was looked at."""
         self._absence.saw_sound()
 
     def saw_unsound(self, why: str, now: float) -> None:
-        """Take in why an odometry that was looked at is none."""
+        """Take in why nothing can be learnt from an odometry that was looked at."""
         self._absence.saw_unsound(why, now)
 
     def keep(self, now: float) -> Effects:

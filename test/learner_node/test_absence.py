@@ -58,8 +58,9 @@ class Drive:
 
     def __init__(self):
         self.session, self.now, self.said = make(), 0.0, []
-        self.hearing = Hearing(self.session, None, lambda effects: None, OdometryCheck('odom'),
-                               SimpleNamespace(refused=lambda *_: None))
+        self.hearing = Hearing(
+            self.session, None, lambda effects: None, OdometryCheck(Settings().grid),
+            SimpleNamespace(refused=lambda *_: None))
 
     def go(self, seconds, *, monkeypatch, frame_id='odom', **pose):
         for _ in range(round(20 * seconds)):
@@ -76,13 +77,13 @@ class Drive:
 
 @pytest.mark.parametrize(('odometry', 'words'), [
     ({'frame_id': 'map'}, "odom: frame is 'map', must be 'odom'; if that is the right one, start"),
-    ({'x': float('nan')}, 'position is (nan, 0.0), must be finite')])
+    ({'x': float('nan')}, 'position is (nan, 0.0), must be finite'),
+    ({'x': -0.1}, '(-0.10, 0.00) m, outside the workspace of 20 x 20 cells of 0.25 m from ')])
 def test_what_cannot_be_learnt_is_not_begun_and_said_within_a_second(
         monkeypatch, odometry, words):
     drive = Drive()
     drive.go(0.5, monkeypatch=monkeypatch, **odometry)
     why = refusal(drive.session, drive.now)
-    assert why.startswith('odometry arrives but does not count: odom: ')
     assert words in why
     drive.go(0.1, monkeypatch=monkeypatch)
     drive.session.record(drive.now)
@@ -92,7 +93,7 @@ def test_what_cannot_be_learnt_is_not_begun_and_said_within_a_second(
     assert drive.said == []
     drive.go(0.9, monkeypatch=monkeypatch, **odometry)
     [line] = drive.said
-    assert line.startswith('nothing can be learnt from what is driven now: odometry arrives but ')
+    assert line.startswith('nothing can be learnt from what is driven now: ')
     assert words in line
     drive.go(3.0, monkeypatch=monkeypatch)
     drive.go(1.0, monkeypatch=monkeypatch, **odometry)
