@@ -11,9 +11,15 @@ ESCAPE_TIME: Final = 0.1
 #: than the delay before the first repeat, which is 0.25 to 0.66 s.
 REPEAT_TIME: Final = 0.8
 
+#: No key has a longer one, in bytes; what does not end by then is waited for no longer.
+_LONGEST_SEQUENCE: Final = 64
+
 ESCAPE: Final = '\x1b'
 #: Any key that has no letter: arrows, function keys, letters with accents.
 OTHER: Final = ''
+#: What a terminal that is asked to (`terminal.Terminal`) sends around what is pasted.
+PASTE_BEGINS: Final = '\x1b[200~'
+PASTE_ENDS: Final = '\x1b[201~'
 
 
 class Action(StrEnum):
@@ -55,7 +61,7 @@ class KeyParser:
     """
     Makes keys of what a terminal sends.
 
-    A key is one character, `ESCAPE` for the Esc key, or `OTHER`.
+    A key is one character, `ESCAPE` for the Esc key, `OTHER`, or one of the marks of a paste.
     """
 
     def __init__(self) -> None:
@@ -118,11 +124,13 @@ def _sequence_length(data: bytes) -> int | None:
     for index in range(2, len(data)):
         if not 0x20 <= data[index] < 0x40:
             return index + 1
-    return None
+    return None if len(data) < _LONGEST_SEQUENCE else len(data)
 
 
 def key_from_bytes(data: bytes) -> str:
     """Return the key of the bytes that belong to it."""
+    if (mark := data.decode('latin-1')) in (PASTE_BEGINS, PASTE_ENDS):
+        return mark
     return chr(data[0]) if len(data) == 1 and data[0] < 0x80 else OTHER
 
 

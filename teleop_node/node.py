@@ -32,8 +32,9 @@ from teleop_node.asking import Asking
 from teleop_node.commands import Commands
 from teleop_node.driving import changed_speeds, FACTORS, MOVES, STANDING
 from teleop_node.facts import Gathered, problem_with_readers
-from teleop_node.keys import Action, ACTIONS, HELP, KeyParser, Presses
+from teleop_node.keys import Action, ACTIONS, HELP, KeyParser, OTHER, Presses
 from teleop_node.lifecycle import Signals
+from teleop_node.pastes import PASTED, Pastes
 from teleop_node.placing import Placing, where_to_teach
 from teleop_node.settings import FIXED, Settings
 from teleop_node.status_line import line_from_facts, line_over, message_over
@@ -84,7 +85,7 @@ class TeleopNode(Node):
         self.is_done = False
         self.has_left = False  #: whether trial and series have been ended already
         self._is_stopping = False
-        self._parser, self._presses = KeyParser(), Presses()
+        self._parser, self._presses, self._pastes = KeyParser(), Presses(), Pastes()
         self._problem = ''
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._gathered = Gathered(
@@ -144,7 +145,11 @@ class TeleopNode(Node):
         if self.terminal is not None:
             data = self.terminal.read()
             self.is_done = self.is_done or data is None
-            for key in self._parser.feed(data or b'', now):
+            keys, is_pasted = self._pastes.typed(self._parser.feed(data or b'', now), now)
+            if is_pasted:
+                self._stop(OTHER, new=True)
+                self._say(PASTED)
+            for key in keys:
                 self._on_key(key, now)
         self._commands.drive(now)
 

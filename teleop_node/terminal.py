@@ -9,6 +9,9 @@ from typing import Any, Final, Self
 #: Columns where a terminal does not tell.
 _USUAL_WIDTH: Final = 80
 _MOST: Final = 4096
+#: Asks a terminal to mark what is pasted, as shells do, and not to any more.
+_MARK_PASTES: Final = '\x1b[?2004h'
+_MARK_NO_PASTES: Final = '\x1b[?2004l'
 
 
 class Terminal:
@@ -46,10 +49,13 @@ class Terminal:
         mode[3] &= ~(termios.ICANON | termios.ECHO | termios.IEXTEN)
         mode[6][termios.VMIN], mode[6][termios.VTIME] = 1, 0
         termios.tcsetattr(self.source, termios.TCSANOW, mode)
+        self.write(_MARK_PASTES)
         return True
 
     def leave(self) -> None:
         """Set it back to what it was; keys that nobody read are dropped."""
+        if self.is_entered:
+            self.write(_MARK_NO_PASTES)
         before, self._before = self._before, None
         if before is not None:
             with suppress(OSError, termios.error):  # it may be gone

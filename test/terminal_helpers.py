@@ -66,6 +66,16 @@ class TerminalProcess(ros_helpers.Process):
         """Type keys."""
         os.write(self.master, keys.encode())
 
+    def paste(self, data: bytes) -> None:
+        """Let bytes come as if they were typed; waits until the terminal has room for them."""
+        while data:
+            data = data[os.write(self.master, data):]
+
+    @property
+    def is_read(self) -> bool:
+        """Whether what was typed has all been read."""
+        return struct.unpack('i', fcntl.ioctl(self.slave, termios.FIONREAD, bytes(4)))[0] == 0
+
     def lines(self) -> list[str]:
         """Return every line and every state of the status line it has shown."""
         text = re.sub(r'\x1b\[K', '', self.read())

@@ -15,7 +15,7 @@ from teleop_node.keys import (
     REPEAT_TIME,
 )
 
-SEQUENCES = ['\x1b[A', '\x1bOP', '\x1b[15~', '\x1b[1;5C', '\x1b[[B', '\x1b[200~', '\x1bx', 'ä',
+SEQUENCES = ['\x1b[A', '\x1bOP', '\x1b[15~', '\x1b[1;5C', '\x1b[[B', '\x1b[202~', '\x1bx', 'ä',
              '€', '🙂']
 ALONE = ['i', 'k', ' ', 'S', '\t', '\x7f']
 

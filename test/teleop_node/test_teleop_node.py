@@ -167,7 +167,7 @@ class TestServices:
                     process.type('d')
                 # Longer than a key that is held repeats: another press, if nobody was there yet.
                 ros_helpers.spin_some(ros_node, 1.0)
-                return 'drop last: dropped 0001_demo' in process.read()
+                return 'Dropped 0001_demo.' in process.read()
             ros_helpers.wait_until(is_done, node=ros_node, processes=[process], what='the answer')
             assert len(asked) == 1
 

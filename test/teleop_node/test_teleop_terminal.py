@@ -25,6 +25,7 @@ def pair():
 
 def test_every_key_at_once_and_no_echo():
     with pair() as (master, slave), Terminal(slave, slave) as terminal:
+        assert os.read(master, 100) == b'\x1b[?2004h'
         assert terminal.read() == b''
         os.write(master, b'i')
         assert terminal.read() == b'i'
