@@ -65,8 +65,11 @@ class Link:
         What the robot's clock is ahead of the controller's.
     good_for : float, [s]
         The link is perfect until so long after the trial has begun.
-    outage : float, [s]
-        For so long nothing arrives, neither way, about every fourth second.
+    outage, command_outage : float, [s]
+        For so long nothing arrives, neither way or no command, about every fourth second.
+    is_stamped : bool
+        Whether commands say when they were sent: the base then drops those older than its
+        timeout.
     name : str
 
     """
@@ -81,6 +84,8 @@ class Link:
     clock_offset: float = 0.0
     good_for: float = 0.0
     outage: float = 0.0
+    command_outage: float = 0.0
+    is_stamped: bool = False
     name: str = ''
 
 
@@ -178,7 +183,7 @@ class LateBench:
         self.up = Way(link.delay, link.jitter, link.loss, link.overtakes, self.rng)
         self.down = Way(link.command_delay, link.command_jitter, link.command_loss,
                         link.overtakes, self.rng)
-        self.up.outage = self.down.outage = link.outage
+        self.up.outage, self.down.outage = link.outage, link.outage or link.command_outage
         if link.good_for:
             self.up.bad_from = self.down.bad_from = 100.0 + WARM_UP + link.good_for
         self.commands: list[tuple[float, tuple[float, float]]] = []
@@ -212,8 +217,10 @@ class LateBench:
 
     def step(self) -> None:
         """Let a step of time pass at both ends."""
-        for velocity in self.down.arrived(self.now):
-            self.simulation.command(*velocity)
+        for sent, velocity in self.down.arrived(self.now):
+            age = self.now - sent if self.link.is_stamped else 0.0
+            if age <= self.simulation.parameters.cmd_vel_timeout:
+                self.simulation.command(*velocity)
         self.simulation.tick(STEP)
         self.n_steps += 1
         self.now += STEP
@@ -245,7 +252,7 @@ class LateBench:
     def _take(self, answer: Answer) -> None:
         if answer.velocity is not None:
             self.commands.append((self.now, answer.velocity))
-            self.down.send(self.now, answer.velocity)
+            self.down.send(self.now, (self.now, answer.velocity))
 
 
 def cluttered(seed: int, share: float = 0.2, side: int = 14) -> tuple[World, ControlField]:
@@ -307,10 +314,26 @@ def links() -> list[Link]:
         Link(0.3, 0.0, 0.0, 0.3, good_for=3.0, name='0.3 s both ways, from 3 s on'),
         Link(outage=0.6, name='silent for 0.6 s every 4 s'),
         Link(0.3, 1.0, 0.5, 0.3, 1.0, 0.5, True, name='0.3 s + 1 s jitter, 50 % lost both ways'),
+        *commands_alone(),
+        Link(1.0, 0.0, 0.0, 1.0, good_for=4.0, name='1 s both ways, from 4 s on'),
         Link(delay=0.2, clock_offset=1e6, name='0.2 s, another clock'),
         Link(0.15, 0.0, 0.0, 0.15, clock_offset=1e6, name='0.15 s both ways, another clock'),
         Link(delay=0.2, clock_offset=0.15, name="0.2 s, the robot's clock 0.15 s ahead"),
         Link(delay=0.2, clock_offset=-0.15, name="0.2 s, the robot's clock 0.15 s behind"),
+    ]
+
+
+def commands_alone() -> list[Link]:
+    """Return links that are bad for commands and good for odometry."""
+    return [
+        *(Link(command_delay=d, name=f'commands {d:g} s') for d in (0.3, 0.6)),
+        Link(command_jitter=0.5, name='commands irregular by 0.5 s'),
+        Link(command_jitter=0.5, overtakes=True, name='the same, they overtake'),
+        Link(command_loss=0.8, name='80 % of the commands lost'),
+        *(Link(command_delay=d, good_for=4.0, name=f'commands {d:g} s, from 4 s on')
+          for d in (0.3, 0.7, 1.0, 2.0)),
+        Link(command_delay=2.0, good_for=4.0, is_stamped=True, name='the same, stamped'),
+        *(Link(command_outage=d, name=f'no commands for {d:g} s every 4 s') for d in (0.6, 2.0)),
     ]
 
 

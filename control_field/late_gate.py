@@ -5,7 +5,8 @@ Each way begins at the last pose, follows what was sent since, then the command 
 long as it may hold, then the braking way.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 import math
 from typing import Final
 
@@ -18,8 +19,11 @@ from control_field.sent_commands import moved, Piece, Place
 
 #: Shares of a speed that are tried, the greatest first; the last ones where more than creeping
 #: is left, [m/s].
-SHARES: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1)
-_CREEPING: Final = 0.02
+SHARES: Final = (
+    1.0, 0.92, 0.84, 0.76, 0.68, 0.6, 0.52, 0.45, 0.38, 0.32, 0.26, 0.2, 0.15, 0.1, 0.07, 0.05)
+_CREEPING: Final = 0.01
+#: How long a command is followed until it is seen that the ones before it were late, [s].
+NOTICED: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,27 +81,43 @@ def share_that_is_clear(
 
     """
     v, w = velocity
-    farthest = max(_length(way) for way in lag.ways)
-    room = _room(place, farthest + braking_way(v, dt + lag.hold, limits) + _brakes(lag, limits),
+    cases = list(_cases(dt, lag))
+    farthest = max(_length(way) + abs(v) * holds for way, holds, _ in cases)
+    room = _room(place, farthest + braking_way(v, 0.0, limits) + _brakes(lag, limits),
                  sight, limits)
     if room is None:
         return 1.0
-    ends: list[Place] = []
-    for way in lag.ways:
-        end = _sweep(place, way, room)
+    rooms = {True: room, False: replace(room, edge=-math.inf)}
+    ends: list[tuple[Place, float, _Room]] = []
+    for way, holds, is_unseen in cases:
+        end = _sweep(place, way, rooms[is_unseen])
         if end is None:
             return 0.0
-        ends.append(end)
+        ends.append((end, holds, rooms[is_unseen]))
     brakes = _brakes(lag, limits)
     for share in SHARES:
         speed = share * v
         if share < 0.25 and abs(speed) < _CREEPING:
             return 0.0
-        length = abs(speed) * (dt + lag.hold) + max(
-            brakes, speed * speed / (2.0 * limits.a_max))
-        if all(_sweep(end, [(speed, w, length / abs(speed))], room) for end in ends):
+        braking = max(brakes, speed * speed / (2.0 * limits.a_max)) / abs(speed)
+        if all(_sweep(end, [(speed, w, holds + braking)], around) for end, holds, around in ends):
             return share
     return 0.0
+
+
+def _cases(dt: float, lag: Lag) -> Iterator[tuple[list[Piece], float, bool]]:
+    """
+    Yield ways to now, how long a command may hold after them, and whether the unseen counts.
+
+    Nothing shown blocked may be touched however long it is silent. The unseen is kept out of for
+    a shorter time: for longer, no robot could drive fast to where its sight ends.
+    """
+    for holds, is_unseen in ((lag.hold, True), (lag.silence, False)):
+        for way in lag.ways:
+            yield way, dt + holds + NOTICED, is_unseen
+        if lag.under_way:
+            v, w, seconds = lag.under_way[0]
+            yield [(v, w, seconds + holds), *lag.under_way[1:]], dt + NOTICED, is_unseen
 
 
 def _brakes(lag: Lag, limits: Limits) -> float:

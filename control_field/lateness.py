@@ -18,6 +18,7 @@ from itertools import pairwise
 import math
 from typing import Final
 
+from control_field.following import Following
 from control_field.limits import STANDSTILL, Velocity
 from control_field.sent_commands import moved_along, Piece, Place, SentCommands
 
@@ -29,8 +30,8 @@ ENOUGH: Final = 10
 #: How much longer than it should a command may always be followed, [s]. More would make every
 #: robot slower: it then gets to the end of what a 3x3 sight shows.
 LEAST_HOLD: Final = 0.5
-#: What the best of links adds to the time of a command, [s].
-_REST: Final = 0.1
+#: Jitter from which on commands are repeated, [s].
+_IRREGULAR: Final = 0.05
 #: A silence from which on a link is known to be silent at times, [s], and for how long that is
 #: remembered, [s].
 SILENCE: Final = 0.3
@@ -39,8 +40,6 @@ _REMEMBERED: Final = 60.0
 _MOST: Final = 250
 #: Time in which ages are compared where clocks differ, [s].
 _MOMENT: Final = 1.0
-#: How unlikely so many commands in a row must be to get lost that it is not counted on.
-_NEVER: Final = 1e-6
 #: Losses below this share are taken for none: stamps are not that regular.
 _LOSES: Final = 0.03
 #: How often a command is repeated on a link that loses some, [s].
@@ -61,15 +60,22 @@ class Lag:
     ----------
     ways : tuple of lists of (v, w, seconds)
         What the robot may have driven between the pose and now, one or the other.
+    under_way : list of (v, w, seconds)
+        What may still be under way: if from the pose on nothing arrives, the robot goes on by the
+        first of it, and does the rest when it arrives after all.
     hold : float, [s]
-        How much longer than it should a command may be followed.
+        How much longer than it should a command may be followed, into what is not seen.
+    silence : float, [s]
+        The same, into what is seen blocked: until the robot stops by itself.
     is_late : bool
         Whether the link is worse than a good one.
 
     """
 
     ways: tuple[list[Piece], ...]
+    under_way: list[Piece]
     hold: float
+    silence: float
     is_late: bool = True
 
 
@@ -126,14 +132,6 @@ class Response:
                 max(most + max(age - then, 0.0) for _, most, then in self.answers))
 
     @property
-    def spread(self) -> float:
-        """Return by how much it differs from time to time, [s]; what is not seen aside."""
-        if not self.answers:
-            return 0.0
-        return max(max(least for least, _, _ in self.answers)
-                   - min(most for _, most, _ in self.answers), 0.0)
-
-    @property
     def usual(self) -> float:
         """Return the usual one, [s]; 0 before the first."""
         if not self.answers:
@@ -160,6 +158,12 @@ class Lateness:
         Of the newest pose when it came; above that of the freshest one where clocks differ.
     clocks_differ : bool
         Whether stamps are of another clock.
+    jitter, lost : float
+        Of the odometry, [s] and as a share.
+    is_silent : bool
+        Whether it was lately silent for longer than a burst takes.
+    following : Following
+        Whether the robot does what is sent.
 
     """
 
@@ -168,16 +172,17 @@ class Lateness:
         self.slow_from, self.base_timeout = slow_from, base_timeout
         self.sent = SentCommands()
         self.response = Response()
+        self.following = Following()
         self.age = 0.0
         self.clocks_differ = False
         self._came: deque[tuple[float, float, float]] = deque(maxlen=_MOST)
         self._taken, self._place = -math.inf, (0.0, 0.0, 0.0)
         self._is_at_rest = False
-        self._silent_until = -math.inf
+        self.is_silent, self._silent_until = False, -math.inf
         self.jitter = self.worst_age = self.lost = self._gap = self._least = 0.0
-        self.hold = LEAST_HOLD
 
-    def heard(self, at: float, stamp: float, place: Place) -> None:
+    def heard(self, at: float, stamp: float, place: Place, odometry: Place | None = None,
+              is_ours: bool = True) -> None:
         """
         Take in a pose.
 
@@ -189,6 +194,10 @@ class Lateness:
             When the pose was taken.
         place : tuple of float
             Where the robot was.
+        odometry : tuple of float, optional
+            The same by its wheels alone, where ``place`` was mended.
+        is_ours : bool
+            Whether it is driven by what is sent here, and nobody else drives it.
 
         """
         raw = at - stamp
@@ -209,6 +218,21 @@ class Lateness:
         before, self._taken, self._place = self._place, at - self.age, place
         self._is_at_rest = math.dist(before, place) < 1e-3
         self.response.saw(self._taken, place, self.sent, self.worst_age)
+        if is_ours and self._is_our_time():
+            least, most = self.response.bounds(self.worst_age)
+            unsure = self.jitter if differ else 0.0
+            self.following.saw(
+                self._taken, odometry or place, self.sent, least - unsure, most + unsure)
+        else:
+            self.following.forget()
+
+    def _is_our_time(self) -> bool:
+        """Tell whether the stamps' seconds are as long as ours: a simulator's need not be."""
+        if not self.clocks_differ:
+            return True
+        (first, began, _), (last, ended, _) = self._came[0], self._came[-1]
+        return len(self._came) >= ENOUGH and abs(ended - began - (last - first)) < 0.1 * (
+            last - first)
 
     def sends(self, at: float, velocity: Velocity) -> None:
         """Take in a command that goes to the wheels now."""
@@ -225,11 +249,7 @@ class Lateness:
         self.jitter = most - least
         self.worst_age = most - (least if self.clocks_differ else min(least, 0.0))
         self.lost = self._share_lost()
-        lost = math.log(_NEVER) / math.log(self.lost) * REPEAT if self.lost > _LOSES else 0.0
-        wanted = _REST + self.jitter + self.response.spread + lost
-        if at < self._silent_until:
-            wanted = math.inf
-        self.hold = min(max(LEAST_HOLD, wanted), self.base_timeout)
+        self.is_silent = at < self._silent_until
 
     def _ages(self) -> list[float]:
         """
@@ -263,8 +283,13 @@ class Lateness:
     @property
     def is_lossy(self) -> bool:
         """Tell whether commands are to be repeated, as some may not arrive."""
-        return self.lost > _LOSES or (not self.clocks_differ and (
-            self.hold > LEAST_HOLD or self.jitter > 0.5 * _REST))
+        return self.lost > _LOSES or self.following.worst > 0.0 or (
+            not self.clocks_differ and (self.is_silent or self.jitter > _IRREGULAR))
+
+    @property
+    def hold(self) -> float:
+        """Return how much longer than it should a command may be followed, [s]."""
+        return self.base_timeout if self.is_lossy else min(LEAST_HOLD, self.base_timeout)
 
     @property
     def is_late(self) -> bool:
@@ -274,7 +299,8 @@ class Lateness:
     @property
     def longest(self) -> float:
         """Return the longest time from a command to the arrival of a pose that shows it, [s]."""
-        return self.worst_age + max(self.response.bounds(self.worst_age)[1], 0.0)
+        return self.worst_age + max(
+            self.response.bounds(self.worst_age)[1], self.following.worst, 0.0)
 
     @property
     def slowing(self) -> float:
@@ -295,10 +321,11 @@ class Lateness:
         """Return where the robot may be by now."""
         silence = now - self._came[-1][0] - self._gap if self._came else 0.0
         least, most = self.response.bounds(max(self.worst_age, self.age + silence))
-        most += self.jitter
+        most = max(most, self.following.now) + self.jitter
         starts = {self._taken - least, self._taken - most, self._taken - self.response.usual,
                   self._taken - 0.5 * (least + most)}
         if self.response.set_out is not None:
             starts.add(self.response.set_out)
         ways = [self.sent.pieces(start, now) for start in starts]
-        return Lag(tuple(ways), self.hold, self.is_late)
+        return Lag(tuple(ways), self.sent.pieces(self._taken - most, now), self.hold,
+                   self.base_timeout, self.is_late)

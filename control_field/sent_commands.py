@@ -81,6 +81,16 @@ class SentCommands:
         found.reverse()
         return found if any(v or w for v, w, _ in found) else []
 
+    def motion(self, since: float, until: float) -> tuple[float, float]:
+        """Return how far forward [m] and around [rad] was sent between two times."""
+        pieces = self.pieces(since, until)
+        return sum(v * seconds for v, _, seconds in pieces), sum(
+            w * seconds for _, w, seconds in pieces)
+
+    def at(self, when: float) -> Velocity:
+        """Return the command that held at a time."""
+        return next((velocity for at, velocity in reversed(self._sent) if at <= when), STANDSTILL)
+
     def stood_since(self, until: float) -> float:
         """Return for how long nothing but standstill was sent before a time, [s]."""
         end = until

@@ -11,6 +11,7 @@ class StopReason(StrEnum):
 
     STALE_ODOMETRY = 'stale_odometry'
     LATE_POSES = 'late_poses'
+    LATE_COMMANDS = 'late_commands'
     STALE_NEIGHBOURHOOD = 'stale_neighbourhood'
     CLOCK_JUMPED_BACK = 'clock_jumped_back'
     OUTSIDE_WORKSPACE = 'outside_workspace'
@@ -55,6 +56,7 @@ class StopReason(StrEnum):
 _SENTENCES: Final = {
     StopReason.STALE_ODOMETRY: 'no usable odometry has arrived in time',
     StopReason.LATE_POSES: 'odometry arrives too late to drive by',
+    StopReason.LATE_COMMANDS: 'the robot does not do in time what it is told',
     StopReason.STALE_NEIGHBOURHOOD: 'no usable neighbourhood has arrived in time',
     StopReason.CLOCK_JUMPED_BACK: 'the stamps of the odometry went back in time',
     StopReason.OUTSIDE_WORKSPACE: 'the robot has left the workspace',
@@ -83,6 +85,7 @@ _ENDS: Final = {
     StopReason.STALE_NEIGHBOURHOOD: 'the sight arrives again',
     StopReason.TAKEN_OVER: 'nobody is driving any more',
     StopReason.LATE_POSES: 'odometry arrives in time again',
+    StopReason.LATE_COMMANDS: 'it has stood for so long that nothing sent before comes any more',
     StopReason.READING_FIELD: 'the control field has been read',
     StopReason.BAD_INPUT: 'its messages are good again',
 }

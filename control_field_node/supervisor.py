@@ -204,9 +204,8 @@ class Supervisor:
                 self.wheels.velocity = nearest_to_rest(self.velocity, (self.pose.v, self.pose.w))
             self.problem = None
 
-    def saw_neighbourhood(
-        self, neighbourhood: Neighbourhood, now: float, cells: Grid | None = None,
-    ) -> None:
+    def saw_neighbourhood(self, neighbourhood: Neighbourhood, now: float,
+                          cells: Grid | None = None) -> None:
         """Take in a neighbourhood, on the field's cells or others; a late one is passed over."""
         self.sights.saw(neighbourhood, cells or self.grid, now, self.problem is not None)
 
@@ -262,7 +261,8 @@ class Supervisor:
         if last is not None and pose.stamp > last.stamp:
             self._dt = pose.stamp - last.stamp
         self.pose = self.localisation.place(pose, self.neighbourhood)
-        self.wheels.heard(self.pose, now, clock)
+        self.wheels.heard(self.pose, now, clock, pose, self.by_hand or (
+            self.run is not None and self.problem is not StopReason.TAKEN_OVER))
         reason = self.intake.poses.observe(
             pose.stamp, pose.x, pose.y, self.field.grid, (self.pose.x, self.pose.y))
         if self.run is None:
@@ -289,8 +289,10 @@ class Supervisor:
         if run.has_large_fresh:  # the robot stands: nothing else is looked at meanwhile
             end = run.take_fresh()
             return NOTHING if end is None else self._end(end)
+        if self.wheels.is_lost:
+            return self._pause(StopReason.LATE_COMMANDS)
         self._resume()
-        move = run.step(pose, seen, self.velocity[0], self.wheels.predicted(pose, now),
+        move = run.step(pose, seen, self.wheels.told, self.wheels.predicted(pose, now),
                         self.wheels.patience)
         if move.outcome is not None:
             return self._end(move)
@@ -312,9 +314,8 @@ class Supervisor:
     def _seen_lately(self, now: float) -> Seen | None:
         return None if self.intake.odometry.is_stale(now) else self._seen_now(now)
 
-    def _pass_on(
-        self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float, now: float,
-    ) -> GateReason:
+    def _pass_on(self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float,
+                 now: float) -> GateReason:
         reason = self.wheels.pass_on(wanted, pose, seen, dt, now)
         if self.held and reason is GateReason.NO_SIGHT:
             self.wheels.held += f': {self.sights.problem(pose, now)}'
@@ -368,8 +369,7 @@ class Supervisor:
         Pass a person's command on, as far as the gate lets it.
 
         In a trial standstill takes nothing over from the field, unless it follows a drive. Where
-        no sight has ever come, the limits of speed and acceleration are all there is to
-        hold to; where it has come and is stale, the robot only turns.
+        no sight has ever come only the limits hold; where it is stale, the robot only turns.
         """
         holds = self._takeover.saw_foreign(now, moves(wanted), 'cmd_vel_teleop')
         if self.run is not None and not holds:

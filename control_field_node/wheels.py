@@ -51,8 +51,8 @@ class Wheels:
         self.punctuality = Punctuality()
         self.lateness = Lateness(settings.slow_latency, settings.cmd_vel_timeout)
         self._counts = counts
-        self._ahead = 0.0
-        self._sent_at = -math.inf
+        self._wanted = self._ahead = 0.0
+        self._sent_at = self._last = -math.inf
         self.change_settings(settings)
 
     def change_settings(self, settings: Settings) -> None:
@@ -71,11 +71,26 @@ class Wheels:
         drove, self.velocity, self.held = self.velocity != STANDSTILL, STANDSTILL, ''
         return drove
 
-    def heard(self, pose: Pose, now: float, clock: float | None) -> None:
-        """Take in where the robot was at the stamp of a pose; see `Supervisor.saw_pose`."""
+    def heard(self, pose: Pose, now: float, clock: float | None, odometry: Pose | None = None,
+              is_ours: bool = False) -> None:
+        """
+        Take in where the robot was at the stamp of a pose; see `Supervisor.saw_pose`.
+
+        ``odometry`` is the pose before it was mended, ``is_ours`` tells whether this process
+        drives the robot.
+        """
         if not self._lockstep:
             self._ahead = 0.0 if clock is None else clock - now
-            self.lateness.heard(self._time(now), pose.stamp, _place(pose))
+            at = self._time(now)
+            if self.lateness.sent.newest != self.velocity:  # the robot was stopped since
+                self.lateness.sends(min(self._last, at), self.velocity)
+            self._last = at
+            self.lateness.heard(at, pose.stamp, _place(pose), _place(odometry or pose), is_ours)
+
+    @property
+    def is_lost(self) -> bool:
+        """Tell whether the robot does not do what is sent: it is to stand until it has stood."""
+        return not self._lockstep and self.lateness.following.is_lost and not self._is_stuck
 
     def predicted(self, pose: Pose, now: float) -> Pose:
         """Return where the robot is by now, with the stamp of the pose."""
@@ -96,6 +111,21 @@ class Wheels:
         """Return how many times longer than usual the robot may take for its way."""
         return 1.0 if self._lockstep else self.lateness.patience
 
+    @property
+    def told(self) -> float:
+        """
+        Return the speed that the robot should have, [m/s].
+
+        One that stands is told what it would be, were it seen to move at all: it may be stuck.
+        Where commands were seen to come late it may as well not have heard.
+        """
+        return self._wanted if self._is_stuck else self.velocity[0]
+
+    @property
+    def _is_stuck(self) -> bool:
+        following = self.lateness.following
+        return not self._lockstep and following.is_unanswered and not self.lateness.is_lossy
+
     def pass_on(
         self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float, now: float,
     ) -> GateReason:
@@ -114,6 +144,9 @@ class Wheels:
 
         """
         sight = None if seen is None else seen.sight
+        self._wanted = wanted[0]
+        if not self._lockstep and self.lateness.following.is_lost:
+            wanted = STANDSTILL
         if self._lockstep:
             self.velocity, reason = gate(
                 wanted, self.velocity, dt, _place(pose), sight, self._limits)
@@ -145,7 +178,8 @@ class Wheels:
 
         """
         self._ahead = 0.0 if clock is None else clock - now
-        at, before = self._time(now), self.velocity
+        at = self._last = self._time(now)
+        before = self.velocity
         self.lateness.sends(at, before)
         if drives and self.punctuality.was_held_up and before != STANDSTILL:
             self._counts['held up'] += 1

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.late_poses import cluttered, LateBench, Link, straight_to
+from benchmarks import late_poses
+from benchmarks.late_poses import cluttered, LateBench, learnt, Link, straight_to
 from control_field.grid import Grid
 from control_field.watch import StopReason
 from control_field_node.reports import diagnostic_from_supervisor, Peers
@@ -32,6 +33,46 @@ def test_up_to_300_ms_late_every_trial_succeeds_and_nothing_is_touched(link):
     Link(outage=0.6), Link(delay=1.0)])
 def test_however_bad_a_link_is_nothing_is_touched(link):
     assert not any(bench(link, seed).run().n_collisions for seed in (1, 3, 7))
+
+
+#: A base that stops soon after its last command.
+SOON = {'cmd_vel_timeout': 0.5}
+#: Commands alone that turn bad under way, with runs that touched something before that was seen.
+TURNS_BAD = [
+    (Link(command_delay=0.7, good_for=4.0), (6, 25)),
+    (Link(command_delay=1.0, good_for=4.0), (54,)),
+    (Link(command_delay=2.0, good_for=4.0), (67, 9)),
+    (Link(1.0, 0.0, 0.0, 1.0, good_for=4.0), (67,)), (Link(command_jitter=0.5), (29,)),
+    (Link(command_loss=0.8), (11,)), (Link(command_outage=2.0), (3,))]
+
+
+@pytest.mark.parametrize(('link', 'seeds'), TURNS_BAD)
+def test_commands_that_turn_bad_under_way_let_nothing_be_touched(link, seeds, monkeypatch):
+    monkeypatch.setattr(late_poses, 'LONGEST', 30.0)
+    for seed in seeds:
+        scene = cluttered(seed) if seed % 2 else learnt(('task1', 'task2')[seed % 4 // 2])
+        ride = LateBench(*scene, link, seed, SOON, SOON).run()
+        assert ride.n_collisions == 0, (seed, ride)
+
+
+def test_commands_that_are_late_from_some_time_on_are_the_reason():
+    late = bench(Link(command_delay=1.0, good_for=4.0), 9)
+    while late.now < 140.0 and late.supervisor.problem is None:
+        late.step()
+        if late.now > 103.0 and late.supervisor.run is None:
+            assert late.supervisor.start(late.now) == ''
+    assert late.supervisor.problem is StopReason.LATE_COMMANDS
+    assert 'does not do in time' in late.supervisor.status.reason
+    assert late.supervisor.velocity == (0.0, 0.0)
+
+
+@pytest.mark.parametrize('robot', [
+    {'a_max': 1.0, 'alpha_max': 3.2}, {'noise_std': 0.05}, {'v_max': 0.18}])
+def test_a_robot_that_is_inert_coarse_or_slow_is_not_taken_for_late(robot):
+    for seed in (1, 3):
+        late = LateBench(*cluttered(seed), CALM, seed, robot=robot)
+        late.run()
+        assert not any('in time' in line for line in late.lines)
 
 
 def test_a_good_link_costs_no_time():

@@ -1,0 +1,56 @@
+"""A link to the robot: what is said on `<topic>_there` arrives late on `<topic>`."""
+
+import heapq
+import itertools
+import sys
+import time
+
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import OccupancyGrid, Odometry
+import rclpy
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+from msgs_bridge import qos
+
+#: Type, topic it is heard on, topic it is said on, whether it goes to the robot.
+WAYS = ((Odometry, 'odom_there', 'odom', False),
+        (OccupancyGrid, 'neighbourhood_there', 'neighbourhood', False),
+        (Twist, 'cmd_vel', 'cmd_vel_there', True))
+
+
+class LateRelay(Node):
+    """Passes everything on, `up` seconds late from the robot and `down` seconds late to it."""
+
+    def __init__(self, up: float, down: float) -> None:
+        super().__init__('late_relay')
+        self._waiting, self._number = [], itertools.count()
+        for kind, heard, said, to_robot in WAYS:
+            publisher = self.create_publisher(kind, said, qos.COMMAND if to_robot else 10)
+            self.create_subscription(
+                kind, heard, lambda msg, publisher=publisher, to_robot=to_robot: heapq.heappush(
+                    self._waiting, (time.monotonic() + (down if to_robot else up),
+                                    next(self._number), publisher, msg)), qos.SENSOR)
+        self.create_timer(0.005, self._pass_on, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _pass_on(self) -> None:
+        while self._waiting and self._waiting[0][0] <= time.monotonic():
+            _, _, publisher, msg = heapq.heappop(self._waiting)
+            publisher.publish(msg)
+
+
+def main() -> None:
+    """Relay until the end."""
+    rclpy.init()
+    try:
+        rclpy.spin(LateRelay(*map(float, sys.argv[1:3])))
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()
