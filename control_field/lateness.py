@@ -30,6 +30,8 @@ ENOUGH: Final = 10
 #: How much longer than it should a command may always be followed, [s]. More would make every
 #: robot slower: it then gets to the end of what a 3x3 sight shows.
 LEAST_HOLD: Final = 0.5
+#: How much longer that is while the robot stands although it was told to move, [s].
+_DOUBT: Final = 0.3
 #: Jitter from which on commands are repeated, [s].
 _IRREGULAR: Final = 0.05
 #: A silence from which on a link is known to be silent at times, [s], and for how long that is
@@ -327,5 +329,6 @@ class Lateness:
         if self.response.set_out is not None:
             starts.add(self.response.set_out)
         ways = [self.sent.pieces(start, now) for start in starts]
-        return Lag(tuple(ways), self.sent.pieces(self._taken - most, now), self.hold,
-                   self.base_timeout, self.is_late)
+        doubt = _DOUBT if self.following.is_unanswered else 0.0
+        return Lag(tuple(ways), self.sent.pieces(self._taken - most, now), self.hold + doubt,
+                   self.base_timeout + doubt, self.is_late)
