@@ -338,9 +338,9 @@ class ControlFieldNode(Node):
         self._publish(self.supervisor.guard(now, clock))
         if (outcome := self._fields.finished()) is not None:
             self._settle(outcome)
-        self.supervisor.wheels.is_to_stand = self._fields.is_busy
+        self.supervisor.wheels.is_to_stand = is_busy = self._fields.is_busy
         self._publish(self.supervisor.reads_field(self._fields.is_reading))
-        if self._fields.is_asking and not drives(self.supervisor):
+        if is_busy and self._fields.is_asking and not drives(self.supervisor):
             self._fields.give_leave()
 
     def _end_teleop(self) -> None:
