@@ -15,10 +15,12 @@ PARAMETERS = """
 import rclpy
 from msgs_bridge.command_line import Program
 from msgs_bridge.node_main import run_node
+from std_msgs.msg import Empty
 
 def node():
     node = rclpy.create_node('a', automatically_declare_parameters_from_overrides=True)
     print({k: p.value for k, p in node._parameters.items() if k in ('x', 'y', 'z', 'w')})
+    node.create_publisher(Empty, 't', 1)
     print(node.get_fully_qualified_name(), node.resolve_topic_name('t'))
     return node
 
