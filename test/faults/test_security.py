@@ -40,10 +40,8 @@ def nodes(ros_domain, tmp_path_factory):
     needed = {'learner_node': {'task': 'a_task', 'bags': str(folder)},
               'teleop_node': {'keyboard': False}}
     with ExitStack() as stack:
-        for name in PROFILES:
-            module = MODULES.get(name, f'{name}.node')
-            stack.enter_context(start_node(module, folder, needed.get(name)))
-        yield
+        yield [stack.enter_context(start_node(
+            MODULES.get(name, f'{name}.node'), folder, needed.get(name))) for name in PROFILES]
 
 
 def test_only_the_controller_may_publish_cmd_vel():
@@ -58,7 +56,7 @@ def test_the_policy_allows_what_a_node_does(nodes, ros_node, name):
     publishes = 'topics', 'publish'
     # What a node does becomes known bit by bit; what it publishes is known in full.
     wait_until(lambda: in_use(ros_node, name, RULES[publishes]) == allowed(name, *publishes),
-               node=ros_node, what=f'all that {name} may publish')
+               node=ros_node, processes=nodes, what=f'all that {name} may publish')
     for (kind, right), method in RULES.items():
         assert in_use(ros_node, name, method) <= allowed(name, kind, right)
 
