@@ -130,7 +130,12 @@ class PoseWatch:
         self.rules = rules
         self.n_dropped = 0
         self._last: tuple[float, float, float] | None = None
+        self._is_placed = False
         self._behind = 0, math.inf
+
+    def place_anew(self) -> None:
+        """Measure the next pose against no earlier one: until a trial begins a robot is placed."""
+        self._is_placed = True
 
     def n_behind(self, stamp: float) -> int:
         """Count the messages in a row, this one too, that are behind by more than the timeout."""
@@ -177,9 +182,10 @@ class PoseWatch:
 
         """
         last, self._last = self._last, (stamp, x, y)
+        was_placed, self._is_placed = self._is_placed, False
         if last is not None and stamp < last[0]:
             return StopReason.CLOCK_JUMPED_BACK
-        if last is not None and math.hypot(x - last[1], y - last[2]) > (
+        if last is not None and not was_placed and math.hypot(x - last[1], y - last[2]) > (
                 self.rules.pose_jump + self.rules.v_max * (stamp - last[0])):
             return StopReason.POSE_JUMPED
         if not grid.contains(*grid.cell_from_world(*(place or (x, y)))):

@@ -159,6 +159,7 @@ class Supervisor:
         self.run = TrialRun(self.field, self.parameters, self.settings, self.trial)
         self.problem = self.ended_by = self.ended = None
         self._takeover.let_go()
+        self.intake.poses.place_anew()
         self._log('info', f'trial {self.trial} starts on field revision {self.field.revision}')
         return ''
 
@@ -254,9 +255,8 @@ class Supervisor:
         if self.field is None:
             self.wheels.heard(pose, now, clock)
             return NOTHING
-        problem = problem_with_frame(
-            pose.frame_id, self.field.grid.frame_id, 'odom', FRAME_OWNERS)
-        if problem:
+        if problem := problem_with_frame(
+                pose.frame_id, self.field.grid.frame_id, 'odom', FRAME_OWNERS):
             return self.saw_bad_input(problem, now)
         if last is not None and pose.stamp > last.stamp:
             self._dt = pose.stamp - last.stamp

@@ -73,6 +73,15 @@ def test_a_jump_is_told_and_driving_is_not():
     assert pose_watch().observe(20.0, 3.0, 1.0, GRID) is None
 
 
+def test_who_is_placed_has_not_jumped_but_a_clock_set_back_is_told():
+    watch = pose_watch()
+    watch.place_anew()
+    assert watch.observe(10.05, 3.0, 1.0, GRID) is None
+    assert watch.observe(10.1, 1.0, 1.0, GRID) is StopReason.POSE_JUMPED
+    watch.place_anew()
+    assert watch.observe(9.0, 1.0, 1.0, GRID) is StopReason.CLOCK_JUMPED_BACK
+
+
 def test_outside_is_told():
     watch = pose_watch(x=4.99)
     assert watch.observe(10.05, 5.0, 1.0, GRID) is StopReason.OUTSIDE_WORKSPACE

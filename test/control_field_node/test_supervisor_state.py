@@ -168,3 +168,16 @@ def test_a_localisations_pose_in_another_frame_is_refused_and_a_useless_one_coun
     assert supervisor.intake.counts['poses not used'] == 2
     assert supervisor.intake.counts['refused messages'] == 1
     assert supervisor.start(bench.now) == ''
+
+
+def test_a_robot_that_was_placed_before_its_trial_has_not_leapt():
+    bench = Bench()
+    bench.tick()
+    bench.pose = dataclasses.replace(bench.pose, x=bench.pose.x + 1.0)
+    assert bench.supervisor.start(bench.now) == ''
+    bench.tick()
+    assert bench.supervisor.run is not None
+    bench.pose = dataclasses.replace(bench.pose, x=bench.pose.x - 1.0)
+    bench.tick()
+    assert bench.supervisor.run is None
+    assert bench.supervisor.ended.outcome is Outcome.ABORTED
