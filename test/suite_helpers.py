@@ -10,8 +10,10 @@ from control_field.grid import Grid
 from experience_cli.demo import WAY
 from experience_cli.driver import Driver, points_from_cells
 from experience_cli.node import DemoNode
+from learner_node.lessons import Lessons
 from msgs_bridge import qos
 from msgs_bridge.bag_folder import TaskFolder
+from msgs_bridge.episodes import read_header
 from msgs_bridge.tables import field_from_cloud
 from ros_helpers import Process, start_node
 
@@ -112,3 +114,12 @@ def running_suite(folder: Path, domain: int, **learner) -> Iterator[Suite]:
         suite = Suite(folder, domain, stack, **learner)
         suite.start()
         yield suite
+
+
+def relearnt(task):
+    """Return what the bags of a task teach when they are read anew, in order."""
+    header = read_header(task.episodes()[0].path)
+    lessons = Lessons(header.grid, header.parameters)
+    for episode in task.episodes():
+        lessons.learn(episode)
+    return lessons

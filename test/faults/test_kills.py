@@ -10,9 +10,9 @@ from experience_cli.learn import field_bytes
 from learner_node.lessons import Lessons
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.bag_repair import repair_task
-from msgs_bridge.episodes import read_episode, read_header
+from msgs_bridge.episodes import read_episode
 from msgs_bridge.tables import field_from_cloud
-from suite_helpers import PARAMETERS, running_suite
+from suite_helpers import PARAMETERS, relearnt, running_suite
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 N_TRIALS = 8
@@ -32,14 +32,6 @@ def break_off(suite, rng, victims):
     for name in victims:
         suite.start(name, **({'world': 'task1', 'rate': RATE} if name == 'sim_node' else {}))
     return bags
-
-
-def relearnt(task):
-    header = read_header(task.episodes()[0].path)
-    lessons = Lessons(header.grid, header.parameters)
-    for episode in task.episodes():
-        lessons.learn(episode)
-    return lessons
 
 
 def n_messages(path):

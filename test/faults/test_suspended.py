@@ -13,15 +13,14 @@ from std_msgs.msg import Bool
 
 from control_field.records import Outcome
 from experience_cli.learn import field_bytes
-from learner_node.lessons import Lessons
 from msgs_bridge import qos
 from msgs_bridge.bag_folder import EpisodeKind
 from msgs_bridge.bag_gaps import gaps_in, KEY
 from msgs_bridge.bag_undo import take_away
-from msgs_bridge.episodes import read_episode, read_header
+from msgs_bridge.episodes import read_episode
 import ros_helpers
 from sample_helpers import sample_copy
-from suite_helpers import running_suite, Suite
+from suite_helpers import relearnt, running_suite, Suite
 from terminal_helpers import TerminalProcess
 
 pytestmark = pytest.mark.slow
@@ -104,14 +103,6 @@ def real_time_suite(folder, domain):
         yield suite
 
 
-def relearnt(task):
-    header = read_header(task.episodes()[0].path)
-    lessons = Lessons(header.grid, header.parameters)
-    for episode in task.episodes():
-        lessons.learn(episode)
-    return field_bytes(lessons.field())
-
-
 def check_bags(suite):
     """Every bag is whole or called incomplete, and teaches what was learnt live."""
     outcomes = []
@@ -123,7 +114,7 @@ def check_bags(suite):
     report = '\n'.join([str(outcomes), suite.report()])
     assert Outcome.COLLISION not in outcomes, report
     assert outcomes[-1] is Outcome.GOAL, report
-    assert relearnt(suite.task) == suite.live_bytes(), report
+    assert field_bytes(relearnt(suite.task).field()) == suite.live_bytes(), report
     for process in suite.processes.values():
         assert 'Traceback' not in process.stdout + process.stderr, report
     return outcomes
