@@ -10,7 +10,7 @@ NODES = (
     'localised_odometry_node')
 ROOMS = [
     'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
-    'teleop_node', 'experience_cli', 'experience_cli.evaluation',
+    'teleop_node', 'experience_cli', 'experience_evaluation',
 ]
 DATA = ['launch', 'config', 'config/robots', 'config/worlds']
 

@@ -17,12 +17,12 @@ from benchmarks.evaluation_charts import draw_curves
 from benchmarks.evaluation_tables import ablation_table, method_table, write_section
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from experience_cli.evaluation.experiment import Course, Experiment, has_demonstration
-from experience_cli.evaluation.generators import FAMILIES, generate
-from experience_cli.evaluation.places import choose_places
-from experience_cli.evaluation.registry import METHODS
-from experience_cli.evaluation.workers import run_all
-from sim_node.world import load_world
+from experience_evaluation.experiment import Course, Experiment, has_demonstration
+from experience_evaluation.methods.registry import METHODS
+from experience_evaluation.starts import choose_places
+from experience_evaluation.workers import run_all
+from experience_evaluation.worlds import FAMILIES, generate
+from world_maps.world import load_world
 
 DOC = Path(__file__).resolve().parent.parent / 'doc'
 #: What is switched off, and how.

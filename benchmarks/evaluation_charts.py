@@ -8,8 +8,8 @@ from matplotlib.ticker import MaxNLocator
 import numpy as np
 from PIL import Image
 
-from experience_cli.evaluation.experiment import Course
-from experience_cli.evaluation.summary import interval_of_median
+from experience_evaluation.experiment import Course
+from experience_evaluation.report import interval_of_median
 
 mpl.use('Agg')
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from experience_cli.evaluation.experiment import Course
-from experience_cli.evaluation.summary import summarise
+from experience_evaluation.experiment import Course
+from experience_evaluation.report import summarise
 
 Groups = dict[str, dict[str, list[Course]]]
 #: Columns: heading, metric, digits.

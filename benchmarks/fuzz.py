@@ -17,7 +17,7 @@ import sys
 import tempfile
 from typing import Final
 
-from msgs_bridge.processes import child_environment
+from msgs_bridge.node.environment import child_environment
 
 #: What libFuzzer may use: memory [MB], time for one input [s], length of one input [bytes].
 _LIMITS: Final = ('-rss_limit_mb=1500', '-timeout=2', '-max_len=20000')
@@ -27,9 +27,8 @@ _COVERAGE: Final = re.compile(r'cov: (\d+) ft: (\d+) corp: (\d+)')
 
 def fuzz(name: str, flags: list[str]) -> None:
     """Fuzz one target in this process, which does not return from it."""
-    import rclpy  # noqa: F401 - it starts the interpreter anew when it comes first
-
     import atheris
+    import rclpy  # noqa: F401 - it starts the interpreter anew when it comes first
     with atheris.instrument_imports(include=['msgs_bridge', 'mcap']):
         from benchmarks.fuzz_targets import targets
     target = targets()[name]

@@ -13,51 +13,33 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import LaserScan
 
 from control_field.grid import Grid
+from control_field.local_grid import FREE
 from control_field.records import ControlField, DECISION_DTYPE, Outcome, Prototypes
-from control_field.sight import FREE
-from msgs_bridge.bag_columns import read_columns
-from msgs_bridge.bag_file import BagWriter
-from msgs_bridge.bag_folder import EpisodeKind, mcap_path
-from msgs_bridge.bag_metadata import custom_data, with_custom_data
-from msgs_bridge.bag_records import BagReader, RawMessages
-from msgs_bridge.bag_repair import repair_bag
-from msgs_bridge.bag_tables import decision_table, pose_table, sight_table, statuses
-from msgs_bridge.cdr import DESCRIBED, struct_from_cdr
-from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import read_episode
-from msgs_bridge.neighbourhood_maker import NeighbourhoodMaker
-from msgs_bridge.neighbourhoods import (
-    grid_from_neighbourhood,
-    map_from_occupancy,
-    Neighbourhood,
-    neighbourhood_from_grid,
-    occupancy_from_map,
-)
-from msgs_bridge.poses import (
-    initialpose_from_pose,
-    odometry_from_pose,
-    Pose,
-    pose_from_initialpose,
-    pose_from_odometry,
-    pose_from_pose_stamped,
-    pose_stamped_from_pose,
-    variances_from_covariance,
-)
-from msgs_bridge.sight_settings import SightSettings
-from msgs_bridge.tables import (
-    cloud_from_decisions,
-    cloud_from_field,
-    cloud_from_prototypes,
-    decisions_from_cloud,
-    field_from_cloud,
-    prototypes_from_cloud,
-)
-from msgs_bridge.trial_status import State, status_from_trial, trial_from_status, TrialStatus
-from msgs_bridge.velocities import (
-    twist_from_velocity,
-    twist_stamped_from_velocity,
-    velocity_from_twist,
-)
+from episode_store.episode import read_episode
+from episode_store.header import EpisodeHeader
+from episode_store.repair import repair_bag
+from episode_store.rosbag2.columns import read_columns
+from episode_store.rosbag2.metadata import custom_data, with_custom_data
+from episode_store.rosbag2.reader import BagReader, RawMessages
+from episode_store.rosbag2.topic_tables import decision_table, pose_table, sight_table, statuses
+from episode_store.rosbag2.writer import BagWriter
+from episode_store.task_folder import EpisodeKind, mcap_path
+from msgs_bridge.messages.cdr import DESCRIBED, struct_from_cdr
+from msgs_bridge.messages.neighbourhoods import (
+    grid_from_neighbourhood, map_from_occupancy, Neighbourhood, neighbourhood_from_grid,
+    occupancy_from_map)
+from msgs_bridge.messages.poses import (
+    initialpose_from_pose, odometry_from_pose, Pose, pose_from_initialpose, pose_from_odometry,
+    pose_from_pose_stamped, pose_stamped_from_pose, variances_from_covariance)
+from msgs_bridge.messages.tables import (
+    cloud_from_decisions, cloud_from_field, cloud_from_prototypes, decisions_from_cloud,
+    field_from_cloud, prototypes_from_cloud)
+from msgs_bridge.messages.trial_status import (
+    State, status_from_trial, trial_from_status, TrialStatus)
+from msgs_bridge.messages.velocities import (
+    twist_from_velocity, twist_stamped_from_velocity, velocity_from_twist)
+from neighbourhood_node.neighbourhood import NeighbourhoodMaker
+from neighbourhood_node.settings import SightSettings
 
 GRID: Final = Grid(4, 5, 0.25)
 _POSE: Final = Pose(1.0, 0.6, 0.4, 0.3, 0.1, 0.2, 'odom')

@@ -20,10 +20,10 @@ from benchmarks.evaluation_tables import write_section
 from benchmarks.own_tasks import OWN, own_barn_tasks, own_tasks, Tasks
 from benchmarks.paper_tasks import dyna_courses, DYNA_LEAST, n_steps_until, paper_experiment
 from control_field.parameters import Parameters
-from experience_cli.evaluation.experiment import Course, Experiment, has_demonstration
-from experience_cli.evaluation.places import choose_places
-from experience_cli.evaluation.workers import run_all
-from sim_node.world import load_world
+from experience_evaluation.experiment import Course, Experiment, has_demonstration
+from experience_evaluation.starts import choose_places
+from experience_evaluation.workers import run_all
+from world_maps.world import load_world
 
 #: Start and goal of the BARN worlds, [m], and how near to the start is judged.
 BARN_START, BARN_GOAL, BARN_RADIUS = (-2.0, 3.0), (-2.0, 13.0), 0.5

@@ -20,22 +20,23 @@ from typing import Any, Final
 
 import numpy as np
 
-from benchmarks.localisation import Bench as LearningBench, Condition as Wheels
+from benchmarks.localisation import Bench as LearningBench
+from benchmarks.localisation import Condition as Wheels
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
+from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from control_field.records import CellFlag, ControlField, Outcome
-from control_field.simulation import GridWorld
 from control_field_node.answer import Answer
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
-from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import Pose
 from sim_node.clearance import Clearance
 from sim_node.parameters import SimParameters
 from sim_node.robot import Placement
 from sim_node.simulation import Simulation
-from sim_node.world import find_world, load_world, World
+from world_maps.world import find_world, load_world, World
 
 #: Step of everything, [s]; how often the robot says where it is, how often the controller looks
 #: after itself, in steps.

@@ -18,25 +18,25 @@ from typing import Any, Final
 
 import numpy as np
 
-from control_field.demonstration import demonstration_from_poses
+from control_field.drives.demonstration import demonstration_from_poses
 from control_field.grid import Grid
-from control_field.learner import Learner
+from control_field.learning.learner import Learner
+from control_field.local_grid import masks_from_neighbourhood
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Outcome, Trial
-from control_field.sight import masks_from_neighbourhood
 from control_field_node.answer import Answer
 from control_field_node.placing import take_place
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
-from experience_cli.demo import WAY
-from experience_cli.driver import Driver, points_from_cells
-from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose
+from experience_cli.commands.demo import WAY
+from experience_cli.demo.path_follower import Driver, points_from_cells
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import Pose
 from sim_node.clearance import Clearance
 from sim_node.parameters import SimParameters
 from sim_node.robot import Placement
 from sim_node.simulation import Simulation
-from sim_node.world import find_world, load_world
+from world_maps.world import find_world, load_world
 
 TASKS: Final = ('task1', 'task2')
 TICK: Final = 0.05

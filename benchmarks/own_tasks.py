@@ -7,12 +7,12 @@ from typing import Final
 import numpy as np
 
 from control_field.grid import Grid
+from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
-from control_field.simulation import GridWorld
-from experience_cli.evaluation.experiment import Experiment
-from experience_cli.evaluation.generators import (
+from experience_evaluation.experiment import Experiment
+from experience_evaluation.starts import choose_places
+from experience_evaluation.worlds import (
     cylinders_world, maze_world, Occupancy, open_world, random_world, rooms_world)
-from experience_cli.evaluation.places import choose_places
 
 Tasks = list[tuple[Experiment, int]]
 #: By name: side of the world in cells, and what makes it. Rooms and mazes are those of the

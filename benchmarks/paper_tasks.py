@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 
 from control_field.grid import Grid
+from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
-from control_field.simulation import GridWorld
-from experience_cli.demo import WAY
-from experience_cli.driver import cells_along
-from experience_cli.evaluation.experiment import Course, Experiment
-from experience_cli.evaluation.generators import DYNA_GOAL, dyna_maze, DYNA_START
-from experience_cli.evaluation.teachers import demonstration_from_path
-from experience_cli.evaluation.workers import run_all
-from sim_node.world import load_world
+from experience_cli.commands.demo import WAY
+from experience_cli.demo.path_follower import cells_along
+from experience_evaluation.experiment import Course, Experiment
+from experience_evaluation.teachers import demonstration_from_path
+from experience_evaluation.workers import run_all
+from experience_evaluation.worlds import DYNA_GOAL, dyna_maze, DYNA_START
+from world_maps.world import load_world
 
 WORLDS = Path(__file__).resolve().parent.parent / 'config' / 'worlds'
 #: Steps of the demonstration in the Dyna maze, and the least there are.

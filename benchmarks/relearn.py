@@ -15,22 +15,23 @@ import time
 import numpy as np
 
 from control_field.grid import Grid
-from control_field.learner import Learner
+from control_field.learning.grid_world import GridWorld
+from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Trial
-from control_field.simulation import GridWorld
-from experience_cli.demo import WAY
-from experience_cli.driver import cells_along
-from experience_cli.learn import digest
-from msgs_bridge.bag_file import BagWriter, start_bag
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
-from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.neighbourhoods import grid_from_neighbourhood, Neighbourhood
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.processes import child_environment, prepare
-from msgs_bridge.tables import cloud_from_decisions, cloud_from_field, cloud_from_prototypes
-from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
-from sim_node.world import find_world, load_world
+from episode_store.header import EpisodeHeader
+from episode_store.rosbag2.writer import BagWriter, start_bag
+from episode_store.task_folder import EpisodeKind, TaskFolder
+from experience_cli.commands.demo import WAY
+from experience_cli.commands.learn import digest
+from experience_cli.demo.path_follower import cells_along
+from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.tables import (
+    cloud_from_decisions, cloud_from_field, cloud_from_prototypes)
+from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.node.environment import child_environment, prepare
+from world_maps.world import find_world, load_world
 
 #: Seconds a cell, and odometry messages in one.
 STEP, TICKS = 1.25, 12

@@ -22,15 +22,15 @@ import numpy as np
 
 from control_field.grid import Grid
 from control_field.records import Trial
-from experience_cli.children import Children, own_domain
-from experience_cli.demo import WAY
-from experience_cli.driver import Driver, points_from_cells
-from experience_cli.node import DemoNode
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
-from msgs_bridge.bag_records import BagReader
-from msgs_bridge.bag_tables import statuses
-from msgs_bridge.episodes import read_episode
-from msgs_bridge.poses import seconds_from_stamp
+from episode_store.episode import read_episode
+from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.topic_tables import statuses
+from episode_store.task_folder import EpisodeKind, TaskFolder
+from experience_cli.commands.demo import WAY
+from experience_cli.demo.client_node import DemoNode
+from experience_cli.demo.path_follower import Driver, points_from_cells
+from experience_cli.demo.processes import Children, own_domain
+from msgs_bridge.messages.poses import seconds_from_stamp
 
 NODES: Final = ('sim_node', 'control_field_node', 'learner_node')
 #: Share of the run that processes may take to reach their size.

@@ -18,25 +18,25 @@ from typing import Final
 
 import numpy as np
 
-from control_field import compiled
-from control_field.certificate import certify
 from control_field.grid import Grid
-from control_field.learner import Learner
+from control_field.kernels import compiled
+from control_field.learning.certificate import certify
+from control_field.learning.grid_world import GridWorld
+from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
-from control_field.policy import TrialPolicy
 from control_field.records import Trial
-from control_field.simulation import GridWorld
-from experience_cli.evaluation.generators import generate
-from experience_cli.evaluation.teachers import demonstration_from_path, shortest_path
-from msgs_bridge.bag_file import start_bag
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
-from msgs_bridge.bag_tables import pose_table, sight_table
-from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import open_bag
-from msgs_bridge.neighbourhoods import grid_from_neighbourhood, Neighbourhood
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.processes import prepare
-from msgs_bridge.tables import cloud_from_field, field_from_cloud
+from control_field.robot.policy import TrialPolicy
+from episode_store.episode import open_bag
+from episode_store.header import EpisodeHeader
+from episode_store.rosbag2.topic_tables import pose_table, sight_table
+from episode_store.rosbag2.writer import start_bag
+from episode_store.task_folder import EpisodeKind, TaskFolder
+from experience_evaluation.teachers import demonstration_from_path, shortest_path
+from experience_evaluation.worlds import generate
+from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.tables import cloud_from_field, field_from_cloud
+from msgs_bridge.node.environment import prepare
 
 Work = Callable[[], object]
 

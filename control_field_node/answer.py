@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from control_field.limits import STANDSTILL, Velocity
+from control_field.robot.limits import STANDSTILL, Velocity
 from control_field_node.trial_run import Rows
 
 

@@ -7,8 +7,8 @@ from typing import Any
 from control_field_node import words
 from control_field_node.intake import Intake
 from control_field_node.settings import Settings
-from msgs_bridge.command_age import problem_with_age
-from msgs_bridge.poses import seconds_from_stamp
+from msgs_bridge.messages.poses import seconds_from_stamp
+from msgs_bridge.node.command_age import problem_with_age
 
 
 class CommandAges:

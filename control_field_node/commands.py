@@ -8,11 +8,11 @@ from typing import Any, Final
 
 from geometry_msgs.msg import Twist, TwistStamped
 
-from control_field.limits import STANDSTILL, Velocity
-from control_field.takeover import OwnCommands
+from control_field.robot.limits import STANDSTILL, Velocity
+from control_field.robot.takeover import OwnCommands
 from control_field_node.lockstep import key_of, TickBook
 from control_field_node.settings import Settings
-from msgs_bridge.velocities import fill_twist
+from msgs_bridge.messages.velocities import fill_twist
 
 #: How a TwistStamped begins, and how it and a Twist end, behind how every message begins.
 _ENCAPSULATION: Final = 4

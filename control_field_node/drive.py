@@ -10,10 +10,10 @@ from typing import Final
 
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.limits import Limits, Velocity
-from control_field.steering import EXACT_CONE, Leg, steer, wrapped
+from control_field.robot.limits import Limits, Velocity
+from control_field.robot.steering import EXACT_CONE, Leg, steer, wrapped
 from control_field_node.seen import Seen
-from msgs_bridge.poses import Pose
+from msgs_bridge.messages.poses import Pose
 
 #: How near a centre the robot turns in tight places, in cells; also where it rests at the goal.
 EXACT: Final = 0.05

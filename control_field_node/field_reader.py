@@ -9,10 +9,10 @@ from typing import Any, Final
 from sensor_msgs.msg import PointCloud2
 
 from control_field.records import ControlField
-from msgs_bridge import qos
-from msgs_bridge.listener import Listener
-from msgs_bridge.raw_messages import cloud_from_cdr
-from msgs_bridge.tables import field_from_cloud
+from msgs_bridge.messages.raw_messages import cloud_from_cdr
+from msgs_bridge.messages.tables import field_from_cloud
+from msgs_bridge.node import qos
+from msgs_bridge.node.listener import Listener
 
 #: Cells that are read, and taken over by a trial, in a few milliseconds; bytes of as many.
 FEW_CELLS: Final = 5000

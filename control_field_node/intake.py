@@ -4,12 +4,12 @@ from collections import Counter
 from collections.abc import Callable
 import math
 
-from control_field.lateness import OTHER_CLOCK
-from control_field.watch import Freshness, PoseWatch, StopReason
+from control_field.robot.latency import OTHER_CLOCK
+from control_field.robot.stop_rules import Freshness, PoseWatch, StopReason
 from control_field_node.settings import Settings
-from msgs_bridge.kinds import SaidOnce
-from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import Pose
+from msgs_bridge.node.kinds_of_text import SaidOnce
 
 
 class Intake:

@@ -7,11 +7,11 @@ from typing import Final
 
 import numpy as np
 
-from control_field.anchoring import Belief, Estimate, Wear
 from control_field.records import ControlField
+from control_field.robot.particle_filter import Belief, Estimate, Wear
 from control_field_node.settings import Settings
-from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import Pose
 
 #: A step of the odometry that no wheel makes: the robot was set somewhere, or odometry was reset.
 _SET_BACK: Final = (0.02, 0.1)

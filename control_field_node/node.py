@@ -13,9 +13,9 @@ from rclpy.node import Node
 from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
-from control_field.limits import STANDSTILL, Velocity
 from control_field.parameters import Parameters
-from control_field.watch import StopReason
+from control_field.robot.limits import STANDSTILL, Velocity
+from control_field.robot.stop_rules import StopReason
 from control_field_node.answer import Answer
 from control_field_node.command_ages import CommandAges
 from control_field_node.commands import CommandWriter
@@ -28,24 +28,19 @@ from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.standing import drives
 from control_field_node.supervisor import Supervisor
 from control_field_node.wheels import GUARD_PERIOD
-from msgs_bridge import qos
-from msgs_bridge.command_line import check_names, names_of, Program
-from msgs_bridge.company import CompanyWatch
-from msgs_bridge.graph import publishers_on
-from msgs_bridge.hearing import Hearing
-from msgs_bridge.neighbourhoods import cells_of_sight, neighbourhood_from_grid
-from msgs_bridge.node_main import quickest_executor, run_node
-from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.poses import (
-    check_frame,
-    FRAME_OWNERS,
-    Pose,
-    pose_from_odometry,
-    pose_from_pose_stamped,
-)
-from msgs_bridge.statements import Deed, method_from_parameters
-from msgs_bridge.tables import OtherVersionError
-from msgs_bridge.velocities import velocity_from_twist
+from msgs_bridge.messages.neighbourhoods import cells_of_sight, neighbourhood_from_grid
+from msgs_bridge.messages.poses import (
+    check_frame, FRAME_OWNERS, Pose, pose_from_odometry, pose_from_pose_stamped)
+from msgs_bridge.messages.tables import OtherVersionError
+from msgs_bridge.messages.velocities import velocity_from_twist
+from msgs_bridge.node import qos
+from msgs_bridge.node.command_line import check_names, names_of, Program
+from msgs_bridge.node.graph import publishers_on
+from msgs_bridge.node.parameters import declare_parameters_from
+from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.run import quickest_executor, run_node
+from msgs_bridge.node.statements import Deed, method_from_parameters
+from msgs_bridge.node.subscription_threads import Hearing
 
 #: How often the node looks for what has not come, and tells how it stands, [s] of the wall clock.
 _WATCH_PERIOD: Final = 0.1

@@ -8,17 +8,17 @@ from geometry_msgs.msg import TwistStamped
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from control_field.limits import Velocity
+from control_field.robot.limits import Velocity
 from control_field_node.answer import Answer
 from control_field_node.commands import CommandWriter
 from control_field_node.reports import diagnostic_from_supervisor, Peers
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
-from msgs_bridge import qos
-from msgs_bridge.company import CompanyWatch
-from msgs_bridge.tables import cloud_from_decisions
-from msgs_bridge.trial_status import status_from_trial
-from msgs_bridge.velocities import twist_stamped_from_velocity
+from msgs_bridge.messages.tables import cloud_from_decisions
+from msgs_bridge.messages.trial_status import status_from_trial
+from msgs_bridge.messages.velocities import twist_stamped_from_velocity
+from msgs_bridge.node import qos
+from msgs_bridge.node.peers import CompanyWatch
 
 
 class Outbox:

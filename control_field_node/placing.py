@@ -3,7 +3,7 @@
 import time
 from typing import Any, TYPE_CHECKING
 
-from msgs_bridge.poses import (
+from msgs_bridge.messages.poses import (
     Pose, pose_from_initialpose, problem_with_frame, variances_from_covariance)
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from control_field.watch import StopReason
+from control_field.robot.stop_rules import StopReason
 from control_field_node import words
 from control_field_node.supervisor import Supervisor
-from msgs_bridge.command_types import mismatch
+from msgs_bridge.node.command_types import mismatch
 
 
 class Peers:

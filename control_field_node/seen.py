@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from control_field.gate import Sight, sight_from_cells
 from control_field.grid import Grid
-from control_field.sight import ALL, masks_from_neighbourhood
-from msgs_bridge.neighbourhoods import Neighbourhood
+from control_field.local_grid import ALL, masks_from_neighbourhood
+from control_field.robot.collision_monitor import Sight, sight_from_cells
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
 
 
 @dataclass(frozen=True, slots=True)

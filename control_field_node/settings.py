@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Final
 
-from control_field.limits import Limits
 from control_field.parameters import check_fields, parameter
-from control_field.watch import StopRules
+from control_field.robot.limits import Limits
+from control_field.robot.stop_rules import StopRules
 
 #: The learning parameters that decisions depend on; the others are the learner's alone.
 DECISION_PARAMETERS: Final = (

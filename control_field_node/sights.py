@@ -4,8 +4,8 @@ from control_field.grid import Grid
 from control_field_node.intake import Intake
 from control_field_node.localisation import Localisation
 from control_field_node.seen import cached_seen, Seen
-from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose, problem_with_frame
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import Pose, problem_with_frame
 
 
 class Sights:

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from control_field.limits import STANDSTILL
+from control_field.robot.limits import STANDSTILL
 from control_field_node import words
 from control_field_node.trial_run import Move, TrialRun
-from msgs_bridge.trial_status import State, TrialStatus
+from msgs_bridge.messages.trial_status import State, TrialStatus
 
 if TYPE_CHECKING:  # it asks, and is asked
     from control_field_node.supervisor import Supervisor

@@ -8,13 +8,13 @@ the `Answer` it gets.
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from control_field.gate import GateReason
 from control_field.grid import Grid
-from control_field.limits import nearest_to_rest, STANDSTILL, Velocity
 from control_field.parameters import Parameters
 from control_field.records import ControlField
-from control_field.takeover import moves, TakeoverWatch
-from control_field.watch import StopReason
+from control_field.robot.collision_monitor import GateReason
+from control_field.robot.limits import nearest_to_rest, STANDSTILL, Velocity
+from control_field.robot.stop_rules import StopReason
+from control_field.robot.takeover import moves, TakeoverWatch
 from control_field_node import words
 from control_field_node.answer import Answer, NOTHING, STOP
 from control_field_node.heartbeat import Heartbeat
@@ -27,9 +27,9 @@ from control_field_node.sights import Sights
 from control_field_node.standing import status_at_end, status_now
 from control_field_node.trial_run import ended_by, Move, TrialRun
 from control_field_node.wheels import Wheels
-from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import FRAME_OWNERS, Pose, problem_with_frame
-from msgs_bridge.trial_status import TrialStatus
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import FRAME_OWNERS, Pose, problem_with_frame
+from msgs_bridge.messages.trial_status import TrialStatus
 
 #: Time a command is taken to last where it is not known yet, [s].
 _USUAL_STEP: Final = 0.05

@@ -7,18 +7,18 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import heading_from_step
-from control_field.limits import STANDSTILL, Velocity
 from control_field.parameters import Parameters
-from control_field.policy import TrialPolicy
 from control_field.records import CellFlag, ControlField, Outcome
-from control_field.watch import is_lost, ProgressWatch, StopReason
+from control_field.robot.limits import STANDSTILL, Velocity
+from control_field.robot.policy import TrialPolicy
+from control_field.robot.stop_rules import is_lost, ProgressWatch, StopReason
 from control_field_node import words
 from control_field_node.drive import Drive
 from control_field_node.field_reader import FEW_CELLS
 from control_field_node.seen import Seen
 from control_field_node.settings import Settings
-from msgs_bridge.memory_identity import task_of
-from msgs_bridge.poses import Pose
+from msgs_bridge.messages.memory_identity import task_of
+from msgs_bridge.messages.poses import Pose
 
 Rows = npt.NDArray[np.void]
 _NO_ROWS: Final = ()

@@ -5,14 +5,14 @@ from dataclasses import replace
 import math
 from typing import Final
 
-from control_field.gate import gate, GateReason
-from control_field.late_gate import gate_late
-from control_field.lateness import Lateness, REPEAT
-from control_field.limits import STANDSTILL, Velocity, within_acceleration, within_speed
+from control_field.robot.collision_monitor import gate, GateReason
+from control_field.robot.late_collision_monitor import gate_late
+from control_field.robot.latency import Lateness, REPEAT
+from control_field.robot.limits import STANDSTILL, Velocity, within_acceleration, within_speed
 from control_field_node.punctuality import Punctuality
 from control_field_node.seen import Seen
 from control_field_node.settings import Settings
-from msgs_bridge.poses import Pose
+from msgs_bridge.messages.poses import Pose
 
 #: How often whoever owns a supervisor calls its `guard`, [s].
 GUARD_PERIOD: Final = 0.02

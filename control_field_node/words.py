@@ -5,10 +5,10 @@ from typing import Final
 
 from control_field.grid import Grid
 from control_field.records import ControlField
-from control_field.watch import StopReason
+from control_field.robot.stop_rules import StopReason
 from control_field_node.seen import Seen
-from msgs_bridge.memory_identity import task_of
-from msgs_bridge.poses import problem_with_frame
+from msgs_bridge.messages.memory_identity import task_of
+from msgs_bridge.messages.poses import problem_with_frame
 
 #: Of a person's commands before there is anything to judge them by.
 UNGATED: Final = ('no usable odometry or no usable neighbourhood has come yet: only the limits of '

@@ -10,7 +10,7 @@ import sys
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from experience_cli import foreign
+from experience_cli.commands import learn_import as foreign
 from experience_cli.errors import UserError
 
 
@@ -25,7 +25,7 @@ def bag_of(arguments: argparse.Namespace, command: str) -> Iterator[Any]:
         If there is none, it cannot be read, or, of another recorder, teaches nothing.
 
     """
-    from experience_cli.references import find_readable_bag
+    from experience_cli.bag_argument import find_readable_bag
 
     path = Path(arguments.bag)
     if is_borrowed(arguments, path):
@@ -45,7 +45,7 @@ def is_borrowed(arguments: argparse.Namespace, path: Path) -> bool:
         If options say so of what is no path of a bag.
 
     """
-    from experience_cli.episodes import is_foreign
+    from experience_cli.bag_selection import is_foreign
 
     option = foreign.wanted_option(arguments)
     if option and not path.exists():

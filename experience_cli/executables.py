@@ -33,12 +33,12 @@ def teleop_node() -> None:
 
 def neighbourhood_node() -> None:
     """Run the sight of a robot with a laser or a costmap."""
-    _run('msgs_bridge.neighbourhood_node')
+    _run('neighbourhood_node.node')
 
 
 def localised_odometry_node() -> None:
     """Run the odometry of a robot that is localised in a map."""
-    _run('msgs_bridge.localised_odometry_node')
+    _run('localised_odometry_node.node')
 
 
 def _run(module: str) -> None:

@@ -8,19 +8,19 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from control_field.gate import gate, Sight, sight_from_cells
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.limits import Limits, STANDSTILL, Velocity
-from control_field.provenance import Voices, voices_at
+from control_field.learning.provenance import Voices, voices_at
 from control_field.records import ControlField, Kind, Prototypes
+from control_field.robot.collision_monitor import gate, Sight, sight_from_cells
+from control_field.robot.limits import Limits, STANDSTILL, Velocity
+from episode_store.header import HEADER_NAME
+from episode_store.recording import Recording
+from episode_store.relearn import Lessons
+from episode_store.rosbag2.columns import read_columns
+from episode_store.rosbag2.topic_tables import decision_table, sight_table, statuses
+from episode_store.task_folder import TaskFolder
 from experience_cli.errors import UserError
-from experience_cli.recording import Recording
-from learner_node.lessons import Lessons
-from msgs_bridge.bag_columns import read_columns
-from msgs_bridge.bag_folder import TaskFolder
-from msgs_bridge.bag_tables import decision_table, sight_table, statuses
-from msgs_bridge.episode_header import HEADER_NAME
-from msgs_bridge.trial_status import TrialStatus
+from msgs_bridge.messages.trial_status import TrialStatus
 
 #: A requested command belongs to a moment if it is no older, [s].
 _RECENT = 0.5

@@ -6,7 +6,7 @@ import numpy as np
 
 from control_field.grid import Grid
 from control_field.headings import UNIT
-from control_field.learner import Refresh
+from control_field.learning.learner import Refresh
 from experience_cli.output import write_output
 
 

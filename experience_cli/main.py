@@ -15,11 +15,11 @@ from pathlib import Path
 import sys
 from typing import Final, NoReturn
 
+from episode_store.task_folder import BagError
 from experience_cli.errors import UserError
 from experience_cli.interrupts import heard, Stopped
-from msgs_bridge.bag_folder import BagError
-from msgs_bridge.foreign_text import safe_output
-from msgs_bridge.processes import folder_without_home, has_home, prepare
+from msgs_bridge.node.environment import folder_without_home, has_home, prepare
+from msgs_bridge.untrusted.text import safe_output
 
 #: Modules of the subcommands, in the order of the help.
 COMMANDS: Final = (

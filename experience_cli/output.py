@@ -10,7 +10,7 @@ import time
 from typing import BinaryIO, Final
 
 from experience_cli.errors import UserError
-from msgs_bridge.safe_files import replace_file
+from msgs_bridge.untrusted.files import replace_file
 
 #: How long a pipe may have no reader, [s].
 _PATIENCE: Final = 2.0

@@ -5,7 +5,7 @@ import time
 from types import TracebackType
 from typing import Final, TextIO
 
-from msgs_bridge.foreign_text import own_stream
+from msgs_bridge.untrusted.text import own_stream
 
 #: The line is drawn at most so often, [s].
 _PERIOD: Final = 0.1

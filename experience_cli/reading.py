@@ -53,9 +53,9 @@ def reading_of(arguments: argparse.Namespace) -> Any:
         If a number is none.
 
     """
-    from msgs_bridge.foreign_drive import Reading
-    from msgs_bridge.laser_mount import Mount
-    from msgs_bridge.laser_sight import Body
+    from episode_store.external.drive import Reading
+    from msgs_bridge.sensing.laser_mount import Mount
+    from msgs_bridge.sensing.local_grid_from_scan import Body
 
     names = {role: getattr(arguments, option) for role, option in _TOPICS.items()}
     values: dict[str, Any] = {
@@ -76,7 +76,7 @@ def reading_of(arguments: argparse.Namespace) -> Any:
 
 
 def _span(first: float, last: float) -> Any:
-    from msgs_bridge.drive_span import Span
+    from episode_store.external.span import Span
 
     if not 0.0 <= first < last:
         raise UserError(f'--from {first:g} --to {last:g}: --from must be 0 or more, --to after it')

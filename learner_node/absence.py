@@ -3,9 +3,9 @@
 import math
 from typing import Final
 
-from control_field.watch import Freshness
+from control_field.robot.stop_rules import Freshness
 from learner_node.settings import Settings
-from msgs_bridge.kinds import kind_of
+from msgs_bridge.node.kinds_of_text import kind_of
 
 #: Stamps that have not advanced for so long do not advance, [s].
 _STANDING: Final = 1.0

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from episode_store.task_folder import EpisodeKind
 from learner_node.settings import StartPose
-from msgs_bridge.bag_folder import EpisodeKind
 
 
 @dataclass(frozen=True)

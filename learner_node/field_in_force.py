@@ -2,8 +2,8 @@
 
 from typing import Final
 
-from learner_node.tally import is_running
-from msgs_bridge.trial_status import TrialStatus
+from learner_node.arrived_decisions import is_running
+from msgs_bridge.messages.trial_status import TrialStatus
 
 #: After so many looks in a row that find another field there ours is published anew; who refuses
 #: it is not to be asked for ever. One that was there before ours may only be there yet: a large

@@ -13,10 +13,10 @@ from learner_node.effects import Effects
 from learner_node.odometry_check import OdometryCheck
 from learner_node.recorder import stamp_of
 from learner_node.session import Session
-from msgs_bridge.complaints import Complaints
-from msgs_bridge.serialized import message_from_cdr
-from msgs_bridge.tables import decisions_from_cloud
-from msgs_bridge.trial_status import trial_from_status
+from msgs_bridge.messages.serialized import message_from_cdr
+from msgs_bridge.messages.tables import decisions_from_cloud
+from msgs_bridge.messages.trial_status import trial_from_status
+from msgs_bridge.node.throttled_log import Complaints
 
 
 class Hearing:

@@ -17,12 +17,13 @@ from rclpy.task import Future
 from std_msgs.msg import Empty
 
 from control_field.parameters import Parameters
+from episode_store.gaps import BagGaps, note_gaps
+from episode_store.relearn import Lesson
+from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
+from episode_store.task_names import check_is_meant
 from learner_node import effects as to
-from learner_node.desk import Desk
 from learner_node.field_in_force import FieldInForce
 from learner_node.hearing import Hearing
-from learner_node.lessons import Lesson
-from learner_node.library import Library
 from learner_node.odometry_check import OdometryCheck
 from learner_node.performer import Performer
 from learner_node.phases import IN_TRIAL, Phase
@@ -32,23 +33,22 @@ from learner_node.reports import (
     diagnostic_from_session, NEXT, numbers_from_lesson, PROGRAM, sentence_at_start,
     sentence_from_lesson)
 from learner_node.requests import Requests
+from learner_node.services import Desk
 from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
+from learner_node.task_memory import Library
 from learner_node.topics import Recorded, recorded_topics
 from learner_node.waiting import Raw
 from learner_node.warm_up import warm_up
 from learner_node.worker import result_of, Worker
-from msgs_bridge import qos
-from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
-from msgs_bridge.bag_gaps import BagGaps, note_gaps
-from msgs_bridge.command_line import check_names
-from msgs_bridge.company import CompanyWatch
-from msgs_bridge.complaints import Complaints
-from msgs_bridge.listener import Listener
-from msgs_bridge.node_main import exit_with, run_node
-from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.statements import Deed, method_from_parameters, workspace_from_grid
-from msgs_bridge.task_names import check_is_meant
+from msgs_bridge.node import qos
+from msgs_bridge.node.command_line import check_names
+from msgs_bridge.node.listener import Listener
+from msgs_bridge.node.parameters import declare_parameters_from
+from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.run import exit_with, run_node
+from msgs_bridge.node.statements import Deed, method_from_parameters, workspace_from_grid
+from msgs_bridge.node.throttled_log import Complaints
 
 #: How often the session looks at the clock and at who is there, [s] of the wall clock.
 _TICK_PERIOD: Final = 0.05

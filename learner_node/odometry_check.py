@@ -5,12 +5,12 @@ from typing import Final
 
 from nav_msgs.msg import Odometry
 
-from control_field.breaks import place_text
+from control_field.drives.breaks import place_text
+from control_field.drives.workspace import EDGE
 from control_field.grid import Grid
-from control_field.outside import EDGE
-from learner_node.frames import with_remedy
-from msgs_bridge.poses import check_frame, Pose, pose_from_odometry
-from msgs_bridge.serialized import message_from_cdr
+from msgs_bridge.messages.frame_hints import with_remedy
+from msgs_bridge.messages.poses import check_frame, Pose, pose_from_odometry
+from msgs_bridge.messages.serialized import message_from_cdr
 
 #: Sound odometry is looked at so often at most, [s]; a robot may say it a thousand times a second.
 _PERIOD: Final = 0.02

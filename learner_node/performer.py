@@ -5,16 +5,16 @@ from functools import partial
 from typing import Any
 
 from control_field.records import Outcome
+from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind
+from episode_store.undo import THROWN_AWAY, UNDO
 from learner_node import effects as to
 from learner_node.publications import Publications
 from learner_node.recorder import BagGoneError, Recorder
 from learner_node.requests import Requests
 from learner_node.topics import type_name
 from learner_node.waiting import Raw
-from msgs_bridge.bag_folder import BagError, EpisodeFolder, EpisodeKind
-from msgs_bridge.bag_undo import THROWN_AWAY, UNDO
-from msgs_bridge.serialized import cdr_from_message
-from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.messages.serialized import cdr_from_message
+from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
 
 
 class Performer:

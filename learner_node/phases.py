@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from msgs_bridge.memory_identity import difference
-from msgs_bridge.trial_status import State, TrialStatus
+from msgs_bridge.messages.memory_identity import difference
+from msgs_bridge.messages.trial_status import State, TrialStatus
 
 #: A recording ends when nothing has come for so long, [s]: what is under way still belongs to it.
 QUIET: Final = 0.1

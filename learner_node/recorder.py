@@ -9,14 +9,13 @@ from threading import RLock
 import time
 from typing import Final
 
-from learner_node.waiting import Arrival, Raw, Waiting
-from msgs_bridge.bag_file import BagWriter, start_bag
-from msgs_bridge.bag_folder import (
+from episode_store.header import LOST_NAME
+from episode_store.rosbag2.writer import BagWriter, start_bag
+from episode_store.task_folder import (
     BagError, episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder)
-from msgs_bridge.bag_trim import drop_messages
-from msgs_bridge.bag_undo import take_away
-from msgs_bridge.episode_header import LOST_NAME
-
+from episode_store.trim import drop_messages
+from episode_store.undo import take_away
+from learner_node.waiting import Arrival, Raw, Waiting
 
 #: Messages of decisions that may arrive before their trial is recorded: while a demonstration is
 #: kept, or the learner learns, a person may start one.

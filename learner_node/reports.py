@@ -5,18 +5,17 @@ from typing import Any, Final
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from control_field.learner import Refresh
+from control_field.learning.learner import Refresh
 from control_field.parameters import Parameters
 from control_field.records import Trial
 from control_field.words import counted, how_it_ended, sentences
-from learner_node.lessons import Lesson, NOTHING
+from episode_store.episode import Episode
+from episode_store.relearn import Lesson, NOTHING
+from episode_store.task_folder import EpisodeKind, TaskFolder
 from learner_node.phases import Phase
 from learner_node.session import Session
 from learner_node.settings import Settings
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
-from msgs_bridge.command_line import names_of, Program
-from msgs_bridge.episodes import Episode
-
+from msgs_bridge.node.command_line import names_of, Program
 
 PROGRAM: Final = Program(
     'learner_node', 'records demonstrations and trials, learns after each, publishes the control '

@@ -8,16 +8,16 @@ steady clock, and carries out the effects it returns, in order.
 from typing import Final
 
 from control_field.records import Outcome
-from control_field.watch import StopReason
+from control_field.robot.stop_rules import StopReason
+from episode_store.task_folder import EpisodeKind
 from learner_node.effects import Abandon, Effects, Place, Record, Say, StartTrial, StopTrial
 from learner_node.phases import (
     IN_TRIAL, LOST, MAX_ASKING, MAX_REQUESTS, patience, Peers, Phase, PLACE_REQUESTS, RECORDING,
     RETRY, SessionError, silence)
 from learner_node.teaching import Teaching
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.memory_identity import difference
-from msgs_bridge.statements import Deed
-from msgs_bridge.trial_status import State, TrialStatus
+from msgs_bridge.messages.memory_identity import difference
+from msgs_bridge.messages.trial_status import State, TrialStatus
+from msgs_bridge.node.statements import Deed
 
 #: Who stops a trial, or leaves it unwatched, wants no other either.
 _ENDS_SERIES: Final = (StopReason.ASKED.sentence, StopReason.NO_HEARTBEAT.sentence)

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 import math
 from typing import Any, Final
 
+from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from control_field.parameters import check_fields, parameter
-from control_field.plausibility import SPEED_MAX
-from msgs_bridge.bag_folder import check_task_name
+from episode_store.task_folder import check_task_name
 
 #: Settings that the memory or the topics are made from: they hold from start to end.
 FIXED: Final = (

@@ -2,12 +2,12 @@
 
 from typing import Final
 
+from episode_store.task_folder import EpisodeKind
+from learner_node.arrived_decisions import INTRUDED, is_running
 from learner_node.effects import Abandon, Discard, Effects, Record, Say, StopTrial
 from learner_node.phases import patience, Phase, QUIET, SessionError
-from learner_node.tally import INTRUDED, is_running
 from learner_node.transitions import Transitions
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.statements import Deed
+from msgs_bridge.node.statements import Deed
 
 #: Why a demonstration was not kept whose teacher has left; and what `n` is told then.
 LEFT: Final = 'nobody was at the keys any more'

@@ -10,7 +10,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
 
 from learner_node.settings import Settings
-from msgs_bridge import qos
+from msgs_bridge.node import qos
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,15 @@ from collections.abc import Callable
 import math
 
 from learner_node.absence import Absence
+from learner_node.arrived_decisions import Intruder, is_running, Tally
 from learner_node.attendance import Attendance
 from learner_node.effects import Abandon, Close, Discard, Effect, Effects, Place, Say, StopTrial
 from learner_node.phases import (
     Arrival, ASLEEP, IN_TRIAL, obstacle, Peers, Phase, RECORDING, remedy, RETRY, SessionError,
     WORDS)
 from learner_node.settings import Settings, StartPose
-from learner_node.tally import Intruder, is_running, Tally
-from msgs_bridge.statements import Deed
-from msgs_bridge.trial_status import TrialStatus
+from msgs_bridge.messages.trial_status import TrialStatus
+from msgs_bridge.node.statements import Deed
 
 
 class Transitions:

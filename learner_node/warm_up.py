@@ -3,7 +3,7 @@
 import numpy as np
 
 from control_field.grid import Grid
-from control_field.learner import Learner
+from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Demonstration, Kind, Outcome, Trial
 

@@ -8,7 +8,7 @@ from threading import Thread
 import traceback
 from typing import Any
 
-from msgs_bridge.bag_folder import BagError
+from episode_store.task_folder import BagError
 
 Job = Callable[[], Any]
 Done = Callable[['Future[Any]'], None]

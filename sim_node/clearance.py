@@ -5,8 +5,8 @@ from typing import Final
 
 import numpy as np
 
-from control_field.sight import FREE
-from sim_node.world import World
+from control_field.local_grid import FREE
+from world_maps.world import World
 
 #: Distances beyond this are not told apart, [m]: a step of the simulation is shorter.
 _HORIZON: Final = 0.05

@@ -15,33 +15,25 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from control_field.watch import Freshness
-from msgs_bridge import qos
-from msgs_bridge.command_age import problem_with_age
-from msgs_bridge.command_line import check_names, names_of, Program
-from msgs_bridge.command_types import mismatch
-from msgs_bridge.company import CompanyWatch
-from msgs_bridge.hearing import Hearing
-from msgs_bridge.neighbourhoods import (
-    grid_from_neighbourhood,
-    map_from_occupancy,
-    Neighbourhood,
-)
-from msgs_bridge.node_main import run_node
-from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.poses import (
-    check_frame,
-    odometry_from_pose,
-    Pose,
-    pose_from_initialpose,
-    stamp_from_seconds,
-)
-from msgs_bridge.statements import workspace_from_grid
-from msgs_bridge.velocities import velocity_from_twist
+from control_field.robot.stop_rules import Freshness
+from msgs_bridge.messages.neighbourhoods import (
+    grid_from_neighbourhood, map_from_occupancy, Neighbourhood)
+from msgs_bridge.messages.poses import (
+    check_frame, odometry_from_pose, Pose, pose_from_initialpose, stamp_from_seconds)
+from msgs_bridge.messages.velocities import velocity_from_twist
+from msgs_bridge.node import qos
+from msgs_bridge.node.command_age import problem_with_age
+from msgs_bridge.node.command_line import check_names, names_of, Program
+from msgs_bridge.node.command_types import mismatch
+from msgs_bridge.node.parameters import declare_parameters_from
+from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.run import run_node
+from msgs_bridge.node.statements import workspace_from_grid
+from msgs_bridge.node.subscription_threads import Hearing
 from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement
 from sim_node.simulation import Simulation
-from sim_node.world import find_world, load_world, World
+from world_maps.world import find_world, load_world, World
 
 #: How often the node looks after its peers, in seconds of the wall clock.
 _CARE_PERIOD: Final = 0.5

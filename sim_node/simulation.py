@@ -6,11 +6,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from control_field.sight import crop_neighbourhood
+from control_field.local_grid import crop_neighbourhood
 from sim_node.clearance import Clearance
 from sim_node.parameters import SimParameters
 from sim_node.robot import Placement, Robot
-from sim_node.world import World
+from world_maps.world import World
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from geometry_msgs.msg import Twist, TwistStamped
 
-from control_field.limits import STANDSTILL, Velocity
-from msgs_bridge import qos
-from msgs_bridge.velocities import fill_twist
+from control_field.robot.limits import STANDSTILL, Velocity
+from msgs_bridge.messages.velocities import fill_twist
+from msgs_bridge.node import qos
 from teleop_node.driving import Driving, Pace
 from teleop_node.settings import Settings
 

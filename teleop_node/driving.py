@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import math
 from typing import Final
 
-from control_field.limits import clamp, STANDSTILL, Velocity
+from control_field.robot.limits import clamp, STANDSTILL, Velocity
 
 #: How long the standstill is told after the last key, [s]: one message may be lost.
 LINGER: Final = 0.3

@@ -5,9 +5,9 @@ from dataclasses import replace
 import math
 from typing import Any, Final
 
-from control_field.limits import Velocity
-from msgs_bridge.command_types import remedy
-from msgs_bridge.trial_status import State, TrialStatus
+from control_field.robot.limits import Velocity
+from msgs_bridge.messages.trial_status import State, TrialStatus
+from msgs_bridge.node.command_types import remedy
 from teleop_node.status_line import Facts
 
 #: Time without a word from the learner after which there is none, [s]; it speaks every second.

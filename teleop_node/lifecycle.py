@@ -7,7 +7,7 @@ import time
 from types import FrameType, TracebackType
 from typing import Any, Final, Protocol, Self
 
-from msgs_bridge.node_main import signal_came
+from msgs_bridge.node.run import signal_came
 
 #: The terminal went away, or somebody wants an end.
 _ENDS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)

@@ -19,15 +19,15 @@ from rclpy.task import Future
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
-from msgs_bridge import qos
-from msgs_bridge.command_line import check_names, names_of, Program
-from msgs_bridge.company import CompanyWatch
-from msgs_bridge.node_main import start_node
-from msgs_bridge.parameters import declare_parameters_from
-from msgs_bridge.processes import prepare
-from msgs_bridge.statements import Deed
-from msgs_bridge.trial_status import trial_from_status
-from msgs_bridge.valve import Valve
+from msgs_bridge.messages.trial_status import trial_from_status
+from msgs_bridge.node import qos
+from msgs_bridge.node.command_line import check_names, names_of, Program
+from msgs_bridge.node.environment import prepare
+from msgs_bridge.node.log_valve import Valve
+from msgs_bridge.node.parameters import declare_parameters_from
+from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.run import start_node
+from msgs_bridge.node.statements import Deed
 from teleop_node.asking import Asking
 from teleop_node.commands import Commands
 from teleop_node.driving import changed_speeds, FACTORS, MOVES, STANDING

@@ -9,8 +9,8 @@ from typing import Any, Final
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 
-from msgs_bridge import qos
-from msgs_bridge.poses import initialpose_from_pose, Pose, pose_from_odometry
+from msgs_bridge.messages.poses import initialpose_from_pose, Pose, pose_from_odometry
+from msgs_bridge.node import qos
 from teleop_node.asking import Asking
 from teleop_node.teaching import Answer
 

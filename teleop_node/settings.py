@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Final
 
-from control_field.limits import Velocity
 from control_field.parameters import check_fields, parameter
+from control_field.robot.limits import Velocity
 
 #: Settings that topics and timers are made from: they hold from start to end.
 FIXED: Final = ('topic', 'enable_stamped_cmd_vel', 'lockstep', 'base_frame_id', 'rate', 'keyboard',

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import math
 from typing import Final
 
-from control_field.limits import Velocity
+from control_field.robot.limits import Velocity
 from control_field.words import counted
-from msgs_bridge.foreign_text import printable
+from msgs_bridge.untrusted.text import printable
 
 _DOING: Final[Mapping[str, str]] = {
     '': 'no learner', 'idle': 'ready', 'demonstration': 'RECORDING', 'settling': 'keeping',

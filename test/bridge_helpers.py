@@ -15,15 +15,15 @@ from rclpy.serialization import serialize_message
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.records import CellFlag, ControlField, DECISION_DTYPE, Outcome, Prototypes
-from msgs_bridge.bag_file import BagWriter, start_bag
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
-from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.neighbourhoods import grid_from_neighbourhood, Neighbourhood
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.processes import child_environment
-from msgs_bridge.tables import cloud_from_decisions
-from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
-from msgs_bridge.velocities import twist_from_velocity
+from episode_store.header import EpisodeHeader
+from episode_store.rosbag2.writer import BagWriter, start_bag
+from episode_store.task_folder import EpisodeKind, TaskFolder
+from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.tables import cloud_from_decisions
+from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.messages.velocities import twist_from_velocity
+from msgs_bridge.node.environment import child_environment
 
 GRID = Grid(20, 20, 0.25)
 STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'

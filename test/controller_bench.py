@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
-from control_field.limits import STANDSTILL
+from control_field.local_grid import crop_neighbourhood
 from control_field.parameters import Parameters
-from control_field.sight import crop_neighbourhood
+from control_field.robot.limits import STANDSTILL
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
 from controller_helpers import GRID, straight_field
-from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import Pose
 
 DT = 0.05
 GOAL = (5, 9)

@@ -11,11 +11,11 @@ from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
 from controller_helpers import GRID, straight_field
-from msgs_bridge import qos
-from msgs_bridge.neighbourhoods import grid_from_neighbourhood, Neighbourhood
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.tables import cloud_from_field, decisions_from_cloud
-from msgs_bridge.trial_status import trial_from_status
+from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.tables import cloud_from_field, decisions_from_cloud
+from msgs_bridge.messages.trial_status import trial_from_status
+from msgs_bridge.node import qos
 import ros_helpers
 
 GOAL = (3, 8)

@@ -87,8 +87,8 @@ def rounds_of(
 def main() -> None:
     """Run the commands."""
     # What the children need, so that each of them loads it in no time.
-    import experience_cli.evaluate  # noqa: F401
-    import learner_node.lessons  # noqa: F401
+    import episode_store.relearn  # noqa: F401
+    import experience_cli.commands.evaluate  # noqa: F401
 
     how, source, scratch = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
     if how == 'disk':

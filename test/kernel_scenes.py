@@ -4,7 +4,9 @@ import copy
 
 import numpy as np
 
-from control_field import compiled, field_kernels, kernels
+from control_field.kernels import compiled
+from control_field.kernels import interpolation as field_kernels
+from control_field.kernels import steps as kernels
 
 
 class Scene:

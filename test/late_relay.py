@@ -13,7 +13,7 @@ from rclpy.clock_type import ClockType
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
-from msgs_bridge import qos
+from msgs_bridge.node import qos
 
 #: Type, topic it is heard on, topic it is said on, whether it goes to the robot.
 WAYS = ((Odometry, 'odom_there', 'odom', False),

@@ -3,7 +3,7 @@
 import numpy as np
 
 from control_field.headings import N_HEADINGS, STEP_COL, STEP_ROW
-from control_field.sight import BLOCKED, UNKNOWN
+from control_field.local_grid import BLOCKED, UNKNOWN
 
 
 def neighbourhood_from_masks(blocked, unknown):

@@ -8,7 +8,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from bridge_helpers import nanoseconds
-from msgs_bridge.laser_mount import Mount
+from msgs_bridge.sensing.laser_mount import Mount
 
 ODOMETRY, SCAN, TF = (
     'nav_msgs/msg/Odometry', 'sensor_msgs/msg/LaserScan', 'tf2_msgs/msg/TFMessage')

@@ -5,12 +5,12 @@ from pathlib import Path
 import shutil
 from typing import Any
 
-from control_field.learner import Refresh
-from experience_cli.relearning import relearnt
-from msgs_bridge.bag_file import start_bag
-from msgs_bridge.bag_folder import episode_from_path, EpisodeFolder, TaskFolder
-from msgs_bridge.bag_records import BagReader
-from msgs_bridge.tables import cloud_from_field, cloud_from_prototypes
+from control_field.learning.learner import Refresh
+from episode_store.relearning import relearnt
+from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.writer import start_bag
+from episode_store.task_folder import episode_from_path, EpisodeFolder, TaskFolder
+from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes
 
 BAGS = Path(__file__).resolve().parent.parent / 'bags'
 #: A demonstration and two trials that it led to.

@@ -5,7 +5,7 @@ import time
 
 from learner_node.node import LearnerNode
 from learner_node.reports import PROGRAM
-from msgs_bridge.node_main import run_node
+from msgs_bridge.node.run import run_node
 
 #: How long each of them stands still, and for how long nothing of Python runs at all, [s].
 STALL, FROZEN = 5.0, 1

@@ -22,8 +22,8 @@ _SILENT = ('write', 'fsync', 'ftruncate')
 
 def state_of(root: Path) -> dict[str, str]:
     """Say what every bag in a folder of tasks holds, those forgotten among them."""
-    from experience_cli.summary import summary_of
-    from msgs_bridge.bag_folder import TaskFolder
+    from episode_store.task_folder import TaskFolder
+    from experience_cli.bag_summary import summary_of
 
     found = {}
     for task in sorted(path.name for path in root.iterdir() if path.name[0] != '.'):
@@ -89,7 +89,7 @@ def _stopped_everywhere(
     source: Path, root: Path, command: list[str], how: str,
 ) -> dict[str, object]:
     """Return the states of the bags after every stop, what was left lying about, and the end."""
-    from msgs_bridge.bag_folder import changing
+    from episode_store.task_folder import changing
 
     afterwards: list[dict[str, str]] = []
     left: list[str] = []
@@ -112,9 +112,9 @@ def _stopped_everywhere(
 def main() -> None:
     """Stop the commands at every operation."""
     # What the children need, so that each of them loads it in no time.
-    import experience_cli.relearning  # noqa: F401
-    import learner_node.lessons  # noqa: F401
-    from msgs_bridge import bag_file
+    import episode_store.relearn  # noqa: F401
+    import episode_store.relearning  # noqa: F401
+    from episode_store.rosbag2 import writer as bag_file
 
     # A few large chunks: every one of them is a file operation like the others.
     bag_file.CHUNK_BYTES, bag_file.CHUNK_SECONDS = 100_000, 60.0  # type: ignore[misc]

@@ -1,16 +1,17 @@
 """Hypothesis strategies for worlds, demonstrations and trials, and builders that tests share."""
 
-from hypothesis import settings, strategies as st
+from hypothesis import settings
+from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 import numpy as np
 
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.kernels import allowed_steps
-from control_field.learner import Learner
+from control_field.kernels.steps import allowed_steps
+from control_field.learning.grid_world import GridWorld
+from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import Demonstration
-from control_field.simulation import GridWorld
 
 #: The same examples every time, so that a failure belongs to a change and to nothing else.
 steady = settings(derandomize=True, database=None, deadline=None, max_examples=40)

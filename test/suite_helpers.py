@@ -7,14 +7,14 @@ from pathlib import Path
 from sensor_msgs.msg import PointCloud2
 
 from control_field.grid import Grid
-from experience_cli.demo import WAY
-from experience_cli.driver import Driver, points_from_cells
-from experience_cli.node import DemoNode
-from learner_node.lessons import Lessons
-from msgs_bridge import qos
-from msgs_bridge.bag_folder import TaskFolder
-from msgs_bridge.episodes import read_header
-from msgs_bridge.tables import field_from_cloud
+from episode_store.episode import read_header
+from episode_store.relearn import Lessons
+from episode_store.task_folder import TaskFolder
+from experience_cli.commands.demo import WAY
+from experience_cli.demo.client_node import DemoNode
+from experience_cli.demo.path_follower import Driver, points_from_cells
+from msgs_bridge.messages.tables import field_from_cloud
+from msgs_bridge.node import qos
 from ros_helpers import Process, start_node
 
 COMMON = {'lockstep': True, 'enable_stamped_cmd_vel': True}

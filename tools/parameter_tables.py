@@ -16,10 +16,10 @@ from control_field_node.settings import FIXED as CONTROLLER_FIXED
 from control_field_node.settings import Settings as ControllerSettings
 from learner_node.settings import FIXED as LEARNER_FIXED
 from learner_node.settings import Settings as LearnerSettings
-from msgs_bridge.localised_odometry import FIXED as LOCALISED_FIXED
-from msgs_bridge.localised_odometry import LocalisedSettings
-from msgs_bridge.sight_settings import FIXED as SIGHT_FIXED
-from msgs_bridge.sight_settings import SightSettings
+from localised_odometry_node.fusion import FIXED as LOCALISED_FIXED
+from localised_odometry_node.fusion import LocalisedSettings
+from neighbourhood_node.settings import FIXED as SIGHT_FIXED
+from neighbourhood_node.settings import SightSettings
 from sim_node.parameters import FIXED as SIM_FIXED
 from sim_node.parameters import SimParameters
 from teleop_node.settings import FIXED as TELEOP_FIXED

@@ -15,12 +15,12 @@ import tempfile
 from typing import Final
 
 from control_field.grid import Grid
-from experience_cli.children import Children, own_domain
-from experience_cli.driver import Driver, points_from_cells
-from experience_cli.node import DemoNode
-from experience_cli.relearning import relearnt
-from msgs_bridge.bag_folder import TaskFolder, tasks
-from msgs_bridge.tables import cloud_from_field
+from episode_store.relearning import relearnt
+from episode_store.task_folder import TaskFolder, tasks
+from experience_cli.demo.client_node import DemoNode
+from experience_cli.demo.path_follower import Driver, points_from_cells
+from experience_cli.demo.processes import Children, own_domain
+from msgs_bridge.messages.tables import cloud_from_field
 
 TASK: Final = 'sample'
 #: The way that is shown, as cells (row, col), and how often the robot tries it.

@@ -3,11 +3,11 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field import compiled
-from control_field.certificate import certify, fidelity_of
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, UNIT
-from control_field.kernels import is_barred, step_allowed
+from control_field.kernels import compiled
+from control_field.kernels.steps import is_barred, step_allowed
+from control_field.learning.certificate import certify, fidelity_of
 from control_field.records import ControlField
 from strategies import knowns, rules, seeds, steady
 

@@ -3,15 +3,15 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field import compiled
-from control_field.compose import compose
 from control_field.grid import Grid
 from control_field.headings import headings_from_vectors, UNIT
-from control_field.interpolation import interpolate, weight_from_q
-from control_field.memory import Memory
+from control_field.kernels import compiled
+from control_field.learning.compose import compose
+from control_field.learning.interpolation import interpolate, weight_from_q
+from control_field.learning.memory import Memory
 from control_field.parameters import Parameters
-from control_field.policy import rules_of
 from control_field.records import CellFlag
+from control_field.robot.policy import rules_of
 from strategies import few, leg, lessons, practise, steady, taught
 
 #: A wall with a gap, between the way shown and the rest.

@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field.breaks import BreakKind, ImplausibleDriveError
-from control_field.dead_reckoning import Motion
-from control_field.plausibility import DriveLimits, whole_drive
+from control_field.drives.breaks import BreakKind, ImplausibleDriveError
+from control_field.drives.dead_reckoning import Motion
+from control_field.drives.plausibility import DriveLimits, whole_drive
 from strategies import few
 
 LIMITS = DriveLimits(0.25)

@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field.demonstration import demonstration_from_poses
+from control_field.drives.demonstration import demonstration_from_poses
+from control_field.drives.loops import loop_erased
 from control_field.grid import Grid
-from control_field.loops import loop_erased
 from strategies import drives, leg, steady
 
 GRID = Grid(20, 20, 0.25, -1.0, 2.0)

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from control_field.following import Following
-from control_field.limits import STANDSTILL
-from control_field.sent_commands import moved, SentCommands
+from control_field.robot.following import Following
+from control_field.robot.limits import STANDSTILL
+from control_field.robot.sent_commands import moved, SentCommands
 
 AHEAD, SLOWLY, AROUND = (0.2, 0.0), (0.05, 0.0), (0.1, 0.8)
 MOST = 0.05

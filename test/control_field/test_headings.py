@@ -5,10 +5,10 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field.field_kernels import heading_of
 from control_field.headings import (
     heading_from_step, heading_from_vector, headings_from_vectors, STEP_COL, STEP_LENGTH, STEP_ROW,
     UNIT)
+from control_field.kernels.interpolation import heading_of
 from strategies import headings, steady
 
 numbers = st.floats(allow_nan=True, allow_infinity=True)

@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull, KDTree
 from scipy.spatial.distance import cdist
 
 from control_field.headings import UNIT
-from control_field.interpolation import interpolate, weight_from_q
+from control_field.learning.interpolation import interpolate, weight_from_q
 from strategies import steady
 
 powers = st.floats(0.5, 16.0)

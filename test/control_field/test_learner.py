@@ -3,12 +3,12 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field.certificate import certify
 from control_field.grid import Grid
-from control_field.learner import Learner
+from control_field.learning.certificate import certify
+from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
-from control_field.policy import rules_of
 from control_field.records import DECISION_DTYPE, Outcome, Trial
+from control_field.robot.policy import rules_of
 from strategies import demonstration_of, few, leg, lessons, practise, taught
 
 WALLED = np.zeros((7, 7), np.int8)

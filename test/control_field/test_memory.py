@@ -3,13 +3,13 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from control_field.drives.loops import loop_erased
 from control_field.grid import Grid
 from control_field.headings import heading_from_step
-from control_field.loops import loop_erased
-from control_field.memory import Memory
+from control_field.learning.grid_world import GridWorld
+from control_field.learning.memory import Memory
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Kind, Outcome, Trial
-from control_field.simulation import GridWorld
 from strategies import demonstration_of, drives, leg, lessons, practise, steady, taught
 
 OPEN = np.zeros((6, 6), np.int8)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.learner import Learner
+from control_field.learning.grid_world import GridWorld
+from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
-from control_field.policy import TrialPolicy
 from control_field.records import CellFlag, ControlField, Outcome, Trial
-from control_field.simulation import GridWorld
-from sim_node.world import load_world
+from control_field.robot.policy import TrialPolicy
 from strategies import demonstration_of, leg
+from world_maps.world import load_world
 
 WORLDS = Path(__file__).resolve().parents[2] / 'config' / 'worlds'
 START, CORNER, GOAL = (3, 2), (3, 15), (16, 15)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from control_field import compiled
 from control_field.grid import Grid
 from control_field.headings import headings_from_vectors
-from control_field.learner import Learner
+from control_field.kernels import compiled
+from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import Demonstration
 

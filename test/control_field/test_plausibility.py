@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field.breaks import BreakKind, ImplausibleDriveError
-from control_field.demonstration import demonstration_from_poses
+from control_field.drives.breaks import BreakKind, ImplausibleDriveError
+from control_field.drives.demonstration import demonstration_from_poses
+from control_field.drives.plausibility import DriveLimits, whole_drive
+from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
-from control_field.outside import OutsideWorkspaceError
-from control_field.plausibility import DriveLimits, whole_drive
 from strategies import steady
 
 GRID = Grid(60, 60, 0.25, -7.5, -7.5)

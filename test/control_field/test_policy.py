@@ -5,13 +5,13 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field import trial_kernels
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, UNIT
+from control_field.kernels import decision as trial_kernels
+from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
-from control_field.policy import caution_factor, cost_from_q, TrialPolicy
 from control_field.records import ControlField, DECISION_DTYPE, Kind
-from control_field.simulation import GridWorld
+from control_field.robot.policy import caution_factor, cost_from_q, TrialPolicy
 from oracles import turn_between
 from strategies import few, lessons, seeds, steady, taught
 

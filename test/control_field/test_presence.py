@@ -4,8 +4,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 import numpy as np
 
+from control_field.drives.presence import doubt_about_trial
 from control_field.grid import Grid
-from control_field.presence import doubt_about_trial
 from control_field.records import DECISION_DTYPE
 from strategies import drives, steady
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from control_field.headings import UNIT
-from control_field.provenance import TOLERANCE, vector_at, voices_at
+from control_field.learning.provenance import TOLERANCE, vector_at, voices_at
 from strategies import few, leg, lessons, practise, seeds, taught
 
 

@@ -2,10 +2,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 
+from control_field.learning.starts import best_cells, n_unseen_around, promise
 from control_field.parameters import Parameters
-from control_field.policy import rules_of
 from control_field.records import ControlField
-from control_field.starts import best_cells, n_unseen_around, promise
+from control_field.robot.policy import rules_of
 from strategies import few, knowns, leg, lessons, practise, steady, taught
 
 WALLED = np.zeros((9, 9), np.int8)

@@ -4,8 +4,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 import pytest
 
-from control_field.limits import Limits, STANDSTILL, within_acceleration
-from control_field.steering import approach_speed, Leg, steer, wrapped
+from control_field.robot.limits import Limits, STANDSTILL, within_acceleration
+from control_field.robot.steering import approach_speed, Leg, steer, wrapped
 
 BURGER = Limits()
 TURTLEBOT4 = Limits(v_max=0.31, w_max=1.9, a_max=0.9, alpha_max=3.0, radius=0.17)

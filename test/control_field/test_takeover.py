@@ -1,9 +1,10 @@
 """Who holds the robot: own commands, people, and who only sends standstill."""
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 
-from control_field.takeover import moves, OwnCommands, TakeoverWatch
+from control_field.robot.takeover import moves, OwnCommands, TakeoverWatch
 
 commands = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from control_field.demonstration import DemonstrationReport
+from control_field.drives.demonstration import DemonstrationReport
 from control_field.words import counted
 
 

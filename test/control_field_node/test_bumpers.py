@@ -6,7 +6,7 @@ from std_msgs.msg import Bool
 
 from control_field.records import Outcome
 from controller_peer import controller, Peer
-from msgs_bridge.trial_status import State, trial_from_status
+from msgs_bridge.messages.trial_status import State, trial_from_status
 import ros_helpers
 
 

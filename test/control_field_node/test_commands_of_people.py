@@ -8,8 +8,8 @@ from rclpy.parameter import Parameter
 from control_field_node.answer import NOTHING
 from control_field_node.node import ControlFieldNode
 from controller_peer import controller, Peer, velocity_of
-from msgs_bridge import qos
-from msgs_bridge.poses import stamp_from_seconds
+from msgs_bridge.messages.poses import stamp_from_seconds
+from msgs_bridge.node import qos
 import ros_helpers
 
 

@@ -15,14 +15,14 @@ from std_srvs.srv import Trigger
 
 from control_field.grid import Grid
 from control_field.records import ControlField, Kind, Outcome
-from control_field.watch import StopReason
+from control_field.robot.stop_rules import StopReason
 from controller_helpers import GRID, straight_field
-from controller_peer import (
-    BEHIND, controller, LOCKSTEP, Peer, simulator, velocity_of)
-from msgs_bridge import qos
-from msgs_bridge.poses import initialpose_from_pose, odometry_from_pose, Pose, seconds_from_stamp
-from msgs_bridge.tables import cloud_from_field
-from msgs_bridge.trial_status import State
+from controller_peer import BEHIND, controller, LOCKSTEP, Peer, simulator, velocity_of
+from msgs_bridge.messages.poses import (
+    initialpose_from_pose, odometry_from_pose, Pose, seconds_from_stamp)
+from msgs_bridge.messages.tables import cloud_from_field
+from msgs_bridge.messages.trial_status import State
+from msgs_bridge.node import qos
 import ros_helpers
 
 
@@ -436,7 +436,7 @@ def test_exclusive_cmd_vel_is_refused_to_a_silent_publisher_too(ros_node, tmp_pa
 
 def test_an_older_rclpy_without_the_events_executor_will_do(ros_domain, tmp_path):
     code = ('import sys; sys.modules["rclpy.experimental.events_executor"] = None; '
-            'from msgs_bridge.node_main import quickest_executor; '
+            'from msgs_bridge.node.run import quickest_executor; '
             'print(quickest_executor().__name__)')
     process = ros_helpers.run([sys.executable, '-c', code], tmp_path)
     assert process.stdout.strip() == 'SingleThreadedExecutor', process.report()

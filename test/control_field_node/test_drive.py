@@ -6,15 +6,15 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from control_field.gate import distance_to_box, gate
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.limits import Limits, STANDSTILL
-from control_field.sight import crop_neighbourhood, masks_from_neighbourhood
+from control_field.local_grid import crop_neighbourhood, masks_from_neighbourhood
+from control_field.robot.collision_monitor import distance_to_box, gate
+from control_field.robot.limits import Limits, STANDSTILL
 from control_field_node.drive import Drive
 from control_field_node.seen import cached_seen, seen_from_neighbourhood
 from controller_helpers import GRID
-from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import Pose
 from oracles import allowed_from_blocked
 
 LIMITS = Limits()

@@ -11,13 +11,13 @@ from sensor_msgs.msg import PointCloud2
 
 from control_field.grid import Grid
 from control_field.records import Outcome
-from control_field.watch import StopReason
+from control_field.robot.stop_rules import StopReason
 from control_field_node.field_reader import FEW_CELLS, FieldReader, outcome_from_cdr
 from control_field_node.standing import drives
 from controller_bench import Bench, driving, DT
 from controller_helpers import GRID, straight_field
-from msgs_bridge.raw_messages import MOST_BYTES, small_only
-from msgs_bridge.tables import cloud_from_field, OtherVersionError
+from msgs_bridge.messages.raw_messages import MOST_BYTES, small_only
+from msgs_bridge.messages.tables import cloud_from_field, OtherVersionError
 from ros_helpers import DEADLINE
 
 LARGE = Grid(80, 80, 0.25)

@@ -12,8 +12,8 @@ from sensor_msgs.msg import PointCloud2
 from control_field_node.wheels import GUARD_PERIOD
 from controller_helpers import straight_field
 from controller_peer import BEHIND, controller, Peer, simulator
-from msgs_bridge import qos
-from msgs_bridge.trial_status import State
+from msgs_bridge.messages.trial_status import State
+from msgs_bridge.node import qos
 from ros_helpers import collect, wait_until
 
 LARGE = b'\x00\x01\x00\x00' + bytes(60_000_000)

@@ -9,9 +9,9 @@ import pytest
 from benchmarks.late_poses import straight_to
 from control_field.grid import Grid
 from control_field.records import Outcome
-from control_field.watch import StopReason
+from control_field.robot.stop_rules import StopReason
 from controller_peer import controller, Peer, simulator
-from msgs_bridge.trial_status import State
+from msgs_bridge.messages.trial_status import State
 import ros_helpers
 
 #: A way around a corner of the obstacle.

@@ -6,9 +6,9 @@ import pytest
 from benchmarks import late_poses
 from benchmarks.late_poses import cluttered, LateBench, learnt, Link, straight_to
 from control_field.grid import Grid
-from control_field.watch import StopReason
+from control_field.robot.stop_rules import StopReason
 from control_field_node.reports import diagnostic_from_supervisor, Peers
-from sim_node.world import World
+from world_maps.world import World
 
 CALM, WORSE = Link(), Link(delay=0.3)
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from benchmarks.localisation import Bench, Condition, SLIP
-from control_field import policy
+from control_field.robot import policy
 from control_field_node import localisation, trial_run
 from control_field_node.localisation import Localisation
 from control_field_node.settings import DECISION_PARAMETERS, Settings
 from controller_helpers import straight_field
-from msgs_bridge.neighbourhoods import Neighbourhood
-from msgs_bridge.poses import Pose
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import Pose
 
 FREE = np.zeros((3, 3), np.int8)
 

@@ -6,8 +6,8 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from control_field_node.commands import CommandWriter
 from control_field_node.lockstep import TickBook
 from control_field_node.settings import Settings
-from msgs_bridge.poses import stamp_from_seconds
-from msgs_bridge.velocities import twist_from_velocity
+from msgs_bridge.messages.poses import stamp_from_seconds
+from msgs_bridge.messages.velocities import twist_from_velocity
 
 
 def message(kind, tick):

@@ -4,14 +4,14 @@ from geometry_msgs.msg import Twist, TwistStamped
 import pytest
 from rclpy.serialization import serialize_message
 
-from control_field.limits import STANDSTILL
 from control_field.records import Outcome
+from control_field.robot.limits import STANDSTILL
 from control_field_node.commands import CommandWriter
 from control_field_node.lockstep import TickBook
 from control_field_node.punctuality import MOST_HELD, Punctuality
 from control_field_node.settings import Settings
 from controller_bench import driving
-from msgs_bridge.poses import stamp_from_seconds
+from msgs_bridge.messages.poses import stamp_from_seconds
 
 PERIOD = 0.02
 

@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from control_field.limits import STANDSTILL
 from control_field.records import Outcome
-from control_field.watch import StopReason
+from control_field.robot.limits import STANDSTILL
+from control_field.robot.stop_rules import StopReason
 from control_field_node.intake import Intake
 from controller_bench import Bench, driving, DT
 from controller_helpers import GRID
-from msgs_bridge.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
 
 
 def reasons(bench):

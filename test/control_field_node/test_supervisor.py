@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 from control_field.grid import Grid
-from control_field.limits import STANDSTILL
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Kind, Outcome
-from control_field.watch import StopReason
+from control_field.robot.limits import STANDSTILL
+from control_field.robot.stop_rules import StopReason
 from controller_bench import Bench, driving, DT, GOAL
 from controller_helpers import GRID, straight_field
-from msgs_bridge.poses import Pose
-from msgs_bridge.trial_status import State
+from msgs_bridge.messages.poses import Pose
+from msgs_bridge.messages.trial_status import State
 
 
 def test_a_trial_leads_to_the_goal_and_leaves_the_robot_standing_on_it():

@@ -5,15 +5,15 @@ import dataclasses
 import pytest
 
 from control_field.grid import Grid
-from control_field.limits import STANDSTILL
 from control_field.records import Outcome
-from control_field.watch import StopReason
+from control_field.robot.limits import STANDSTILL
+from control_field.robot.stop_rules import StopReason
 from control_field_node.placing import take_place
 from control_field_node.settings import Settings
 from controller_bench import Bench, DT, GOAL
 from controller_helpers import GRID, straight_field
-from msgs_bridge.poses import Pose
-from msgs_bridge.trial_status import State
+from msgs_bridge.messages.poses import Pose
+from msgs_bridge.messages.trial_status import State
 
 VARIANCES = (1e-4, 1e-4, 1e-4)
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from control_field.records import Outcome
-from control_field.watch import StopReason
+from control_field.robot.stop_rules import StopReason
 from controller_bench import Bench, GOAL
 from controller_helpers import straight_field
-from msgs_bridge.trial_status import State
+from msgs_bridge.messages.trial_status import State
 
 OWN, NEWER, OTHER = 'kitchen:0123456789abcdef', 'kitchen:00000000000000aa', 'hall:fedcba9876543210'
 

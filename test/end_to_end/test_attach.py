@@ -7,9 +7,9 @@ import time
 import pytest
 
 from control_field.records import Outcome
+from episode_store.episode import read_episode
+from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_cli.main import main
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
-from msgs_bridge.episodes import read_episode
 from ros_helpers import Process, start_node
 from suite_helpers import PARAMETERS
 
@@ -66,7 +66,7 @@ def test_it_teaches_and_tries_and_leaves_the_nodes_alone(
 def test_nodes_that_are_not_there_are_named_with_what_starts_them(
     ros_domain, monkeypatch, capsys, namespace, place,
 ):
-    monkeypatch.setattr('experience_cli.attach._PATIENCE', 2.0)
+    monkeypatch.setattr('experience_cli.demo.attach._PATIENCE', 2.0)
     began = time.monotonic()
     assert main(['demo', '--attach', '--namespace', namespace]) == 2
     assert time.monotonic() - began < 20.0

@@ -6,10 +6,10 @@ import time
 import pytest
 
 from control_field.records import Outcome
-from experience_cli.learn import field_bytes
-from learner_node.lessons import Lessons
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.episodes import read_episode, read_header
+from episode_store.episode import read_episode, read_header
+from episode_store.relearn import Lessons
+from episode_store.task_folder import EpisodeKind
+from experience_cli.commands.learn import field_bytes
 from suite_helpers import running_suite
 
 pytestmark = pytest.mark.slow

@@ -10,10 +10,10 @@ import sys
 from PIL import Image
 import pytest
 
-from experience_cli.learn import digest
-from learner_node.lessons import Lessons
-from msgs_bridge.bag_folder import TaskFolder
-from msgs_bridge.episodes import read_header
+from episode_store.episode import read_header
+from episode_store.relearn import Lessons
+from episode_store.task_folder import TaskFolder
+from experience_cli.commands.learn import digest
 from ros_helpers import Process, ROOT, wait_until
 
 pytestmark = pytest.mark.slow

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from control_field.records import Outcome
-from experience_cli.learn import field_bytes
-from learner_node.lessons import Lessons
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.bag_records import BagReader
-from msgs_bridge.cdr import POINT_CLOUD, struct_from_cdr
-from msgs_bridge.episodes import find_topic, read_header
-from sim_node.world import find_world, load_world
+from episode_store.episode import find_topic, read_header
+from episode_store.relearn import Lessons
+from episode_store.rosbag2.reader import BagReader
+from episode_store.task_folder import EpisodeKind
+from experience_cli.commands.learn import field_bytes
+from msgs_bridge.messages.cdr import POINT_CLOUD, struct_from_cdr
 from suite_helpers import running_suite
+from world_maps.world import find_world, load_world
 
 pytestmark = pytest.mark.slow
 N_TRIALS = 6

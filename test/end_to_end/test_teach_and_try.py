@@ -6,12 +6,12 @@ import time
 import pytest
 
 from control_field.records import Outcome
+from episode_store.episode import read_header
+from episode_store.relearn import Lessons
+from episode_store.task_folder import EpisodeKind
+from experience_cli.commands.learn import field_bytes
 from experience_cli.errors import UserError
-from experience_cli.learn import field_bytes
-from learner_node.lessons import Lessons
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.episodes import read_header
-from msgs_bridge.tables import field_from_cloud
+from msgs_bridge.messages.tables import field_from_cloud
 from ros_helpers import run
 from suite_helpers import running_suite
 

@@ -8,11 +8,11 @@ import shutil
 import pytest
 
 from bridge_helpers import demonstration_bag, loop_bag
+from episode_store.episode import read_episode
+from episode_store.rosbag2.reader import BagReader
+from episode_store.task_folder import mcap_path, TaskFolder
+from episode_store.trim import whole_path
 from experience_cli.main import main
-from msgs_bridge.bag_folder import mcap_path, TaskFolder
-from msgs_bridge.bag_records import BagReader
-from msgs_bridge.bag_trim import whole_path
-from msgs_bridge.episodes import read_episode
 from sample_helpers import DEMO, field_of, files_of, FIRST, sample_copy, SECOND
 
 

@@ -7,13 +7,13 @@ import pytest
 
 from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_odometry
 from control_field.parameters import Parameters
-from experience_cli.inspection import inspection_figure
+from episode_store.episode import read_episode
+from episode_store.header import EpisodeHeader
+from episode_store.relearn import Lessons
+from episode_store.rosbag2.writer import start_bag
+from episode_store.task_folder import episode_from_path, TaskFolder
+from experience_cli.commands.inspect_field import inspection_figure
 from experience_cli.main import main
-from learner_node.lessons import Lessons
-from msgs_bridge.bag_file import start_bag
-from msgs_bridge.bag_folder import episode_from_path, TaskFolder
-from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import read_episode
 
 LOOP, SPIKE = 'a loop, cut out: not learnt', 'pose far off, left out'
 CORNERS = [(0.6, 0.6), (2.1, 0.6), (2.1, 2.1), (1.1, 2.1), (1.1, 0.6), (1.1, 0.1)]

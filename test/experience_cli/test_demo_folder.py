@@ -2,7 +2,7 @@
 
 import pytest
 
-from experience_cli.demo import _prepare
+from experience_cli.commands.demo import _prepare
 from experience_cli.errors import UserError
 
 

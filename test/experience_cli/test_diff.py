@@ -11,9 +11,9 @@ import pytest
 
 from bridge_helpers import demonstration_bag
 from control_field.headings import headings_from_vectors
+from episode_store.recording import Recording
+from episode_store.relearning import fold
 from experience_cli.main import main
-from experience_cli.recording import Recording
-from experience_cli.relearning import fold
 from robot_bags import robot_bag
 from sample_helpers import DEMO, FIRST, sample_copy, SECOND
 
@@ -164,7 +164,7 @@ def test_the_picture_must_be_a_png(task, capsys):
 
 
 def test_a_saved_field_that_becomes_too_much_is_refused(task, capsys, monkeypatch):
-    monkeypatch.setattr('experience_cli.comparison._MOST_UNPACKED', 2**20)
+    monkeypatch.setattr('experience_cli.figures.field_comparison._MOST_UNPACKED', 2**20)
     with zipfile.ZipFile('bomb.npz', 'w', zipfile.ZIP_DEFLATED) as file:
         file.writestr('vx.npy', bytes(2**21))
     assert main(['diff', 'bomb.npz', 'bags/sample']) == 2

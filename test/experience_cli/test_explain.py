@@ -12,15 +12,15 @@ from std_msgs.msg import Header
 
 from bridge_helpers import demonstration_bag
 from control_field.headings import UNIT
-from control_field.limits import Limits
-from control_field.provenance import TOLERANCE
+from control_field.learning.provenance import TOLERANCE
 from control_field.records import Kind
+from control_field.robot.limits import Limits
+from episode_store.episode import read_episode
+from episode_store.recording import COMPASS, Recording
+from episode_store.relearning import fold
 from experience_cli.explanation import Moment
 from experience_cli.main import main
-from experience_cli.recording import COMPASS, Recording
-from experience_cli.relearning import fold
-from msgs_bridge.episodes import read_episode
-from msgs_bridge.tables import cloud_from_field, cloud_from_prototypes
+from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes
 from sample_helpers import DEMO, FIRST, rewritten, sample_copy, SECOND
 
 

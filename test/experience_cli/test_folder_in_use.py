@@ -7,14 +7,14 @@ import sys
 
 import pytest
 
+from episode_store.lock import is_in_use
 from experience_cli.main import main
-from msgs_bridge.bag_lock import is_in_use
 from ros_helpers import ROOT
 
 HOLD = """
 import sys
 from pathlib import Path
-from msgs_bridge.bag_folder import TaskFolder
+from episode_store.task_folder import TaskFolder
 TaskFolder(Path(sys.argv[1]), 'sample').hold()
 print('held', flush=True)
 sys.stdin.read()
@@ -45,11 +45,11 @@ def test_it_is_refused_in_one_line_and_nothing_is_changed(held, capsys, command)
 
 
 @pytest.mark.parametrize(('work', 'command'), [
-    ('learner_node.lessons.Lessons.learn', ['label', '{}/0002_trial', 'success']),
-    ('learner_node.lessons.Lessons.learn', ['forget', '{}/0002_trial']),
-    ('learner_node.lessons.Lessons.learn', ['trim', '{}/0001_demo', '--to', '5']),
-    ('msgs_bridge.bag_repair.repair_bag', ['repair', '{}']),
-    ('msgs_bridge.bag_import.import_demonstration',
+    ('episode_store.relearn.Lessons.learn', ['label', '{}/0002_trial', 'success']),
+    ('episode_store.relearn.Lessons.learn', ['forget', '{}/0002_trial']),
+    ('episode_store.relearn.Lessons.learn', ['trim', '{}/0001_demo', '--to', '5']),
+    ('episode_store.repair.repair_bag', ['repair', '{}']),
+    ('episode_store.external.take_over.import_demonstration',
      ['learn', '{}/0001_demo', '--into', '{}', '--quiet'])], ids=lambda c: c[0])
 def test_no_learner_can_start_until_a_command_is_done(tmp_path, monkeypatch, work, command):
     task = tmp_path / 'sample'

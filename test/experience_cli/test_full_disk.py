@@ -10,9 +10,9 @@ import sys
 from matplotlib.figure import Figure
 import pytest
 
+from experience_cli.demo.report import write_report
 from experience_cli.errors import UserError
-from experience_cli.figures import draw_figures
-from experience_cli.report import write_report
+from experience_cli.figures.paper_figures import draw_figures
 from ros_helpers import ROOT
 
 BAG = '{}/bags/sample/0001_demo'
@@ -62,7 +62,7 @@ def rounds_of(source, folder, commands):
 
 
 def test_figures_and_report_of_the_demo_stay_as_they_were_and_are_named(tmp_path, monkeypatch):
-    monkeypatch.setattr('experience_cli.figures.figures_of', lambda _: [('figure_2', Figure())])
+    monkeypatch.setattr('experience_cli.figures.paper_figures.figures_of', lambda _: [('figure_2', Figure())])
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     for name, write in {
             'figure_2.png': lambda: draw_figures(tmp_path, []),

@@ -6,13 +6,13 @@ import unicodedata
 import pytest
 
 from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_odometry
+from episode_store.header import EpisodeHeader
+from episode_store.rosbag2.metadata import write_metadata
+from episode_store.rosbag2.type_definitions import message_definition
+from episode_store.rosbag2.writer import McapFile
+from episode_store.task_folder import BagError, EpisodeKind, mcap_path
 from experience_cli.main import main
-from msgs_bridge.bag_file import McapFile
-from msgs_bridge.bag_folder import BagError, EpisodeKind, mcap_path
-from msgs_bridge.bag_metadata import write_metadata
-from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.node_main import exit_with
-from msgs_bridge.type_definitions import message_definition
+from msgs_bridge.node.run import exit_with
 from teleop_node.status_line import line_over, message_over
 
 CODES = '/odom\x1b]0;owned\x07\x1b[2J\u202e\nexperience: all is well'

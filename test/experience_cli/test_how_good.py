@@ -7,7 +7,7 @@ from benchmarks.how_good import main, median, n_reinforced, Target, with_options
 from benchmarks.own_tasks import OWN, own_barn_tasks, own_tasks
 from benchmarks.paper_tasks import dyna_courses, n_steps_until, paper_experiment
 from control_field.parameters import Parameters
-from experience_cli.evaluation.experiment import run_seed
+from experience_evaluation.experiment import run_seed
 
 
 def test_dyna_maze_is_solved_within_fifty_steps():

@@ -51,9 +51,9 @@ def test_a_signal_that_waits_is_heard_at_the_start(tmp_path):
 
 
 @pytest.mark.parametrize(('arguments', 'program'), [
-    (['-m', 'msgs_bridge.neighbourhood_node'], 'neighbourhood_node'),
-    (['-m', 'msgs_bridge.localised_odometry_node', '--help'], 'localised_odometry_node'),
-    (['-m', 'msgs_bridge.bag_folder'], None),
+    (['-m', 'neighbourhood_node.node'], 'neighbourhood_node'),
+    (['-m', 'localised_odometry_node.node', '--help'], 'localised_odometry_node'),
+    (['-m', 'episode_store.task_folder'], None),
     (['-m', 'experience_cli.main', 'list'], 'experience list'),
     (['-m', 'experience_cli.main', '--help'], 'experience'),
     (['/v/bin/experience', 'learn', 'x'], 'experience learn'),
@@ -123,7 +123,7 @@ def test_without_a_home_nodes_log_and_figures_are_drawn(tmp_path, home, monkeypa
         env.pop(name, None)
     code = ('import sys; from experience_cli import main; main._prepare_output(); '
             'main.prepare(); main._prepare_drawing(); import rclpy; rclpy.init(); '
-            'from experience_cli.drawing import new_figure; new_figure().savefig("figure.png")')
+            'from experience_cli.figures.drawing import new_figure; new_figure().savefig("figure.png")')
     with Process([sys.executable, '-c', code], tmp_path, env=env, cwd=tmp_path) as process:
         assert process.popen.wait(60) == 0, process.stderr
     assert process.stderr == ''

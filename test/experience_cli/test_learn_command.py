@@ -11,15 +11,15 @@ import pytest
 
 from bridge_helpers import demonstration_bag, GRID, random_decisions, raw_decisions, raw_status
 from control_field.records import Outcome
-from experience_cli.learn import digest, field_bytes
+from episode_store.episode import read_header
+from episode_store.header import EpisodeHeader
+from episode_store.relearn import Lessons
+from episode_store.rosbag2.writer import start_bag
+from episode_store.task_folder import EpisodeKind, TaskFolder
+from experience_cli.commands.learn import digest, field_bytes
 from experience_cli.main import COMMANDS, main
-from learner_node.lessons import Lessons
-from msgs_bridge.bag_file import start_bag
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
-from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import read_header
-from msgs_bridge.tables import cloud_from_field
-from msgs_bridge.trial_status import State
+from msgs_bridge.messages.tables import cloud_from_field
+from msgs_bridge.messages.trial_status import State
 from ros_helpers import run
 from sample_helpers import sample_copy
 

@@ -13,14 +13,14 @@ from sensor_msgs.msg import PointCloud2
 
 from bridge_helpers import (
     demonstration_bag, GRID, loop_bag, nanoseconds, ODOMETRY, raw_odometry, raw_sight)
+from episode_store.episode import read_episode, read_header
+from episode_store.rosbag2.any_reader import open_bag
+from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.writer import McapFile
+from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
-from msgs_bridge import qos
-from msgs_bridge.any_bag import open_bag
-from msgs_bridge.bag_file import McapFile
-from msgs_bridge.bag_folder import TaskFolder
-from msgs_bridge.bag_records import BagReader
-from msgs_bridge.episodes import read_episode, read_header
-from msgs_bridge.tables import field_from_cloud
+from msgs_bridge.messages.tables import field_from_cloud
+from msgs_bridge.node import qos
 from robot_bags import robot_bag
 from ros_helpers import collect, start_node, wait_until
 from sample_helpers import files_of
@@ -209,7 +209,7 @@ class TestInto:
         with start_node('learner_node.node', tmp_path,
                         {'bags': str(tmp_path / 'bags')}) as process:
             wait_until(lambda: fields, node=ros_node, processes=[process], what='the field')
-        from experience_cli.learn import digest as digest_of
+        from experience_cli.commands.learn import digest as digest_of
         assert digest_of(field_from_cloud(fields[-1])) == digest
 
 

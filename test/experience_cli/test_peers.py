@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from experience_cli.peers import absent_nodes, mistyped, start_hint, what_is_missing
+from experience_cli.demo.peers import absent_nodes, mistyped, start_hint, what_is_missing
 
 IDLE = {'phase': 'idle', 'heard': 'odom neighbourhood trial'}
 

@@ -7,11 +7,11 @@ import shutil
 import numpy as np
 import pytest
 
-from experience_cli.figures import figures_of
-from experience_cli.report import report_from_bags
-from msgs_bridge.bag_folder import BagError, TaskFolder
+from episode_store.task_folder import BagError, TaskFolder
+from experience_cli.demo.report import report_from_bags
+from experience_cli.figures.paper_figures import figures_of
 from sample_helpers import rewritten, sample_copy
-from sim_node.world import find_world, load_world
+from world_maps.world import find_world, load_world
 
 WORLD = load_world(find_world('task1'))
 

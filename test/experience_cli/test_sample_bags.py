@@ -9,13 +9,13 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import get_typestore, Stores
 
 from control_field.records import Demonstration, Outcome
+from episode_store.episode import read_episode
+from episode_store.recording import Recording
+from episode_store.repair import needs_repair
+from episode_store.rosbag2.reader import BagReader
+from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
-from experience_cli.recording import Recording
-from msgs_bridge.bag_folder import TaskFolder
-from msgs_bridge.bag_records import BagReader
-from msgs_bridge.bag_repair import needs_repair
-from msgs_bridge.episodes import read_episode
-from msgs_bridge.tables import decisions_from_cloud, field_from_cloud
+from msgs_bridge.messages.tables import decisions_from_cloud, field_from_cloud
 from sample_helpers import BAGS
 from tools.record_sample_bags import digest_of
 

@@ -14,15 +14,15 @@ from sensor_msgs.msg import PointCloud2, PointField
 from bridge_helpers import random_decisions, random_field, spoil
 from control_field.grid import Grid
 from control_field.records import Outcome
-from experience_cli.learn import field_bytes
-from learner_node.lessons import Lessons
-from msgs_bridge import qos
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.episodes import read_episode, read_header
-from msgs_bridge.neighbourhoods import grid_from_neighbourhood, Neighbourhood
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.tables import cloud_from_decisions, cloud_from_field
-from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
+from episode_store.episode import read_episode, read_header
+from episode_store.relearn import Lessons
+from episode_store.task_folder import EpisodeKind
+from experience_cli.commands.learn import field_bytes
+from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.tables import cloud_from_decisions, cloud_from_field
+from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.node import qos
 from suite_helpers import running_suite
 
 pytestmark = pytest.mark.slow

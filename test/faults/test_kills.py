@@ -6,12 +6,12 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from control_field.records import Outcome
-from experience_cli.learn import field_bytes
-from learner_node.lessons import Lessons
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.bag_repair import repair_task
-from msgs_bridge.episodes import read_episode
-from msgs_bridge.tables import field_from_cloud
+from episode_store.episode import read_episode
+from episode_store.relearn import Lessons
+from episode_store.repair import repair_task
+from episode_store.task_folder import EpisodeKind
+from experience_cli.commands.learn import field_bytes
+from msgs_bridge.messages.tables import field_from_cloud
 from suite_helpers import PARAMETERS, relearnt, running_suite
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]

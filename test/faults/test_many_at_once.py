@@ -11,10 +11,10 @@ import pytest
 
 from bridge_helpers import demonstration_bag, GRID
 from control_field.parameters import Parameters
+from episode_store.relearn import Lessons
+from episode_store.repair import needs_repair, repair_task
+from episode_store.task_folder import EpisodeKind, mcap_path, TaskFolder
 from experience_cli.main import main
-from learner_node.lessons import Lessons
-from msgs_bridge.bag_folder import EpisodeKind, mcap_path, TaskFolder
-from msgs_bridge.bag_repair import needs_repair, repair_task
 from ros_helpers import child_environment
 from sample_helpers import field_of, sample_copy
 

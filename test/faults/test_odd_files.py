@@ -10,14 +10,16 @@ import signal
 from mcap.writer import CompressionType, Writer
 import pytest
 from rosbags.rosbag1 import Writer as Ros1Writer
-from rosbags.rosbag2 import CompressionMode, reader as rosbags_reader, StoragePlugin
+from rosbags.rosbag2 import CompressionMode
+from rosbags.rosbag2 import reader as rosbags_reader
+from rosbags.rosbag2 import StoragePlugin
 
+from episode_store.repair import repair_task
+from episode_store.rosbag2.any_reader import open_bag
+from episode_store.rosbag2.unpacking import _lz4, MOST_OF_A_BAG, unpack
+from episode_store.task_folder import BagError, mcap_path, TaskFolder
 from experience_cli.main import main
 from foreign_bags import foreign_bag, ros1_bag
-from msgs_bridge.any_bag import open_bag
-from msgs_bridge.bag_folder import BagError, mcap_path, TaskFolder
-from msgs_bridge.bag_repair import repair_task
-from msgs_bridge.bounded_unpacking import _lz4, MOST_OF_A_BAG, unpack
 from sample_helpers import sample_copy
 
 SECONDS = 30
@@ -245,7 +247,7 @@ def packed_zeros(n_bytes):
 
 @pytest.mark.parametrize('name', ['bomb.mcap.zstd', 'bomb.db3.zstd'])
 def test_what_unpacks_to_more_than_a_bag_is_refused(tmp_path, monkeypatch, name):
-    monkeypatch.setattr('msgs_bridge.bounded_unpacking.MOST_OF_A_BAG', 2**27)
+    monkeypatch.setattr('episode_store.rosbag2.unpacking.MOST_OF_A_BAG', 2**27)
     path = tmp_path / name
     path.write_bytes(packed_zeros(2**28))
     with bounded(), pytest.raises(BagError, match=r'more than 134217728 bytes; unpack it with'):
@@ -254,7 +256,7 @@ def test_what_unpacks_to_more_than_a_bag_is_refused(tmp_path, monkeypatch, name)
 
 
 def test_a_packed_file_of_a_split_bag_is_bounded_too(tmp_path, monkeypatch):
-    monkeypatch.setattr('msgs_bridge.bounded_unpacking.MOST_OF_A_BAG', 2**27)
+    monkeypatch.setattr('episode_store.rosbag2.unpacking.MOST_OF_A_BAG', 2**27)
     folder = foreign_bag(tmp_path / 'drive', StoragePlugin.MCAP, CompressionMode.FILE)
     assert '/wheel/odometry' in open_bag(folder).topics
     [path] = folder.glob('*.zstd')
@@ -280,7 +282,7 @@ def test_a_message_or_chunk_becomes_no_more_than_it_says():
 def test_messages_packed_one_by_one_are_bounded(tmp_path, monkeypatch):
     folder = foreign_bag(tmp_path / 'drive', StoragePlugin.MCAP, CompressionMode.MESSAGE)
     assert len(open_bag(folder).messages('/wheel/odometry')) == 200
-    monkeypatch.setattr('msgs_bridge.bounded_unpacking.MOST_OF_A_CHUNK', 100)
+    monkeypatch.setattr('episode_store.rosbag2.unpacking.MOST_OF_A_CHUNK', 100)
     with pytest.raises(BagError, match='become more than the 100'):
         open_bag(folder).messages('/wheel/odometry')
 
@@ -304,8 +306,8 @@ def test_chunks_that_become_too_much_together_are_refused(tmp_path, monkeypatch,
     packed_chunks(path, 40, 2**22, is_whole)
     assert path.stat().st_size < 2**20
     assert len(open_bag(path).messages('/odom')) >= 39
-    monkeypatch.setattr('msgs_bridge.bounded_unpacking.MOST_OF_A_BAG', 2**26)
-    monkeypatch.setattr('msgs_bridge.foreign_bag.MOST_IN_MEMORY', 2**26)
+    monkeypatch.setattr('episode_store.rosbag2.unpacking.MOST_OF_A_BAG', 2**26)
+    monkeypatch.setattr('episode_store.rosbag2.rosbags_reader.MOST_IN_MEMORY', 2**26)
     with bounded(), pytest.raises(BagError, match='more than 67108864 bytes'):
         open_bag(path).messages('/odom')
 
@@ -321,7 +323,7 @@ def test_files_of_a_split_bag_become_no_more_together_than_one(tmp_path, monkeyp
             path.with_name(f'{path.name}.zstd').write_bytes(zstd.compress(path.read_bytes()))
             path.unlink()
     assert len(open_bag(folder).messages('/odom')) == 40
-    monkeypatch.setattr('msgs_bridge.any_bag.MOST_IN_MEMORY', 2**24)
+    monkeypatch.setattr('episode_store.rosbag2.any_reader.MOST_IN_MEMORY', 2**24)
     with bounded(), pytest.raises(BagError, match='/odom has more than 16777216 bytes'):
         open_bag(folder).messages('/odom')
 
@@ -329,7 +331,7 @@ def test_files_of_a_split_bag_become_no_more_together_than_one(tmp_path, monkeyp
 def test_a_bag_of_ros_1_has_a_bound(tmp_path, monkeypatch):
     path = ros1_bag(tmp_path / 'drive.bag', compression=Ros1Writer.CompressionFormat.BZ2)
     assert len(open_bag(path).messages('/odom')) == 100
-    monkeypatch.setattr('msgs_bridge.ros1_bag.MOST_IN_MEMORY', 10_000)
+    monkeypatch.setattr('episode_store.rosbag2.ros1_reader.MOST_IN_MEMORY', 10_000)
     with pytest.raises(BagError, match='more than 10000 bytes'):
         open_bag(path).messages('/odom')
 

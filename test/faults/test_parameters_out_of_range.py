@@ -14,10 +14,10 @@ from control_field_node import settings as controller
 from control_field_node.node import ControlFieldNode
 from learner_node import settings as learner
 from learner_node.node import LearnerNode
-from msgs_bridge import localised_odometry as localised
-from msgs_bridge import sight_settings as sight
-from msgs_bridge.localised_odometry_node import LocalisedOdometryNode
-from msgs_bridge.neighbourhood_node import NeighbourhoodNode
+from localised_odometry_node import fusion as localised
+from localised_odometry_node.node import LocalisedOdometryNode
+from neighbourhood_node import settings as sight
+from neighbourhood_node.node import NeighbourhoodNode
 import ros_helpers
 from sim_node import parameters as simulator
 from sim_node.node import SimNode
@@ -162,7 +162,7 @@ def test_at_run_time_it_is_refused_with_its_range(running, name, parameter, valu
 @pytest.mark.parametrize(('module', 'parameter', 'value'), [
     ('sim_node.node', 'rate', 0.0), ('control_field_node.node', 'v_max', -1.0),
     ('learner_node.node', 'rows', 0), ('teleop_node.node', 'speed', 99.0),
-    ('msgs_bridge.neighbourhood_node', 'rows', 0)])
+    ('neighbourhood_node.node', 'rows', 0)])
 def test_the_process_says_so_in_one_line_and_ends_with_2(
         ros_domain, tmp_path, module, parameter, value):
     process = ros_helpers.run(

@@ -12,7 +12,7 @@ from ros_helpers import ROOT, run, start_node, wait_until
 ROOMS = ['control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
          'teleop_node', 'experience_cli', 'benchmarks', 'tools', 'launch']
 #: Nodes whose module is not called after them, and what they need to start.
-MODULES = {'neighbourhood_node': 'msgs_bridge.neighbourhood_node'}
+MODULES = {'neighbourhood_node': 'neighbourhood_node.node'}
 RULES = {('topics', 'publish'): 'get_publisher_names_and_types_by_node',
          ('topics', 'subscribe'): 'get_subscriber_names_and_types_by_node',
          ('services', 'reply'): 'get_service_names_and_types_by_node',

@@ -18,10 +18,10 @@ from std_srvs.srv import Trigger
 
 from control_field.records import Outcome
 from controller_helpers import straight_field
-from msgs_bridge import qos
-from msgs_bridge.poses import seconds_from_stamp
-from msgs_bridge.tables import cloud_from_field
-from msgs_bridge.trial_status import trial_from_status
+from msgs_bridge.messages.poses import seconds_from_stamp
+from msgs_bridge.messages.tables import cloud_from_field
+from msgs_bridge.messages.trial_status import trial_from_status
+from msgs_bridge.node import qos
 from ros_helpers import call, collect, node_command, Process, run, start_node, wait_until
 
 #: Long enough for a busy machine to halt in between, [s].
@@ -46,8 +46,8 @@ main()
 """
 NODES = {
     'sim_node': {}, 'control_field_node': {}, 'learner_node': {'task': 'a_task'},
-    'teleop_node': {'keyboard': False}, 'msgs_bridge.neighbourhood_node': {},
-    'msgs_bridge.localised_odometry_node': {},
+    'teleop_node': {'keyboard': False}, 'neighbourhood_node.node': {},
+    'localised_odometry_node.node': {},
 }
 
 

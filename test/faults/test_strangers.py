@@ -6,8 +6,8 @@ import rclpy
 from control_field.grid import Grid
 from controller_helpers import straight_field
 from controller_peer import controller, GOAL, Peer, simulator
-from msgs_bridge.company import CompanyWatch
-from msgs_bridge.statements import workspace_from_grid
+from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.statements import workspace_from_grid
 import ros_helpers
 from teleop_node.node import TeleopNode
 from teleop_node.teaching import Answer

@@ -12,12 +12,12 @@ import pytest
 from std_msgs.msg import Bool
 
 from control_field.records import Outcome
-from experience_cli.learn import field_bytes
-from msgs_bridge import qos
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.bag_gaps import gaps_in, KEY
-from msgs_bridge.bag_undo import take_away
-from msgs_bridge.episodes import read_episode
+from episode_store.episode import read_episode
+from episode_store.gaps import gaps_in, KEY
+from episode_store.task_folder import EpisodeKind
+from episode_store.undo import take_away
+from experience_cli.commands.learn import field_bytes
+from msgs_bridge.node import qos
 import ros_helpers
 from sample_helpers import sample_copy
 from suite_helpers import relearnt, running_suite, Suite
@@ -48,7 +48,7 @@ class RealTimeSuite(Suite):
         """Start the five nodes."""
         self._start('sim_node', SIM, {'neighbourhood': 'costmap'})
         self._start('neighbourhood_node', {'source': 'costmap', 'use_sim_time': True}, {},
-                    'msgs_bridge.neighbourhood_node')
+                    'neighbourhood_node.node')
         command = ros_helpers.node_command('teleop_node.node', self.folder, {
             'enable_stamped_cmd_vel': True})
         self.teleop = self._stack.enter_context(TerminalProcess(

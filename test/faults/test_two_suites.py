@@ -7,8 +7,8 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from control_field.records import Outcome
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.episodes import read_episode
+from episode_store.episode import read_episode
+from episode_store.task_folder import EpisodeKind
 import ros_helpers
 from suite_helpers import Suite
 

@@ -10,8 +10,8 @@ from learner_node.odometry_check import OdometryCheck
 from learner_node.phases import SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings, StartPose
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.serialized import cdr_from_message
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.serialized import cdr_from_message
 
 
 def refusal(session, now):

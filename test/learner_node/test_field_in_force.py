@@ -8,9 +8,9 @@ from std_srvs.srv import Trigger
 from bridge_helpers import demonstration_bag
 from control_field.records import Outcome
 from learner_node.field_in_force import FieldInForce
-from msgs_bridge import qos
-from msgs_bridge.tables import field_from_cloud
-from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.messages.tables import field_from_cloud
+from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.node import qos
 from ros_helpers import collect, start_node, wait_until
 
 OWN = 3, 'kitchen:0123456789abcdef'

@@ -18,17 +18,16 @@ from std_srvs.srv import SetBool, Trigger
 from bridge_helpers import demonstration_bag
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from msgs_bridge import qos
-from msgs_bridge.bag_file import start_bag
-from msgs_bridge.bag_folder import EpisodeKind, mcap_path, TaskFolder
-from msgs_bridge.bag_records import BagReader
-from msgs_bridge.bag_repair import needs_repair
-from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import find_topic, NothingToLearnError, read_episode
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.tables import field_from_cloud
-from ros_helpers import (
-    call, collect, node_command, Process, REPEAT, start_node, wait_until)
+from episode_store.episode import find_topic, NothingToLearnError, read_episode
+from episode_store.header import EpisodeHeader
+from episode_store.repair import needs_repair
+from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.writer import start_bag
+from episode_store.task_folder import EpisodeKind, mcap_path, TaskFolder
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.tables import field_from_cloud
+from msgs_bridge.node import qos
+from ros_helpers import call, collect, node_command, Process, REPEAT, start_node, wait_until
 
 LEARNER = 'learner_node.node'
 

@@ -5,13 +5,13 @@ import pytest
 
 from bridge_helpers import GRID, loop_bag, nanoseconds, ODOMETRY, raw_odometry
 from control_field.parameters import Parameters
-from experience_cli.learn import text_from_lesson
-from learner_node.lessons import Lessons
-from learner_node.library import Library
+from episode_store.header import EpisodeHeader
+from episode_store.relearn import Lessons
+from episode_store.rosbag2.writer import start_bag
+from episode_store.task_folder import episode_from_path, TaskFolder
+from experience_cli.commands.learn import text_from_lesson
 from learner_node.reports import numbers_from_lesson, sentence_from_lesson
-from msgs_bridge.bag_file import start_bag
-from msgs_bridge.bag_folder import episode_from_path, TaskFolder
-from msgs_bridge.episode_header import EpisodeHeader
+from learner_node.task_memory import Library
 
 #: There, once around a block, and on.
 ROUND = [(2, 2), (2, 3), (2, 4), (2, 5), (3, 5), (4, 5), (4, 4), (4, 3), (3, 3), (2, 3), (1, 3)]

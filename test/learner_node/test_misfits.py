@@ -6,8 +6,8 @@ from learner_node.effects import Place, Say
 from learner_node.phases import Peers, Phase, SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings, StartPose
-from msgs_bridge.statements import Deed
-from msgs_bridge.trial_status import State, TrialStatus
+from msgs_bridge.messages.trial_status import State, TrialStatus
+from msgs_bridge.node.statements import Deed
 
 
 @pytest.fixture

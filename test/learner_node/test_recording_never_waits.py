@@ -12,14 +12,14 @@ from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
 
 from bridge_helpers import GRID, random_decisions
-from msgs_bridge import qos
-from msgs_bridge.bag_folder import TaskFolder
-from msgs_bridge.bag_records import BagReader
-from msgs_bridge.bag_tables import decision_table, pose_table, statuses
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.serialized import message_from_cdr
-from msgs_bridge.tables import cloud_from_decisions
-from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
+from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.topic_tables import decision_table, pose_table, statuses
+from episode_store.task_folder import TaskFolder
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.serialized import message_from_cdr
+from msgs_bridge.messages.tables import cloud_from_decisions
+from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.node import qos
 from ros_helpers import call, REPEAT, ROOT, spin_some, start_node, wait_until
 
 PERIOD = 0.02

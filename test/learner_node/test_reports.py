@@ -6,11 +6,11 @@ from bridge_helpers import demonstration_bag, GRID
 from control_field.parameters import Parameters
 from control_field.records import Outcome
 from control_field.words import how_it_ended
-from learner_node.lessons import Lessons
-from learner_node.library import Library
+from episode_store.relearn import Lessons
+from episode_store.task_folder import TaskFolder
 from learner_node.reports import numbers_from_lesson, sentence_from_lesson
-from msgs_bridge.bag_folder import TaskFolder
-from msgs_bridge.trial_status import State, TrialStatus
+from learner_node.task_memory import Library
+from msgs_bridge.messages.trial_status import State, TrialStatus
 
 
 @pytest.fixture

@@ -3,22 +3,13 @@
 import pytest
 
 from control_field.records import Outcome
-from control_field.watch import StopReason
-from learner_node.effects import (
-    Abandon,
-    Close,
-    Discard,
-    Place,
-    Record,
-    Say,
-    StartTrial,
-    StopTrial,
-)
+from control_field.robot.stop_rules import StopReason
+from episode_store.task_folder import EpisodeKind
+from learner_node.effects import Abandon, Close, Discard, Place, Record, Say, StartTrial, StopTrial
 from learner_node.phases import LOST, MAX_REQUESTS, Peers, Phase, SessionError, SIGHT_PATIENCE
 from learner_node.session import Session
 from learner_node.settings import Settings
-from msgs_bridge.bag_folder import EpisodeKind
-from msgs_bridge.trial_status import State, TrialStatus
+from msgs_bridge.messages.trial_status import State, TrialStatus
 from session_helpers import HERE, Play, START
 
 

@@ -8,8 +8,8 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 import pytest
 from std_srvs.srv import SetBool, Trigger
 
-from msgs_bridge import qos
-from msgs_bridge.poses import pose_from_odometry
+from msgs_bridge.messages.poses import pose_from_odometry
+from msgs_bridge.node import qos
 from ros_helpers import call, REPEAT, start_node, wait_until
 
 PERIOD = 0.14

@@ -2,10 +2,10 @@
 
 import pytest
 
+from episode_store.task_folder import EpisodeKind
 from learner_node.effects import Abandon, Discard, Record, Say
 from learner_node.phases import Phase, SessionError
 from learner_node.teaching import LEFT
-from msgs_bridge.bag_folder import EpisodeKind
 from session_helpers import Play
 
 

@@ -7,7 +7,7 @@ from learner_node.effects import Abandon, Say, StopTrial
 from learner_node.phases import Peers, Phase, SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings, StartPose
-from msgs_bridge.trial_status import State, TrialStatus
+from msgs_bridge.messages.trial_status import State, TrialStatus
 
 BEGAN = 10.0
 WHY = 'trial 7 ran meanwhile and drove the robot; show the way again'

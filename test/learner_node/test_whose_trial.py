@@ -9,14 +9,14 @@ from sensor_msgs.msg import PointCloud2
 
 from bridge_helpers import demonstration_bag, GRID, random_decisions
 from control_field.records import Outcome
+from episode_store.task_folder import EpisodeKind, TaskFolder
 from learner_node.effects import Record, Say
 from learner_node.phases import Peers, Phase
-from msgs_bridge import qos
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
-from msgs_bridge.memory_identity import NOTHING, task_of
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.tables import cloud_from_decisions, field_from_cloud
-from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.messages.memory_identity import NOTHING, task_of
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.tables import cloud_from_decisions, field_from_cloud
+from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.node import qos
 from ros_helpers import collect, start_node, wait_until
 from session_helpers import HERE, Play
 

@@ -10,10 +10,10 @@ from rclpy.serialization import serialize_message
 from rosbags.typesys import get_typestore, Stores
 
 from bridge_helpers import GRID, message_class, poses, random_field, refusal
-from msgs_bridge.cdr import CdrError, DESCRIBED, layout_from_cdr, struct_from_cdr
-from msgs_bridge.poses import odometry_from_pose
-from msgs_bridge.tables import cloud_from_field
-from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.messages.cdr import CdrError, DESCRIBED, layout_from_cdr, struct_from_cdr
+from msgs_bridge.messages.poses import odometry_from_pose
+from msgs_bridge.messages.tables import cloud_from_field
+from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 SAMPLES = {

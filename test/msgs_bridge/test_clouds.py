@@ -10,7 +10,7 @@ import pytest
 from sensor_msgs.msg import PointCloud2, PointField
 
 from bridge_helpers import refusal, spoil
-from msgs_bridge.clouds import cloud_from_table, table_from_cloud, TableError
+from msgs_bridge.messages.clouds import cloud_from_table, table_from_cloud, TableError
 
 SCALARS = ['i1', 'u1', '<i2', '<u2', '<i4', '<u4', '<f4', '<f8']
 DTYPE = np.dtype([('x', '<f4'), ('kind', 'u1'), ('q', '<f4', (3,)), ('stamp', '<f8')], align=True)

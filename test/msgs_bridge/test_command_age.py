@@ -3,8 +3,8 @@
 from geometry_msgs.msg import Twist, TwistStamped
 import pytest
 
-from msgs_bridge.command_age import problem_with_age
-from msgs_bridge.poses import stamp_from_seconds
+from msgs_bridge.messages.poses import stamp_from_seconds
+from msgs_bridge.node.command_age import problem_with_age
 
 NOW = 1.7e9
 

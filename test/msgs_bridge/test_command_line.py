@@ -11,11 +11,11 @@ from control_field.parameters import Parameters
 from control_field_node import settings as controller
 from control_field_node.settings import DECISION_PARAMETERS
 from learner_node import settings as learner
-from msgs_bridge.command_line import (
+from localised_odometry_node.fusion import LocalisedSettings
+from msgs_bridge.node.command_line import (
     _SLIP, ALIKE, check_names, Given, names_of, split_arguments)
-from msgs_bridge.localised_odometry import LocalisedSettings
-from msgs_bridge.parameter_files import names_for_all
-from msgs_bridge.sight_settings import SightSettings
+from msgs_bridge.node.parameter_files import names_for_all
+from neighbourhood_node.settings import SightSettings
 import ros_helpers
 from sim_node.parameters import SimParameters
 from teleop_node import settings as teleop
@@ -23,8 +23,8 @@ from teleop_node import settings as teleop
 NODES = {
     'sim_node.node': [SimParameters], 'control_field_node.node': [controller.Settings],
     'learner_node.node': [Parameters, learner.Settings], 'teleop_node.node': [teleop.Settings],
-    'msgs_bridge.neighbourhood_node': [SightSettings],
-    'msgs_bridge.localised_odometry_node': [LocalisedSettings]}
+    'neighbourhood_node.node': [SightSettings],
+    'localised_odometry_node.node': [LocalisedSettings]}
 
 
 def run(module, folder, *arguments):

@@ -5,7 +5,7 @@ from contextlib import ExitStack
 from geometry_msgs.msg import Twist, TwistStamped
 import pytest
 
-from msgs_bridge.command_types import mismatch, remedy_for_publisher
+from msgs_bridge.node.command_types import mismatch, remedy_for_publisher
 import ros_helpers
 
 

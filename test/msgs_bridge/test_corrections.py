@@ -2,15 +2,16 @@
 
 import math
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 
 from control_field.grid import Grid
-from msgs_bridge.bag_folder import BagError
-from msgs_bridge.bag_import import learnt_from
-from msgs_bridge.corrections import Correction, spread
-from msgs_bridge.foreign_drive import open_drive
+from episode_store.external.drive import open_drive
+from episode_store.external.take_over import learnt_from
+from episode_store.task_folder import BagError
+from msgs_bridge.sensing.corrections import Correction, spread
 from robot_bags import RobotBag
 from strategies import few
 

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 from nav_msgs.msg import Odometry
 import pytest
 
-from msgs_bridge import qos
-from msgs_bridge.doubles import Doubles, DoublesWatch, Senders
+from msgs_bridge.node import qos
+from msgs_bridge.node.doubles import Doubles, DoublesWatch, Senders
 import ros_helpers
 
 

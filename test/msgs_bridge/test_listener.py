@@ -9,8 +9,8 @@ import pytest
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
-from msgs_bridge import qos
-from msgs_bridge.listener import Listener
+from msgs_bridge.node import qos
+from msgs_bridge.node.listener import Listener
 from ros_helpers import DEADLINE, wait_until
 
 
@@ -71,7 +71,7 @@ def test_what_was_published_while_it_slept_is_fetched_in_order_and_nothing_twice
 ):
     say(keeper, ['before'])
     found, clock = [], [0.0]
-    monkeypatch.setattr('msgs_bridge.listener._awake', lambda: clock[0])
+    monkeypatch.setattr('msgs_bridge.node.listener._awake', lambda: clock[0])
     listener = kept_listener(ros_node, found)
     ear = listener._ears[0]
     listener.start()

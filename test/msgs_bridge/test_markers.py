@@ -8,7 +8,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from bridge_helpers import grids, random_field, random_prototypes
 from control_field.grid import Grid
-from msgs_bridge.markers import markers_from_field, MAX_ARROWS
+from msgs_bridge.messages.markers import markers_from_field, MAX_ARROWS
 
 
 @given(grids, st.integers(0, 2**32))

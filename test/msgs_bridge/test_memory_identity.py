@@ -7,15 +7,16 @@ import pytest
 from bridge_helpers import (
     GRID, random_decisions, random_field, random_prototypes, raw_decisions, raw_status)
 from control_field.records import Outcome
-from experience_cli.relearning import relearnt
-from msgs_bridge.bag_file import start_bag
-from msgs_bridge.bag_folder import EpisodeKind, TaskFolder
-from msgs_bridge.clouds import table_from_cloud
-from msgs_bridge.episode_header import EpisodeHeader
-from msgs_bridge.episodes import NothingToLearnError, read_episode
-from msgs_bridge.memory_identity import difference, memory_of, NOTHING, task_of
-from msgs_bridge.tables import cloud_from_field, FIELD_DTYPE, field_from_cloud
-from msgs_bridge.trial_status import State, status_from_trial, trial_from_status, TrialStatus
+from episode_store.episode import NothingToLearnError, read_episode
+from episode_store.header import EpisodeHeader
+from episode_store.relearning import relearnt
+from episode_store.rosbag2.writer import start_bag
+from episode_store.task_folder import EpisodeKind, TaskFolder
+from msgs_bridge.messages.clouds import table_from_cloud
+from msgs_bridge.messages.memory_identity import difference, memory_of, NOTHING, task_of
+from msgs_bridge.messages.tables import cloud_from_field, FIELD_DTYPE, field_from_cloud
+from msgs_bridge.messages.trial_status import (
+    State, status_from_trial, trial_from_status, TrialStatus)
 from sample_helpers import BAGS, sample_copy
 
 FIELD, PROTOTYPES = random_field(GRID, 1), random_prototypes(GRID, 1)

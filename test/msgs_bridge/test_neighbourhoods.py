@@ -10,7 +10,7 @@ import pytest
 
 from bridge_helpers import grids, spoil
 from control_field.grid import Grid
-from msgs_bridge.neighbourhoods import (
+from msgs_bridge.messages.neighbourhoods import (
     grid_from_neighbourhood, map_from_occupancy, Neighbourhood, neighbourhood_from_grid,
     occupancy_from_map)
 

@@ -6,7 +6,7 @@ import pytest
 import rclpy
 from rclpy.node import Node
 
-from msgs_bridge.parameter_files import is_for, problem_with_file, sections_of
+from msgs_bridge.node.parameter_files import is_for, problem_with_file, sections_of
 import ros_helpers
 
 SECTIONS = ('me', '/me', '/**', '**', '*', '/*', '/**/me', '**/me', '/*/me', '*/me', '/*/*',

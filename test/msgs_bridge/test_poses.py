@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import pytest
 
 from bridge_helpers import poses, spoil
-from msgs_bridge.poses import (
+from msgs_bridge.messages.poses import (
     check_frame, covariance_from_variances, initialpose_from_pose, odometry_from_pose, Pose,
     pose_from_initialpose, pose_from_odometry, pose_from_pose_stamped, pose_stamped_from_pose,
     seconds_from_stamp, stamp_from_seconds, variances_from_covariance, yaw_from_quaternion)

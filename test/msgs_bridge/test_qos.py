@@ -4,8 +4,8 @@ from nav_msgs.msg import OccupancyGrid
 import pytest
 from rclpy.qos import qos_check_compatible, QoSCompatibility
 
-from msgs_bridge import qos
-from msgs_bridge.bag_metadata import known_qos
+from episode_store.rosbag2.metadata import known_qos
+from msgs_bridge.node import qos
 import ros_helpers
 
 

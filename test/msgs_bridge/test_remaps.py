@@ -6,7 +6,7 @@ import rclpy
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from msgs_bridge.remaps import idle_rules, note_heard, problem_with_special
+from msgs_bridge.node.remaps import idle_rules, note_heard, problem_with_special
 import ros_helpers
 
 
@@ -93,7 +93,7 @@ def test_a_node_says_it_in_a_line(ros_domain, tmp_path):
         'odom', 'neighbourhood', 'goal_pose', 'contact', 'cmd_vel', 'initialpose', 'trial',
         'teleop_heartbeat', 'control_field', 'prototypes', 'experience', '/diagnostics', '~/undo',
         'control_field_node/start_trial']),
-    ('msgs_bridge.neighbourhood_node', ['odom', 'scan', 'neighbourhood'])])
+    ('neighbourhood_node.node', ['odom', 'scan', 'neighbourhood'])])
 def test_a_node_knows_all_its_topics(ros_domain, tmp_path, module, topics):
     remappings = {topic: f'/other/name{number}' for number, topic in enumerate(topics)}
     with ros_helpers.start_node(

@@ -2,7 +2,7 @@
 
 from rclpy.logging import get_logger
 
-from msgs_bridge.safe_log import guard_logs
+from msgs_bridge.node.safe_log import guard_logs
 
 
 def lines(capfd):

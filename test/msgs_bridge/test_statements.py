@@ -7,9 +7,9 @@ import pytest
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from msgs_bridge.statements import (
-    Deed, method_from_parameters, misfits, Statement, statement_from_status,
-    values_from_statement, workspace_from_grid)
+from msgs_bridge.node.statements import (
+    Deed, method_from_parameters, misfits, Statement, statement_from_status, values_from_statement,
+    workspace_from_grid)
 
 GRID = Grid(20, 20, 0.25)
 

@@ -11,8 +11,8 @@ from sensor_msgs.msg import PointCloud2
 
 from bridge_helpers import grids, random_decisions, random_field, random_prototypes, refusal
 from control_field.grid import Grid
-from msgs_bridge.clouds import cloud_from_table, TableError
-from msgs_bridge.tables import (
+from msgs_bridge.messages.clouds import cloud_from_table, TableError
+from msgs_bridge.messages.tables import (
     cloud_from_decisions, cloud_from_field, cloud_from_prototypes, decisions_from_cloud,
     EXPERIENCE_DTYPE, FIELD_DTYPE, field_from_cloud, PROTOTYPE_DTYPE, prototypes_from_cloud)
 

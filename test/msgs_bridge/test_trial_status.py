@@ -1,18 +1,14 @@
 """The status on `trial`."""
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 
 from control_field.records import Outcome
-from msgs_bridge.trial_status import (
-    Label,
-    State,
-    status_from_trial,
-    trial_from_status,
-    TrialStatus,
-)
+from msgs_bridge.messages.trial_status import (
+    Label, State, status_from_trial, trial_from_status, TrialStatus)
 
 counts = st.integers(0, 2**32 - 1)
 

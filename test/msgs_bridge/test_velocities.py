@@ -3,16 +3,13 @@
 import math
 
 from geometry_msgs.msg import Twist, TwistStamped
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 
-from msgs_bridge.poses import stamp_from_seconds
-from msgs_bridge.velocities import (
-    fill_twist,
-    twist_from_velocity,
-    twist_stamped_from_velocity,
-    velocity_from_twist,
-)
+from msgs_bridge.messages.poses import stamp_from_seconds
+from msgs_bridge.messages.velocities import (
+    fill_twist, twist_from_velocity, twist_stamped_from_velocity, velocity_from_twist)
 
 speeds = st.floats(-10, 10)
 

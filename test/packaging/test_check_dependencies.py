@@ -5,8 +5,7 @@ import re
 import pytest
 
 from ros_helpers import ROOT
-from tools.check_dependencies import (
-    declared_in, Import, imports_in, imports_of, KEYS, problems)
+from tools.check_dependencies import declared_in, Import, imports_in, imports_of, KEYS, problems
 
 PACKAGE_XML = """
 <package format="3">

@@ -7,14 +7,12 @@ import pytest
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from ros_helpers import (
-    call, collect, own_domain, own_node, Process, run, start_node, wait_until,
-)
+from ros_helpers import call, collect, own_domain, own_node, Process, run, start_node, wait_until
 
 PARAMETERS = """
 import rclpy
-from msgs_bridge.command_line import Program
-from msgs_bridge.node_main import run_node
+from msgs_bridge.node.command_line import Program
+from msgs_bridge.node.run import run_node
 from std_msgs.msg import Empty
 
 def node():

@@ -12,8 +12,8 @@ import yaml
 from control_field.parameters import Parameters
 from control_field_node.settings import Settings as ControllerSettings
 from learner_node.settings import Settings as LearnerSettings
-from msgs_bridge.localised_odometry import LocalisedSettings
-from msgs_bridge.sight_settings import SightSettings
+from localised_odometry_node.fusion import LocalisedSettings
+from neighbourhood_node.settings import SightSettings
 import ros_helpers
 from ros_helpers import ROOT, start_node
 from teleop_node.settings import Settings as TeleopSettings
@@ -92,7 +92,7 @@ class TestRobots:
         assert math.hypot(*sight.grid.world_from_cell(*cell)) < 1e-9
 
     def test_the_node_reads_it(self, robot, ros_node, tmp_path):
-        process = start_node('msgs_bridge.neighbourhood_node', tmp_path,
+        process = start_node('neighbourhood_node.node', tmp_path,
                              arguments=['--ros-args', '--params-file', str(robot), '--'])
         with process:
             answer = ros_helpers.call(

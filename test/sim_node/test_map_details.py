@@ -7,8 +7,8 @@ import zlib
 import numpy as np
 import pytest
 
-from sim_node.map_image import read_pixels
-from sim_node.world import load_world, WorldError
+from world_maps.map_image import read_pixels
+from world_maps.world import load_world, WorldError
 
 YAML = ('image: map.png\nresolution: 0.5\norigin: [1.0, 2.0, 0.0]\nnegate: 0\n'
         'occupied_thresh: 0.65\nfree_thresh: 0.196\n')

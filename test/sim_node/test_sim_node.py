@@ -18,11 +18,12 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from control_field.grid import Grid
-from msgs_bridge import qos
-from msgs_bridge.neighbourhoods import neighbourhood_from_grid, occupancy_from_map
-from msgs_bridge.poses import initialpose_from_pose, Pose, pose_from_odometry, seconds_from_stamp
+from msgs_bridge.messages.neighbourhoods import neighbourhood_from_grid, occupancy_from_map
+from msgs_bridge.messages.poses import (
+    initialpose_from_pose, Pose, pose_from_odometry, seconds_from_stamp)
+from msgs_bridge.node import qos
 import ros_helpers
-from sim_node.world import find_world, load_world
+from world_maps.world import find_world, load_world
 
 GRID = Grid(20, 20, 0.25)
 START = Pose(0.0, 0.625, 0.875, 0.0)

@@ -2,7 +2,8 @@
 
 import math
 
-from hypothesis import example, given, settings, strategies as st
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from control_field.grid import Grid
 from sim_node.clearance import Clearance
 from sim_node.robot import arc, Body, Placement, Robot, time_to_contact, towards, Wheels
-from sim_node.world import World
+from world_maps.world import World
 
 RADIUS = 0.105
 angles = st.floats(-3.1, 3.1)

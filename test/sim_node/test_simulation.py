@@ -2,7 +2,8 @@
 
 import math
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 
@@ -10,7 +11,7 @@ from control_field.grid import Grid
 from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement
 from sim_node.simulation import Simulation
-from sim_node.world import World
+from world_maps.world import World
 
 TICK = 0.05
 

@@ -11,10 +11,10 @@ import pytest
 from std_srvs.srv import Trigger
 
 from control_field.records import Outcome
-from control_field.watch import StopReason
+from control_field.robot.stop_rules import StopReason
 from controller_peer import controller, Peer
-from msgs_bridge import qos
-from msgs_bridge.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
+from msgs_bridge.node import qos
 import ros_helpers
 from teleop_node.keys import ESCAPE
 from terminal_helpers import TerminalProcess

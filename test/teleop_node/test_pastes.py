@@ -3,11 +3,12 @@
 import random
 
 from geometry_msgs.msg import Twist
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 from std_srvs.srv import SetBool, Trigger
 
-from msgs_bridge.velocities import velocity_from_twist
+from msgs_bridge.messages.velocities import velocity_from_twist
 import ros_helpers
 from teleop_node.keys import ESCAPE, KeyParser, PASTE_BEGINS, PASTE_ENDS
 from teleop_node.pastes import PASTED, Pastes

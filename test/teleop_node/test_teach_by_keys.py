@@ -12,10 +12,10 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
-from msgs_bridge import qos
-from msgs_bridge.bag_label import read_label
-from msgs_bridge.poses import pose_from_odometry
-from msgs_bridge.trial_status import Label, State, trial_from_status
+from episode_store.label import read_label
+from msgs_bridge.messages.poses import pose_from_odometry
+from msgs_bridge.messages.trial_status import Label, State, trial_from_status
+from msgs_bridge.node import qos
 import ros_helpers
 from terminal_helpers import TerminalProcess
 

@@ -1,9 +1,10 @@
 """Hold to move: the robot stands 0.3 s after the last key, whatever was pressed before."""
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 
-from control_field.limits import STANDSTILL
+from control_field.robot.limits import STANDSTILL
 from teleop_node.driving import changed_speeds, Driving, LINGER, MOVES, Pace, SLOWEST
 
 SPEEDS = (0.2, 1.0)

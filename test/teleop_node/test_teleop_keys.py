@@ -1,19 +1,12 @@
 """Keys: one at a time, whole or in pieces, and the Esc key told from what begins with it."""
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 
 from teleop_node.driving import FACTORS, MOVES
 from teleop_node.keys import (
-    ACTIONS,
-    ESCAPE,
-    ESCAPE_TIME,
-    HELP,
-    KeyParser,
-    OTHER,
-    Presses,
-    REPEAT_TIME,
-)
+    ACTIONS, ESCAPE, ESCAPE_TIME, HELP, KeyParser, OTHER, Presses, REPEAT_TIME)
 
 SEQUENCES = ['\x1b[A', '\x1bOP', '\x1b[15~', '\x1b[1;5C', '\x1b[[B', '\x1b[202~', '\x1bx', 'ä',
              '€', '🙂']

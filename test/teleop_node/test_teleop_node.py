@@ -14,9 +14,9 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
-from msgs_bridge import qos
-from msgs_bridge.poses import odometry_from_pose, Pose
-from msgs_bridge.velocities import velocity_from_twist
+from msgs_bridge.messages.poses import odometry_from_pose, Pose
+from msgs_bridge.messages.velocities import velocity_from_twist
+from msgs_bridge.node import qos
 import ros_helpers
 from teleop_node.keys import Action
 from terminal_helpers import TerminalProcess

@@ -4,11 +4,12 @@ import math
 from types import SimpleNamespace
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import pytest
 
 from control_field.records import Outcome
-from msgs_bridge.trial_status import State, TrialStatus
+from msgs_bridge.messages.trial_status import State, TrialStatus
 from teleop_node.facts import Gathered, problem_with_readers, SILENCE
 from teleop_node.status_line import Facts, line_from_facts, line_over, message_over, share
 

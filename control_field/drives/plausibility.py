@@ -1,0 +1,353 @@
+"""
+Whether a robot can have driven what its poses say, and which part of it is whole.
+
+A drive is learnt only where it is known: poses that leap, stamps that go back or stand, seconds
+that are missing and two sources on one topic break it. It is cut at the break, and a part is kept
+where beginning and goal are certain; everything else is refused. ``doc/adr/0011`` has the reasons.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+import math
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.drives.breaks import Break, BreakKind, ImplausibleDriveError, place_text
+from control_field.drives.dead_reckoning import Motion, reckoned
+from control_field.words import counted
+
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+#: Faster than this is no robot that is taught by driving, where nobody says what it can, [m/s].
+SPEED_MAX: Final = 3.0
+#: How far a pose may be off beyond that, [m]: localisation that corrects itself; as in a trial.
+POSE_JUMP: Final = 0.1
+#: A single step may be so much faster than this drive usually is, but always so fast, [m/s].
+_HASTE, _SLOWEST_BOUND = 2.0, 0.2
+#: Way from pose to pose that is motion, and that is more than noise, [m].
+_MOVING, _DRIVEN = 1e-3, 0.02
+#: Time without a pose that is a hole: so many times the usual one, and at least so much, [s].
+_RARE, _LEAST_HOLE = 5.0, 0.5
+#: At most so many poses in a row, so many times, are poses gone wrong rather than another drive.
+_SPIKE_LENGTH, _MOST_SPIKES = 3, 3
+#: Leaps to and fro from which on two sources speak, and their share of all leaps.
+_FEWEST_TURNS, _TURNING = 7, 0.3
+#: Share of a cell that a robot which stands still may seem to move.
+_STILL: Final = 0.4
+#: A step of the stamps back that is no message which came late, [s].
+_CLOCK_JUMP: Final = 0.5
+
+
+@dataclass(frozen=True)
+class DriveLimits:
+    """
+    What a drive may be.
+
+    Parameters
+    ----------
+    cell : float, [m]
+        Side of a cell: what is not known within one is no loss.
+    speed_max : float, [m/s]
+        The robot is no faster.
+    pose_jump : float, [m]
+        How far a pose may be off beyond what the robot can drive.
+
+    """
+
+    cell: float
+    speed_max: float = SPEED_MAX
+    pose_jump: float = POSE_JUMP
+
+    @property
+    def unknown_way(self) -> float:
+        """Return how far nobody needs to know the way, [m]: a cell, or twice a pose jump."""
+        return max(self.cell, 2.0 * self.pose_jump)
+
+    @property
+    def still(self) -> float:
+        """Return how far a robot that stands may seem to move, [m]."""
+        return max(_STILL * self.cell, 0.5 * self.pose_jump)
+
+
+@dataclass(frozen=True, eq=False)
+class WholeDrive:
+    """
+    What is kept of the poses of a drive.
+
+    Parameters
+    ----------
+    kept : ndarray of int64, shape (k,)
+        Indices of the poses, in order of time.
+    spikes : tuple of Break
+        Where poses that are far off all others were left out, ``index`` of the first of each.
+    n_spikes : int
+        How many poses that were.
+    early : Break or None
+        Where the drive begins, if the robot was said to stand elsewhere before.
+    n_early : int
+        How many poses before that were left out.
+
+    """
+
+    kept: Indices
+    spikes: tuple[Break, ...] = ()
+    n_spikes: int = 0
+    early: Break | None = None
+    n_early: int = 0
+
+    def sentences(self) -> list[str]:
+        """Say what was left out, when and where."""
+        said = [f'1 pose is far off the others at {spike.at:.2f} s, at {place_text(spike.after)}, '
+                f'and is left out' for spike in self.spikes]
+        if self.n_spikes > len(self.spikes):
+            said.append(f'{self.n_spikes} poses are left out in all')
+        if self.early is not None:
+            said.append(f'{counted(self.n_early, "pose")} before the drive left out: {self.early}')
+        return said
+
+
+def whole_drive(
+    stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion | None = None,
+) -> WholeDrive:
+    """
+    Return the poses of a drive that belong together.
+
+    Parameters
+    ----------
+    stamps : ndarray, shape (n,), [s]
+        In the order in which they were recorded, finite; late and doubled ones do no harm.
+    xy : ndarray, shape (n, 2), [m]
+        Finite.
+    limits : DriveLimits
+    motion : Motion, optional
+        What came with each; it counts where it fits most of the drive.
+
+    Raises
+    ------
+    ImplausibleDriveError
+        If no part of it is whole.
+
+    """
+    order = np.argsort(stamps, kind='stable').astype(np.int64)
+    if len(stamps) < 2:
+        return WholeDrive(order)
+    found = breaks_of(stamps[order], xy[order], limits, _at(motion, order))
+    clean, spikes = _without_spikes(stamps, xy, order, limits, motion) if found else (order, ())
+    rest = breaks_of(stamps[clean], xy[clean], limits, _at(motion, clean)) if spikes else found
+    sources = _two_sources(stamps[order], xy[order], bool(found), limits)
+    # A clock that was set back mixes pieces of one drive; in the order recorded they are apart.
+    back = _set_back(stamps, xy, rest or sources)
+    if back and not _two_sources(stamps, xy, bool(found), limits):
+        return _last_part(stamps, xy, np.arange(len(stamps)), back, limits, motion)
+    if sources is not None:
+        raise ImplausibleDriveError([sources])
+    if rest:
+        return _last_part(stamps, xy, clean, rest, limits, motion)
+    return WholeDrive(clean, spikes, len(order) - len(clean))
+
+
+def breaks_of(
+    stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion | None = None,
+) -> list[Break]:
+    """
+    Return where poses in order of time are not one drive.
+
+    Parameters
+    ----------
+    stamps : ndarray, shape (n,), [s]
+        Not decreasing.
+    xy : ndarray, shape (n, 2), [m]
+    limits : DriveLimits
+    motion : Motion, optional
+        What came with each; it counts where it fits most of the drive.
+
+    """
+    if len(stamps) < 2:
+        return []
+    found = {each.index: each for each in (
+        *_unsaid(stamps, xy, limits, motion), *_standing(stamps, xy, limits),
+        *_leaps(stamps, xy, limits))}
+    return [found[index] for index in sorted(found)] or _too_fast(stamps, xy, limits)
+
+
+def _unsaid(
+    stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion | None,
+) -> list[Break]:
+    """Return where places do not fit the headings and speeds that came with them."""
+    found = None if motion is None else reckoned(stamps, xy, motion)
+    return [] if found is None else found.leaps(stamps, xy, limits.pose_jump)
+
+
+def _leaps(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
+    """Return the steps that are too far for their time, and those nobody knows the way of."""
+    dt, way = np.diff(stamps), _way(xy)
+    reach = limits.pose_jump + _speed(dt, way, limits) * dt
+    usual = float(np.median(dt[dt > 0.0])) if (dt > 0.0).any() else 0.0
+    leaps = (way > reach) & (dt > 0.0)
+    holes = (dt > max(_RARE * usual, _LEAST_HOLE)) & (way > limits.unknown_way) & ~leaps
+    return [_break(BreakKind.LEAP if leaps[i] else BreakKind.HOLE, i, i + 1, stamps, xy,
+                   float(reach[i])) for i in np.flatnonzero(leaps | holes).tolist()]
+
+
+def _speed(dt: Floats, way: Floats, limits: DriveLimits) -> float:
+    """Return how fast a single step may be: no faster than the robot, nor than it ever is."""
+    moving = np.sort((way / np.maximum(dt, 1e-9))[(dt > 0.0) & (way > _MOVING)])
+    # The few fastest may be leaps themselves; of a handful of steps the middle one counts.
+    n_driven = int((way > _DRIVEN).sum())  # a robot that waits for minutes drives no slower later
+    rank = len(moving) - 1 - max(2 * _MOST_SPIKES, math.ceil(0.02 * n_driven))
+    usual = float(moving[max(rank, len(moving) // 2)]) if len(moving) else 0.0
+    return min(limits.speed_max, max(_HASTE * usual, _SLOWEST_BOUND))
+
+
+def _standing(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
+    """Return where one stamp has poses too far apart."""
+    found = []
+    changes = np.flatnonzero(np.diff(stamps, prepend=-np.inf, append=np.inf) > 0.0)
+    for i in np.flatnonzero(np.diff(changes) > 1).tolist():
+        first, end = int(changes[i]), int(changes[i + 1])
+        away = np.hypot(*(xy[first:end] - xy[first]).T)
+        if away.max() > limits.pose_jump:
+            kind = BreakKind.STANDING if end - first > 2 else BreakKind.LEAP
+            found.append(_break(kind, first, first + int(away.argmax()), stamps, xy,
+                                limits.pose_jump))
+    return found
+
+
+def _too_fast(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
+    """Return where many small steps together are faster than the robot; one place is enough."""
+    lag = 2
+    while lag < len(stamps):
+        dt, way = stamps[lag:] - stamps[:-lag], np.hypot(*(xy[lag:] - xy[:-lag]).T)
+        reach = limits.pose_jump + limits.speed_max * dt
+        if (way > reach).any():
+            first = int((way > reach).argmax())
+            return [_break(BreakKind.FAST, first, first + lag, stamps, xy, float(reach[first]))]
+        lag *= 2
+    return []
+
+
+def _set_back(stamps: Floats, xy: Floats, is_broken: object) -> list[Break]:
+    """
+    Return where stamps go back, in the order recorded, by more than messages are late.
+
+    Where they make a drive nevertheless, those count that all that follows stays behind: sorted
+    by stamp the end of such a drive would come before its beginning.
+    """
+    steps = np.flatnonzero(np.diff(stamps) < -_CLOCK_JUMP).tolist()
+    if not is_broken:
+        steps = [i for i in steps if len(stamps) - i > 1 + _SPIKE_LENGTH
+                 and stamps[i + 1:].max() < stamps[:i + 1].max() - _CLOCK_JUMP]
+    return [replace(_break(BreakKind.BACK, i, i + 1, stamps, xy),
+                    at=float(stamps[i] - stamps[0])) for i in steps]
+
+
+def _two_sources(
+    stamps: Floats, xy: Floats, has_breaks: bool, limits: DriveLimits,
+) -> Break | None:
+    """Return where poses leap to and fro, if they do so all the time."""
+    far = np.flatnonzero(_way(xy) > limits.pose_jump)
+    there, back = far[:-1], far[1:]
+    way = np.minimum(_way(xy)[there], _way(xy)[back])
+    returns = np.hypot(*(xy[back + 1] - xy[there]).T) < 0.5 * way
+    share = _TURNING if has_breaks else 2.0 * _TURNING
+    if returns.sum() >= max(_FEWEST_TURNS, share * len(far), 0.02 * len(xy)):
+        first = int(there[returns.argmax()])
+    else:
+        turns = _turns(stamps, xy, limits)
+        if turns.sum() < max(_FEWEST_TURNS, 2.0 * _TURNING * len(turns)):
+            return None
+        first = int(turns.argmax())
+    return _break(BreakKind.SOURCES, first, first + 1, stamps, xy)
+
+
+def _turns(stamps: Floats, xy: Floats, limits: DriveLimits) -> npt.NDArray[np.bool_]:
+    """Tell which poses lie far on one side of those around them, the next on the other one."""
+    dt = np.maximum(np.diff(stamps), 0.0)
+    share = (dt[:-1] / np.maximum(dt[:-1] + dt[1:], 1e-9))[:, np.newaxis]
+    aside = xy[1:-1] - ((1.0 - share) * xy[:-2] + share * xy[2:])
+    far = np.hypot(*aside.T) > limits.pose_jump
+    across = (aside[:-1] * aside[1:]).sum(axis=1)
+    both = np.hypot(*aside[:-1].T) * np.hypot(*aside[1:].T)
+    return np.asarray(far[:-1] & far[1:] & (across < -0.5 * both))
+
+
+def _without_spikes(
+    stamps: Floats, xy: Floats, order: Indices, limits: DriveLimits, motion: Motion | None,
+) -> tuple[Indices, tuple[Break, ...]]:
+    """Leave poses out that are far off those before and after, where these fit together."""
+    at, places = stamps[order], xy[order]
+    speed = _speed(np.diff(at), _way(places), limits)
+    said = None if motion is None else reckoned(at, places, motion.at(order))
+
+    def fits(i: int, j: int) -> bool:
+        reach = limits.pose_jump + speed * float(at[j] - at[i])
+        return math.dist(places[i], places[j]) <= reach and (
+            said is None or said.fits(places, i, j, limits.pose_jump))
+
+    kept, i = [0], 1
+    spikes: list[Break] = []
+    while i < len(order):
+        last = kept[-1]
+        if not fits(last, i):
+            ahead = range(i + 1, min(i + 1 + _SPIKE_LENGTH, len(order)))
+            # It leaps back, too: what goes on from where it leapt to is another frame.
+            after = next((j for j in ahead if fits(last, j) and not fits(j - 1, j) and _is_known(
+                at[[last, j]], places[[last, j]], limits)), None)
+            if after is None and len(order) - i <= _SPIKE_LENGTH and _is_soon(at[[last, -1]]):
+                after = len(order)  # the robot is still where it was a moment before
+            if after is None or len(spikes) == _MOST_SPIKES:
+                return order, ()
+            spikes.append(_break(BreakKind.LEAP, last, i, at, places))
+            i = after
+            continue
+        kept.append(i)
+        i += 1
+    return order[np.array(kept, dtype=np.int64)], tuple(spikes)
+
+
+def _is_known(at: Floats, places: Floats, limits: DriveLimits) -> bool:
+    """Tell whether no way is lost between two poses."""
+    return _is_soon(at) or math.dist(*places) <= limits.unknown_way
+
+
+def _is_soon(at: Floats) -> bool:
+    return bool(at[1] - at[0] <= _LEAST_HOLE)
+
+
+def _last_part(
+    stamps: Floats, xy: Floats, order: Indices, breaks: list[Break], limits: DriveLimits,
+    motion: Motion | None,
+) -> WholeDrive:
+    """Return the part after the last break, if the robot only stood before; else refuse."""
+    starts = [0, *(found.index for found in breaks)]
+    rest = order[starts[-1]:]
+    rest = rest[np.argsort(stamps[rest], kind='stable')]
+    # In a hole the robot did not stand: the drive begins somewhere in it.
+    if (len(rest) < 2 or len(breaks) > _MOST_SPIKES
+            or any(found.kind is BreakKind.HOLE for found in breaks)
+            or breaks_of(stamps[rest], xy[rest], limits, _at(motion, rest))):
+        raise ImplausibleDriveError(breaks)
+    for start, end in pairwise(starts):
+        places = xy[order[start:end]]
+        if np.hypot(*(places - places[:1]).T).max(initial=0.0) > limits.still:
+            raise ImplausibleDriveError(breaks)
+    return WholeDrive(rest, early=breaks[-1], n_early=len(stamps) - len(rest))
+
+
+def _at(motion: Motion | None, index: Indices) -> Motion | None:
+    return None if motion is None else motion.at(index)
+
+
+def _way(xy: Floats) -> Floats:
+    return np.asarray(np.hypot(*np.diff(xy, axis=0).T))
+
+
+def _break(
+    kind: BreakKind, before: int, after: int, stamps: Floats, xy: Floats, reach: float = math.inf,
+) -> Break:
+    (x, y), (next_x, next_y) = xy[before].tolist(), xy[after].tolist()
+    return Break(kind, after, float(stamps[after] - stamps.min()),
+                 float(stamps[after] - stamps[before]), (x, y), (next_x, next_y), reach)

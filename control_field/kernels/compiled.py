@@ -1,0 +1,62 @@
+"""
+The kernels compiled by numba, for the learner's side; the robot never imports this.
+
+Every function of the kernel modules is there under its own name.
+"""
+
+from collections.abc import Callable
+import hashlib
+import inspect
+import types
+from typing import Any
+
+import numba
+
+from control_field.kernels import decision as trial_kernels
+from control_field.kernels import interpolation as field_kernels
+from control_field.kernels import local_search as rehearsal_kernels
+from control_field.kernels import repair as mending_kernels
+from control_field.kernels import rollout as flow_kernels
+from control_field.kernels import steps as kernels
+
+
+def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
+    """Compile the functions of modules so that they call each other compiled."""
+    # numba's cache looks at a function's own file only; the digest of all of them in the name
+    # keeps it from serving code that calls what has since been changed elsewhere.
+    sources = ''.join(inspect.getsource(module) for module in modules)
+    digest = hashlib.sha256(sources.encode()).hexdigest()[:12]
+    namespace: dict[str, Any] = {}
+    compiled: dict[str, Callable[..., Any]] = {}
+    for module in modules:
+        namespace.update({k: v for k, v in vars(module).items() if k not in compiled})
+        for name, function in list(vars(module).items()):
+            if isinstance(function, types.FunctionType) and function.__module__ == module.__name__:
+                rebound = types.FunctionType(function.__code__, namespace, name,
+                                             function.__defaults__)
+                rebound.__module__ = module.__name__
+                rebound.__qualname__ = f'{name}_{digest}'
+                compiled[name] = namespace[name] = _jit(rebound)
+    return compiled
+
+
+def _jit(function: types.FunctionType) -> Callable[..., Any]:
+    try:
+        return numba.njit(cache=True)(function)
+    except RuntimeError:
+        # There is no folder to write a cache to: a service's user without a home, and a package
+        # that belongs to root. Then it is compiled at every start.
+        return numba.njit(function)
+
+
+# What comes later replaces what is called the same: rehearsal is laid out for compiled code.
+_ALL = _compile(
+    kernels, flow_kernels, rehearsal_kernels, trial_kernels, field_kernels, mending_kernels)
+
+
+def __getattr__(name: str) -> Callable[..., Any]:
+    """Return a compiled kernel."""
+    try:
+        return _ALL[name]
+    except KeyError:
+        raise AttributeError(f'no kernel is called {name}') from None

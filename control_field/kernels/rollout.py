@@ -1,0 +1,225 @@
+"""Following the field over a map; plain Python or compiled, as `kernels` says."""
+
+import numpy as np
+
+from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
+from control_field.kernels.steps import (
+    BoolMap, CellMap, FloatMap, is_barred, step_allowed, StepRules)
+
+
+def flow_reaches(
+    known: CellMap, headings: CellMap, row: int, col: int, goal_row: int, goal_col: int,
+    rules: StepRules,
+) -> int:
+    """
+    Follow the field over the remembered map; tell whether it reaches the goal.
+
+    Returns
+    -------
+    int
+        Steps to the goal, or -1 if the flow ends in something barred, in a cell without a course
+        or in a loop (more steps than cells).
+
+    """
+    limit = known.shape[0] * known.shape[1]
+    for step in range(limit + 1):
+        if row == goal_row and col == goal_col:
+            return step
+        heading = headings[row, col]
+        if heading < 0 or not step_allowed(known, row, col, heading, rules):
+            return -1
+        row += STEP_ROW[heading]
+        col += STEP_COL[heading]
+    return -1
+
+
+def flow_basin(
+    known: CellMap, headings: CellMap, goal_row: int, goal_col: int, rules: StepRules,
+) -> CellMap:
+    """
+    Follow the field from every cell at once.
+
+    Returns
+    -------
+    ndarray of int8, shape (n_rows, n_cols)
+        1: reaches the goal; 2: leads into a loop; 3: leads into a cell whose course is barred or
+        missing; 0: the cell itself is barred.
+
+    """
+    rows, cols = known.shape
+    state = np.zeros((rows, cols), dtype=np.int8)
+    path = np.empty((rows * cols, 2), dtype=np.int64)
+    for first_row in range(rows):
+        for first_col in range(cols):
+            if state[first_row, first_col] or is_barred(known, first_row, first_col, rules[1]):
+                continue
+            n, row, col, verdict = 0, first_row, first_col, 0
+            while verdict == 0:
+                heading = headings[row, col]
+                if state[row, col] == 9:
+                    verdict = 2
+                elif state[row, col] != 0:
+                    verdict = state[row, col]
+                elif row == goal_row and col == goal_col:
+                    state[row, col] = 1
+                    verdict = 1
+                elif heading < 0 or not step_allowed(known, row, col, heading, rules):
+                    state[row, col] = 3
+                    verdict = 3
+                else:
+                    state[row, col] = 9
+                    path[n, 0], path[n, 1] = row, col
+                    n += 1
+                    row += STEP_ROW[heading]
+                    col += STEP_COL[heading]
+            for i in range(n):
+                state[path[i, 0], path[i, 1]] = verdict
+    return state
+
+
+def flow_ends(
+    known: CellMap, headings: CellMap, state: CellMap, starts: BoolMap, rules: StepRules,
+) -> BoolMap:
+    """
+    Mark where the flows from some cells end that do not come home.
+
+    Returns
+    -------
+    ndarray of bool, shape (n_rows, n_cols)
+        Cells whose course is barred or missing, and one cell a loop.
+
+    """
+    rows, cols = known.shape
+    ends = np.zeros((rows, cols), dtype=np.bool_)
+    walked = np.zeros((rows, cols), dtype=np.int64)
+    mark = 0
+    for first_row in range(rows):
+        for first_col in range(cols):
+            row, col = first_row, first_col
+            if not starts[row, col] or state[row, col] < 2 or walked[row, col] > 0:
+                continue
+            mark += 1
+            while walked[row, col] == 0:
+                walked[row, col] = mark
+                heading = headings[row, col]
+                if heading < 0 or not step_allowed(known, row, col, heading, rules):
+                    ends[row, col] = True
+                    break
+                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+                if walked[row, col] == mark:
+                    ends[row, col] = True
+    return ends
+
+
+def n_as_shown(
+    known: CellMap, headings: CellMap, shown: CellMap, rules: StepRules,
+) -> tuple[int, int]:
+    """Return how many shown steps nothing bars, and with how many of them the field agrees."""
+    n_possible, n_agreeing = 0, 0
+    for row in range(known.shape[0]):
+        for col in range(known.shape[1]):
+            heading = shown[row, col]
+            if (heading >= 0 and not is_barred(known, row, col, False)
+                    and step_allowed(known, row, col, heading, rules)):
+                n_possible += 1
+                n_agreeing += headings[row, col] == heading
+    return n_possible, n_agreeing
+
+
+def flow_lengths(
+    known: CellMap, headings: CellMap, goal_row: int, goal_col: int, rules: StepRules,
+) -> FloatMap:
+    """Return the length of every cell's flow to the goal, inf where it does not get there."""
+    rows, cols = known.shape
+    length = np.full((rows, cols), np.nan)
+    length[goal_row, goal_col] = 0.0
+    path = np.empty((rows * cols, 2), dtype=np.int64)
+    on_path = np.zeros((rows, cols), dtype=np.bool_)
+    for first_row in range(rows):
+        for first_col in range(cols):
+            n, row, col, end = 0, first_row, first_col, np.inf
+            while True:
+                if on_path[row, col] or is_barred(known, row, col, rules[1]):
+                    break
+                if not np.isnan(length[row, col]):
+                    end = length[row, col]
+                    break
+                heading = headings[row, col]
+                on_path[row, col] = True
+                path[n, 0], path[n, 1] = row, col
+                n += 1
+                if heading < 0 or not step_allowed(known, row, col, heading, rules):
+                    break
+                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+            for i in range(n - 1, -1, -1):
+                row, col = path[i, 0], path[i, 1]
+                end += STEP_LENGTH[max(headings[row, col], 0)]
+                length[row, col] = end
+                on_path[row, col] = False
+            if np.isnan(length[first_row, first_col]):
+                length[first_row, first_col] = np.inf
+    return length
+
+
+def n_crossing(headings: CellMap, state: CellMap, goal_row: int, goal_col: int) -> FloatMap:
+    """
+    Count from how many cells the flow home leads through each cell, itself included.
+
+    Parameters
+    ----------
+    state : ndarray of int8
+        Of `flow_basin`.
+
+    """
+    rows, cols = headings.shape
+    count = np.zeros((rows, cols))
+    n_before = np.zeros((rows, cols), dtype=np.int64)
+    for row in range(rows):
+        for col in range(cols):
+            if state[row, col] == 1 and not (row == goal_row and col == goal_col):
+                heading = headings[row, col]
+                n_before[row + STEP_ROW[heading], col + STEP_COL[heading]] += 1
+    for first_row in range(rows):
+        for first_col in range(cols):
+            row, col = first_row, first_col
+            while state[row, col] == 1 and n_before[row, col] == 0:
+                n_before[row, col] = -1
+                count[row, col] += 1.0
+                if row == goal_row and col == goal_col:
+                    break
+                heading = headings[row, col]
+                r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
+                count[r, c] += count[row, col]
+                n_before[r, c] -= 1
+                row, col = r, c
+    return count
+
+
+def unseen_along(
+    headings: CellMap, starts: BoolMap, known: CellMap, value: FloatMap, goal_row: int,
+    goal_col: int,
+) -> FloatMap:
+    """
+    Return the summed value of the unseen cells that come into sight along flows home.
+
+    ``starts`` marks the cells to follow the flow from; from each it must reach the goal.
+    """
+    rows, cols = headings.shape
+    total = np.zeros((rows, cols))
+    mark = np.zeros((rows, cols), dtype=np.int64)
+    for first_row in range(rows):
+        for first_col in range(cols):
+            if not starts[first_row, first_col]:
+                continue
+            row, col = first_row, first_col
+            while True:
+                for r in range(max(0, row - 1), min(rows, row + 2)):
+                    for c in range(max(0, col - 1), min(cols, col + 2)):
+                        if known[r, c] == -1 and mark[r, c] != first_row * cols + first_col + 1:
+                            mark[r, c] = first_row * cols + first_col + 1
+                            total[first_row, first_col] += value[r, c]
+                if row == goal_row and col == goal_col:
+                    break
+                heading = headings[row, col]
+                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+    return total

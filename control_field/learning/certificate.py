@@ -1,0 +1,134 @@
+"""What a field is worth, checked exhaustively on the grid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.headings import headings_from_vectors
+from control_field.kernels import compiled
+from control_field.kernels.steps import StepRules
+from control_field.records import ControlField
+from control_field.words import counted
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """
+    How far a field can be trusted on the map that is remembered so far.
+
+    Parameters
+    ----------
+    basin : float
+        Share of the known free, reachable cells whose flow reaches the goal, taking cells never
+        seen as free.
+    proven : float
+        Share of them whose flow reaches the goal over cells seen to be free only.
+    sinks : ndarray of int32, shape (k, 2)
+        Cells ``(row, col)`` where a flow from a known free, reachable cell ends, on seen ground
+        or not: its course is barred or missing, or it is a cell of a loop.
+    fidelity : float
+        Share of the demonstrated cells, among those not proven blocked, where the field still
+        does what was shown; NaN without any.
+    n_prototypes : int
+    n_free : int
+        Known free cells.
+    n_reachable : int
+        Known free cells from which the remembered map allows a way to the goal.
+    coherence_min : float
+        Least coherence over them.
+
+    """
+
+    basin: float
+    proven: float
+    sinks: npt.NDArray[np.int32]
+    fidelity: float
+    n_prototypes: int
+    n_free: int
+    n_reachable: int
+    coherence_min: float
+
+    @property
+    def n_reached(self) -> int:
+        """Return how many of the reachable cells have a flow to the goal."""
+        return round(self.basin * self.n_reachable)
+
+    def sentence(self) -> str:
+        """Say from where the robot gets to the goal, in plain words; `numbers` has the rest."""
+        n, cut_off = self.n_reachable, self.n_free - self.n_reachable
+        if n == 0:
+            return 'From none of the places seen so far there is a way to the goal.'
+        which = f'{self.n_reached} of {counted(n, "place")}'
+        if self.n_reached == n:
+            which = 'the only place' if n == 1 else f'all {n} places'
+        rest = f' There is no way to it from {cut_off} more.' if cut_off else ''
+        return f'From {which} seen so far the robot gets to the goal.{rest}'
+
+    def numbers(self) -> str:
+        """Return the certificate in numbers, for who wants to know more than `sentence` says."""
+        return (f'basin {self.basin:.1%} of {counted(self.n_reachable, "known free cell")} '
+                f'({self.proven:.1%} over seen ground only), {counted(len(self.sinks), "sink")}, '
+                f'fidelity {self.fidelity:.1%}, {counted(self.n_prototypes, "prototype")}, '
+                f'coherence at least {self.coherence_min:.2f}')
+
+
+def fidelity_of(
+    headings: npt.NDArray[np.int8], shown: npt.NDArray[np.int8], known: npt.NDArray[np.int8],
+    rules: StepRules,
+) -> float:
+    """
+    Return the share of demonstrated cells where the field does what was shown.
+
+    Parameters
+    ----------
+    headings : ndarray of int8, shape (n_rows, n_cols)
+        Of the field.
+    shown : ndarray of int8, shape (n_rows, n_cols)
+        Demonstrated heading a cell, -1 for none.
+    known : ndarray of int8, shape (n_rows, n_cols)
+        Remembered map; a demonstrated step that it bars does not count.
+
+    """
+    n_possible, n_agreeing = compiled.n_as_shown(known, headings, shown, rules)
+    return n_agreeing / n_possible if n_possible else float('nan')
+
+
+def certify(
+    field: ControlField, shown: npt.NDArray[np.int8], n_prototypes: int, rules: StepRules,
+    reachable: npt.NDArray[np.bool_] | None = None,
+) -> Certificate:
+    """
+    Check a field from every cell of its own remembered map.
+
+    Parameters
+    ----------
+    field : ControlField
+    shown : ndarray of int8, shape (n_rows, n_cols)
+        Demonstrated heading a cell, -1 for none.
+    n_prototypes : int
+    rules : tuple
+        ``(corner_cutting, unknown_is_blocked, moves)``.
+    reachable : ndarray of bool, shape (n_rows, n_cols), optional
+        Cells with a way to the goal, if the caller knows them already.
+
+    """
+    headings = headings_from_vectors(field.vx, field.vy)
+    if reachable is None:
+        cost = compiled.cost_to_go(field.known, *field.goal, shown, np.zeros(shown.shape),
+                                   np.ones(shown.shape), rules)
+        reachable = np.isfinite(cost)
+    judged = (field.known == 0) & reachable
+    n = int(judged.sum())
+    state = compiled.flow_basin(field.known, headings, *field.goal, rules)
+    proven = compiled.flow_basin(field.known, headings, *field.goal, (rules[0], True, rules[2]))
+    at_end = compiled.flow_ends(field.known, headings, state, judged, rules)
+    away = judged.copy()
+    away[field.goal] = False
+    return Certificate(
+        basin=float((state[judged] == 1).mean()) if n else 0.0,
+        proven=float((proven[judged] == 1).mean()) if n else 0.0,
+        sinks=np.argwhere(at_end).astype(np.int32),
+        fidelity=fidelity_of(headings, shown, field.known, rules),
+        n_prototypes=n_prototypes, n_free=int((field.known == 0).sum()), n_reachable=n,
+        coherence_min=float(field.coherence[away].min()) if away.any() else 0.0)

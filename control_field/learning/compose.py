@@ -1,0 +1,308 @@
+"""From prototypes to the control field: equation 7, in either profile."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
+from control_field.kernels import compiled
+from control_field.learning.interpolation import interpolate, weight_from_q
+from control_field.learning.memory import Memory
+from control_field.local_grid import BLOCKED
+from control_field.records import CellFlag, ControlField, Prototypes
+from control_field.robot.policy import caution_factor, rules_of
+
+#: Weight of the pull beside a prototype of full weight one cell away.
+PULL_STRENGTH = 2.0
+#: Rounds of repair after which the rest is left to the sight; never reached in our evaluations.
+_MOST_ROUNDS = 200
+#: A learnt step is kept while what it leads to costs at most this many cells more than the best.
+_WORTH_KEEPING = 1.0
+#: From this ratio to the best known way on, what a trial did is no longer preferred.
+_CLEARLY_LONGER = 1.15
+
+
+@dataclass(frozen=True, eq=False)
+class Composition:
+    """
+    A field with what it was made of.
+
+    Parameters
+    ----------
+    field : ControlField
+    prototypes : Prototypes
+    weights : ndarray of float64, shape (n,)
+        Weight of each prototype in eq. 7.
+    reachable : ndarray of bool, shape (n_rows, n_cols)
+        Cells with a way to the goal on the remembered map.
+
+    """
+
+    field: ControlField
+    prototypes: Prototypes
+    weights: npt.NDArray[np.float64]
+    reachable: npt.NDArray[np.bool_]
+
+
+def compose(memory: Memory) -> Composition:
+    """
+    Make the field of a memory, in the profile its parameters name.
+
+    Raises
+    ------
+    ValueError
+        If nothing was demonstrated yet.
+
+    """
+    if memory.goal is None:
+        raise ValueError('there is no control field before the first demonstration')
+    if memory.parameters.profile == 'paper':
+        return _compose_paper(memory)
+    return _Composer(memory, caution_factor(memory.known, memory.parameters)).compose()
+
+
+def _compose_paper(memory: Memory) -> Composition:
+    """Eq. 7 to the letter."""
+    parameters, grid = memory.parameters, memory.grid
+    prototypes = memory.prototypes()
+    weights = weight_from_q(prototypes.q, parameters.weight_floor)
+    cells = np.argwhere(np.ones(grid.shape, dtype=np.bool_))
+    vectors = interpolate(
+        cells.astype(np.float64), prototypes.cells.astype(np.float64),
+        UNIT[prototypes.headings], weights, parameters.power, parameters.effective_window)
+    vx, vy = vectors[:, 0].reshape(grid.shape), vectors[:, 1].reshape(grid.shape)
+    cost = compiled.cost_to_go(memory.known, *_goal(memory), memory.shown, np.zeros(grid.shape),
+                               np.ones(grid.shape), rules_of(parameters))
+    field = _field(memory, vx, vy, memory.q, prototypes)
+    return Composition(field, prototypes, weights, np.isfinite(cost))
+
+
+def _goal(memory: Memory) -> tuple[int, int]:
+    assert memory.goal is not None
+    return memory.goal
+
+
+def _field(
+    memory: Memory, vx: npt.NDArray[np.float64], vy: npt.NDArray[np.float64],
+    q: npt.NDArray[np.float64], prototypes: Prototypes,
+) -> ControlField:
+    """Make unit vectors, keep their length as coherence, and set the flags."""
+    length = np.hypot(vx, vy)
+    shape = memory.grid.shape
+    safe = np.where(length > 1e-9, length, 1.0)
+    flags = np.zeros(shape, dtype=np.uint8)
+    flags[tuple(prototypes.cells.T)] |= np.uint8(CellFlag.PROTOTYPE)
+    flags[memory.shown >= 0] |= np.uint8(CellFlag.DEMONSTRATED)
+    flags[_goal(memory)] |= np.uint8(CellFlag.GOAL)
+    flags[_supported(memory, prototypes)] |= np.uint8(CellFlag.SUPPORTED)
+    return ControlField(
+        grid=memory.grid, revision=memory.n_episodes, goal=_goal(memory),
+        vx=np.where(length > 1e-9, vx / safe, 0.0).astype(np.float32),
+        vy=np.where(length > 1e-9, vy / safe, 0.0).astype(np.float32),
+        coherence=np.minimum(length, 1.0).astype(np.float32),
+        q=q.astype(np.float32), known=memory.known.copy(), flags=flags)
+
+
+def _supported(memory: Memory, prototypes: Prototypes) -> npt.NDArray[np.bool_]:
+    """Mark the cells within the effective window of a prototype."""
+    rows, cols = memory.grid.shape
+    window = memory.parameters.effective_window
+    reach = int(min(window, max(rows, cols)))
+    marked = np.zeros((rows, cols), dtype=np.bool_)
+    r, c = np.mgrid[-reach:reach + 1, -reach:reach + 1]
+    disc = np.hypot(r, c) <= window
+    for row, col in prototypes.cells.tolist():
+        top, left = max(row - reach, 0), max(col - reach, 0)
+        bottom, right = min(row + reach + 1, rows), min(col + reach + 1, cols)
+        marked[top:bottom, left:right] |= disc[
+            top - row + reach:bottom - row + reach, left - col + reach:right - col + reach]
+    return marked
+
+
+class _Composer:
+    """The steps of `profile: full`, over shared arrays."""
+
+    def __init__(self, memory: Memory, factor: npt.NDArray[np.float64]) -> None:
+        self.memory = memory
+        self.factor = factor
+        self.parameters = memory.parameters
+        self.rules = rules_of(memory.parameters)
+        self.known = memory.known
+        self.shown = self._still_shown()
+        self.preferred, self.spared = self._preferences()
+        self.cost = self._cost()
+        self.q = self._plain_q() if self.parameters.rehearsal else memory.q
+        self.centre = np.full(memory.grid.shape, -1, dtype=np.int8)
+        self.mended = np.zeros(memory.grid.shape, dtype=np.bool_)
+
+    def _plain_q(self) -> npt.NDArray[np.float64]:
+        """
+        Return the Q-matrix that rehearsal comes to without any preference.
+
+        What was shown is preferred where the field is made, not in what is known to be good: the
+        greedy path of the Q-matrix is the best one known, whatever way the teacher went.
+        """
+        none = np.full(self.known.shape, -1, dtype=np.int8)
+        nothing = np.zeros(self.known.shape)
+        cost = compiled.cost_to_go(
+            self.known, *_goal(self.memory), none, nothing, self.factor, self.rules)
+        q: npt.NDArray[np.float64] = compiled.q_from_cost(
+            self.known, cost, none, nothing, self.factor, self.parameters.discount, self.rules)
+        return q
+
+    def _still_shown(self) -> npt.NDArray[np.int8]:
+        """Return the demonstrated steps that are not proven blocked."""
+        shown = self.memory.shown.copy()
+        for row, col in np.argwhere(shown >= 0).tolist():
+            if self.known[row, col] == BLOCKED or not compiled.step_allowed(
+                    self.known, row, col, shown[row, col], self.rules):
+                shown[row, col] = -1
+        return shown
+
+    def _preferences(self) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float64]]:
+        """
+        Return the step to prefer in each cell, and the share of its length it is spared.
+
+        What was shown comes first, then what led to the goal in a trial, unless the remembered map
+        now knows a clearly shorter way.
+        """
+        parameters, action = self.parameters, self.memory.action
+        self.preferred = self.shown
+        self.spared = np.where(self.shown >= 0, parameters.demonstration_advantage, 0.0)
+        cost = self._cost()
+        preferred, spared = self.shown.copy(), self.spared.copy()
+        for row, col in np.argwhere((action >= 0) & (self.shown < 0)).tolist():
+            through = compiled.through(
+                self.known, cost, self.factor, row, col, action[row, col], self.rules)
+            if through <= _CLEARLY_LONGER * cost[row, col]:
+                preferred[row, col] = action[row, col]
+                spared[row, col] = parameters.practice_advantage
+        return preferred, spared
+
+    def _cost(self) -> npt.NDArray[np.float64]:
+        cost: npt.NDArray[np.float64] = compiled.cost_to_go(
+            self.known, *_goal(self.memory), self.preferred, self.spared, self.factor, self.rules)
+        return cost
+
+    def compose(self) -> Composition:
+        """Choose the prototypes, mend and prune, and make the field."""
+        self._choose()
+        self._interpolate()
+        if self._repairs():
+            self._repair()
+        if self.parameters.pruning:
+            self._prune()
+        prototypes, weights = self._table()
+        field = _field(self.memory, self.vx, self.vy, self.q, prototypes)
+        return Composition(field, prototypes, weights, np.isfinite(self.cost))
+
+    def _choose(self) -> None:
+        """Start from what was learnt, less what the remembered map has since disproved."""
+        action = self.memory.action
+        for row, col in np.argwhere(action >= 0).tolist():
+            heading = int(action[row, col])
+            if self.shown[row, col] >= 0 and self.parameters.demonstration_advantage > 0.0:
+                self.centre[row, col] = self.shown[row, col]
+            elif not self.parameters.rehearsal or self._worth_keeping(row, col, heading):
+                self.centre[row, col] = heading
+
+    def _worth_keeping(self, row: int, col: int, heading: int) -> bool:
+        through = float(compiled.through(
+            self.known, self.cost, self.factor, row, col, heading, self.rules))
+        if self.preferred[row, col] == heading:
+            after = row + STEP_ROW[heading], col + STEP_COL[heading]
+            through -= float(self.spared[row, col] * STEP_LENGTH[heading] * self.factor[after])
+        best = self.cost[row, col]
+        return bool(np.isfinite(best) and through <= best + _WORTH_KEEPING)
+
+    def _table(self) -> tuple[Prototypes, npt.NDArray[np.float64]]:
+        """Return the prototypes as they stand, and their weights."""
+        memory = self.memory
+        cells = np.argwhere(self.centre >= 0).astype(np.int32)
+        at = (cells[:, 0], cells[:, 1])
+        headings = self.centre[at]
+        own = self.mended[at] | (memory.action[at] != headings)
+        q = self.q[(*at, headings)].astype(np.float64)
+        prototypes = Prototypes(
+            cells=cells, headings=headings, q=q,
+            episodes=np.where(own, -memory.n_episodes, memory.episode[at]).astype(np.int32),
+            stamps=np.where(own, np.nan, memory.stamp[at]),
+            demonstrated=memory.shown[at] == headings)
+        return prototypes, weight_from_q(q, self.parameters.weight_floor)
+
+    def _interpolate(self) -> None:
+        """Evaluate eq. 7 with windows and pull at every cell."""
+        prototypes, weights = self._table()
+        shape = self.memory.grid.shape
+        self.totals = (np.zeros(shape), np.zeros(shape), np.zeros(shape))
+        compiled.add_windows(
+            *self.totals, self.known, prototypes.cells.astype(np.int64), prototypes.headings,
+            weights, *self._window())
+        self.pull = self._pull(prototypes)
+        self.vx, self.vy, self.headings = compiled.courses(
+            *self.totals, self.centre, self.pull, PULL_STRENGTH)
+
+    def _window(self) -> tuple[float, float, bool]:
+        parameters = self.parameters
+        return (float(min(parameters.effective_window, max(self.memory.grid.shape))),
+                float(parameters.power), parameters.visible_windows)
+
+    def _pull(self, prototypes: Prototypes) -> npt.NDArray[np.int8]:
+        if not self.parameters.pull:
+            return np.full(self.memory.grid.shape, -1, dtype=np.int8)
+        pull: npt.NDArray[np.int8] = compiled.pull_from_cost(
+            self.known, self.cost, self.factor, self.totals[0], self.totals[1], self.rules,
+        ) if self.parameters.rehearsal else compiled.pull_to_nearest(
+            self.known, prototypes.cells.astype(np.int64), self.rules)
+        return pull
+
+    def _repairs(self) -> bool:
+        return self.parameters.repair and self.parameters.rehearsal
+
+    def _repair(self) -> None:
+        """Give the cells whose flow does not come home a prototype, few at a time."""
+        goal = _goal(self.memory)
+        for _ in range(_MOST_ROUNDS):
+            state = compiled.flow_basin(self.known, self.headings, *goal, self.rules)
+            cells = compiled.mending_cells(
+                self.known, self.cost, self.factor, self.headings, state, self.shown >= 0,
+                self.rules)
+            if not cells.any():
+                return
+            before = self.centre.copy()
+            for row, col in np.argwhere(cells).tolist():
+                self.centre[row, col] = compiled.best_step(
+                    self.known, self.cost, self.factor, row, col, -1, self.rules)
+                self.mended[row, col] = True
+            if np.array_equal(before, self.centre):
+                return  # what is left cannot be mended in this way
+            self._interpolate()
+
+    def _prune(self) -> None:
+        """Drop the prototypes without which no course is worse; what a person showed stays."""
+        prototypes, weights = self._table()
+        candidates = np.flatnonzero(~prototypes.demonstrated)
+        order = candidates[np.argsort(prototypes.q[candidates], kind='stable')]
+        before, centre = self.centre, self.centre.copy()
+        idle = compiled.idle_prototypes(
+            order, prototypes.cells.astype(np.int64), prototypes.headings, weights,
+            tuple(total.copy() for total in self.totals), centre, self.known, self.cost,
+            self.factor, self.pull, PULL_STRENGTH, self.headings.copy(), *self._window(),
+            self.rules)
+        if not idle.any():
+            return
+        n_home, mended = self._n_home(), self.mended.copy()
+        self.centre = centre
+        self._interpolate()
+        # No course is worse, and yet several that are as good as before may close a loop.
+        if self._n_home() < n_home and self._repairs():
+            self._repair()
+        if self._n_home() < n_home:
+            self.centre, self.mended = before, mended
+            self._interpolate()
+
+    def _n_home(self) -> int:
+        """Return from how many cells the flow comes home."""
+        state = compiled.flow_basin(self.known, self.headings, *_goal(self.memory), self.rules)
+        return int((state == 1).sum())

@@ -1,0 +1,186 @@
+"""Trials on a grid world, without a robot: what evaluation and the next starts are judged with."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.headings import headings_from_vectors
+from control_field.kernels import compiled
+from control_field.local_grid import BLOCKED
+from control_field.parameters import Parameters
+from control_field.records import ControlField, DECISION_DTYPE, Outcome, Trial
+from control_field.robot.policy import caution_factor, cost_from_q, options_of, rules_of
+
+#: Rows that a trial's log has room for at first.
+_FIRST_ROWS = 4096
+_OUTCOMES = (Outcome.GOAL, Outcome.COLLISION, Outcome.GAVE_UP)
+_LOGGED = ('row', 'col', 'action', 'next_row', 'next_col', 'reward', 'kind', 'blocked', 'step')
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """
+    What became of trials from several starts.
+
+    Parameters
+    ----------
+    outcome : ndarray of int8, shape (n,)
+        0 goal, 1 collision, 2 gave up.
+    n_steps, n_reinforcements : ndarray of int64, shape (n,)
+    length : ndarray of float64, shape (n,), [cells]
+
+    """
+
+    outcome: npt.NDArray[np.int8]
+    n_steps: npt.NDArray[np.int64]
+    n_reinforcements: npt.NDArray[np.int64]
+    length: npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Ready:
+    """What runs on one field start from; ``truthful``: no wall is remembered that is not there."""
+
+    headings: npt.NDArray[np.int8]
+    q: npt.NDArray[np.float64]
+    cost: npt.NDArray[np.float64]
+    factor: npt.NDArray[np.float64]
+    truthful: bool
+    flow_lengths: npt.NDArray[np.float64]
+
+
+class GridWorld:
+    """
+    A true map that trials are run in, cell by cell; nothing is learnt here.
+
+    Parameters
+    ----------
+    occupancy : ndarray of int8, shape (n_rows, n_cols)
+        0 free, anything else blocked.
+    parameters : Parameters
+
+    """
+
+    def __init__(self, occupancy: npt.NDArray[np.int8], parameters: Parameters) -> None:
+        self.truth = np.where(occupancy == 0, 0, 100).astype(np.int8)
+        self.parameters = parameters
+        self.rules = rules_of(parameters)
+
+    def cost_to(self, goal: tuple[int, int]) -> npt.NDArray[np.float64]:
+        """Return the true least cost from every cell to the goal, in cells; inf without a way."""
+        none = np.full(self.truth.shape, -1, dtype=np.int8)
+        cost: npt.NDArray[np.float64] = compiled.cost_to_go(
+            self.truth, *goal, none, np.zeros(none.shape), np.ones(none.shape), self.rules)
+        return np.where(self.truth == 0, cost, np.inf)
+
+    def sight(self, row: int, col: int) -> int:
+        """Return the mask of the blocked neighbours of a cell."""
+        return int(compiled.see(self.truth, row, col))
+
+    def trial(self, field: ControlField, start: tuple[int, int], seed: int, number: int = 1,
+              ) -> tuple[Trial, float]:
+        """
+        Run one trial with sight and exploration.
+
+        Parameters
+        ----------
+        field : ControlField
+            What the robot drives on.
+        start : tuple of int
+            Free cell.
+        seed : int
+            Of the exploration.
+        number : int
+            Trial number, written into the decisions and the episode.
+
+        Returns
+        -------
+        trial : Trial
+        length : float, [cells]
+
+        Raises
+        ------
+        ValueError
+            If the start is blocked.
+
+        """
+        if self.truth[start] != 0:
+            raise ValueError(f'the start {start} is blocked')
+        ready, n_rows, capacity = self._ready(field), 0, _FIRST_ROWS
+        while True:  # a run is the same every time, so a log that was too short costs time only
+            log = np.zeros((capacity, len(_LOGGED)), dtype=np.int32)
+            outcome, _, n_rows, length, _ = self._run(field, ready, start, seed, log)
+            if n_rows < capacity:
+                break
+            capacity *= 8
+        rows = np.zeros(n_rows, dtype=DECISION_DTYPE)
+        for index, name in enumerate(_LOGGED):
+            rows[name] = log[:n_rows, index]
+        rows['trial'], rows['revision'] = number, field.revision
+        rows['stamp'] = rows['step']
+        return Trial(rows, _OUTCOMES[outcome], number), float(length)
+
+    def trials(self, field: ControlField, starts: npt.NDArray[np.integer], seed: int) -> Runs:
+        """
+        Run a trial from every start, each on a field and memory of its own; nothing is learnt.
+
+        Parameters
+        ----------
+        starts : ndarray of int, shape (n, 2)
+            Free cells.
+
+        """
+        log = np.zeros((0, len(_LOGGED)), dtype=np.int32)
+        ready = self._ready(field)
+        results = [self._run_known(field, ready, (int(row), int(col)), seed + index, log)
+                   for index, (row, col) in enumerate(starts)]
+        table = np.array(results, dtype=np.float64).reshape(-1, 5)
+        return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
+                    table[:, 4].astype(np.int64), table[:, 3])
+
+    def _ready(self, field: ControlField) -> _Ready:
+        """Return what every run on a field starts from."""
+        parameters = self.parameters
+        q = field.q.astype(np.float64)
+        rehearsed = options_of(parameters)[0]
+        cost = cost_from_q(q, parameters.discount) if rehearsed else np.zeros(field.grid.shape)
+        cost[field.goal] = 0.0
+        truthful = not ((field.known == BLOCKED) & (self.truth == 0)).any()
+        return _Ready(headings_from_vectors(field.vx, field.vy), q, cost,
+                      caution_factor(field.known, parameters), truthful,
+                      self.flow_lengths(field))
+
+    def _run_known(self, field: ControlField, ready: _Ready, start: tuple[int, int], seed: int,
+                   log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+        """Run one trial; where the flow comes home by itself, its outcome is known beforehand."""
+        length = float(ready.flow_lengths[start])
+        # Sight only ever shows what is there. So a flow that comes home in the truth is never
+        # left, as long as the remembered map holds no wall that is not there.
+        if ready.truthful and np.isfinite(length):
+            n_steps = int(compiled.flow_reaches(
+                self.truth, ready.headings, *start, *field.goal, self.rules))
+            if n_steps <= self.parameters.step_limit:
+                return 0, n_steps, 0, length, 0
+        return self._run(field, ready, start, seed, log)
+
+    def _run(self, field: ControlField, ready: _Ready, start: tuple[int, int], seed: int,
+             log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+        parameters = self.parameters
+        result: tuple[int, int, int, float, int] = compiled.run_trial(
+            self.truth, *start, ready.headings, field.known.copy(), ready.q.copy(),
+            ready.cost.copy(), ready.factor, field.goal,
+            (float(parameters.learning_rate), float(parameters.discount)), options_of(parameters),
+            self.rules, parameters.step_limit, np.random.default_rng(seed), log)
+        return result
+
+    def flow_home(self, field: ControlField) -> npt.NDArray[np.bool_]:
+        """Return from which cells the flow alone, without sight, reaches the goal in the truth."""
+        state = compiled.flow_basin(self.truth, headings_from_vectors(field.vx, field.vy),
+                                    *field.goal, self.rules)
+        return np.asarray(state == 1)
+
+    def flow_lengths(self, field: ControlField) -> npt.NDArray[np.float64]:
+        """Return the length of the flow home from every cell, in cells; inf where it fails."""
+        return np.asarray(compiled.flow_lengths(
+            self.truth, headings_from_vectors(field.vx, field.vy), *field.goal, self.rules))

@@ -1,0 +1,187 @@
+"""The learner: a pure function from a sequence of episodes to the field."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from control_field.grid import Grid
+from control_field.learning.certificate import Certificate, certify
+from control_field.learning.compose import compose, Composition
+from control_field.learning.memory import Memory
+from control_field.learning.starts import best_cells, curious_field, promise
+from control_field.parameters import Parameters
+from control_field.records import ControlField, Demonstration, Prototypes, Trial
+from control_field.robot.policy import rules_of
+
+
+@dataclass(frozen=True, eq=False)
+class Refresh:
+    """
+    What an episode made of the field.
+
+    Parameters
+    ----------
+    field : ControlField
+        The field in force: the refreshed one, or the old one if that was better.
+    prototypes : Prototypes
+        Of that field.
+    certificate : Certificate
+        Of that field, on the map as it is remembered now.
+    pushed : bool
+        Whether the field was refreshed.
+    reason : str
+        Why it was not; empty otherwise.
+    reinforcements : int
+        Rewards other than zero in the episode, online and offline.
+    composition : Composition
+        What the field was made of.
+
+    """
+
+    field: ControlField
+    prototypes: Prototypes
+    certificate: Certificate
+    pushed: bool
+    reason: str
+    reinforcements: int
+    composition: Composition
+
+
+class Learner:
+    """
+    Learns from episodes in the order they are given; equal episodes give equal bytes.
+
+    Parameters
+    ----------
+    grid : Grid
+    parameters : Parameters
+
+    """
+
+    def __init__(self, grid: Grid, parameters: Parameters) -> None:
+        self.grid = grid
+        self.parameters = parameters
+        self.memory = Memory(grid, parameters)
+        self.refresh: Refresh | None = None
+
+    def add_demonstration(self, demonstration: Demonstration) -> Refresh:
+        """
+        Learn a demonstration (step 1 of the paper) and generalise (step 2).
+
+        Raises
+        ------
+        ValueError
+            If it is too short or leaves the workspace.
+
+        """
+        self.memory.add_demonstration(demonstration)
+        return self._renew(0, keep_better=False)
+
+    def add_trial(self, trial: Trial) -> Refresh:
+        """
+        Learn a trial (steps 3 to 5).
+
+        Raises
+        ------
+        ValueError
+            If nothing was demonstrated yet.
+
+        """
+        if self.refresh is None:
+            raise ValueError('a trial was recorded before the first demonstration')
+        return self._renew(self.memory.add_trial(trial), keep_better=True)
+
+    def _renew(self, reinforcements: int, keep_better: bool) -> Refresh:
+        composition = compose(self.memory)
+        certificate = self._certify(composition)
+        old = self.refresh
+        if old is not None and keep_better and self.parameters.profile == 'full':
+            remembered = self._with_memory(old.composition, composition)
+            before = self._certify(remembered)
+            if before.basin > certificate.basin:
+                self.refresh = Refresh(
+                    remembered.field, remembered.prototypes, before, False,
+                    f'the refreshed field would shrink the basin from {before.basin:.1%} to '
+                    f'{certificate.basin:.1%} on the known map', reinforcements, remembered)
+                return self.refresh
+        self.refresh = Refresh(composition.field, composition.prototypes, certificate, True, '',
+                               reinforcements, composition)
+        return self.refresh
+
+    def _with_memory(self, old: Composition, new: Composition) -> Composition:
+        """Return the old courses with the Q-matrix and map that are remembered now."""
+        field = ControlField(
+            grid=self.grid, revision=new.field.revision, goal=new.field.goal, vx=old.field.vx,
+            vy=old.field.vy, coherence=old.field.coherence, q=new.field.q, known=new.field.known,
+            flags=old.field.flags)
+        return Composition(field, old.prototypes, old.weights, new.reachable)
+
+    def _certify(self, composition: Composition) -> Certificate:
+        return certify(composition.field, self.memory.shown, len(composition.prototypes),
+                       rules_of(self.parameters), composition.reachable)
+
+    def trial_field(self, curious: bool) -> ControlField:
+        """
+        Return the field the next trial shall be driven on.
+
+        Parameters
+        ----------
+        curious : bool
+            Whether it is a trial from a chosen start, to learn from (profile full): it prefers
+            ground not seen yet. Otherwise the field in force.
+
+        Raises
+        ------
+        ValueError
+            If nothing was demonstrated yet.
+
+        """
+        field = self._current().field
+        parameters = self.parameters
+        if curious and parameters.profile == 'full' and parameters.curiosity > 0.0:
+            return curious_field(self.memory, field)
+        return field
+
+    def next_starts(
+        self, n: int, rng: np.random.Generator, driven: ControlField | None = None,
+    ) -> list[tuple[int, int]]:
+        """
+        Propose cells for the next trial to start from, each once, best first.
+
+        Where the flow would show most unseen ground that matters; when nothing is left to see (and
+        in the paper's profile), known free cells at random. A proposed cell may turn out blocked.
+
+        Parameters
+        ----------
+        n : int
+            At most this many.
+        rng : numpy.random.Generator
+        driven : ControlField, optional
+            What the trial will be driven on, if not the field in force.
+
+        """
+        field = self._current().field
+        cells: list[tuple[int, int]] = []
+        if self.parameters.profile == 'full':
+            rules = rules_of(self.parameters)
+            cells = best_cells(promise(field, driven or field, rules), n)
+        free = np.argwhere((field.known == 0) & self._current().composition.reachable)
+        # As many more as may be among the cells already, or the goal.
+        picked = free[rng.permutation(len(free))[:n + 1]]
+        others = [(int(row), int(col)) for row, col in picked]
+        taken = {*cells, field.goal}
+        return cells + [cell for cell in others if cell not in taken][:n - len(cells)]
+
+    def teach_here(self, n: int) -> list[tuple[int, int]]:
+        """Return the cells from which one more demonstration would help most, best first."""
+        field = self._current().field
+        value = promise(field, field, rules_of(self.parameters))
+        for row, col in self._current().certificate.sinks:
+            if field.known[row, col] == 0:
+                value[row, col] += field.known.size
+        return best_cells(value, n)
+
+    def _current(self) -> Refresh:
+        if self.refresh is None:
+            raise ValueError('nothing was demonstrated yet')
+        return self.refresh

@@ -1,0 +1,169 @@
+"""What episodes leave behind: Q-matrix, remembered map, and one prototype a cell."""
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.drives.loops import loop_erased
+from control_field.grid import Grid
+from control_field.headings import heading_from_step, N_HEADINGS
+from control_field.kernels import compiled
+from control_field.parameters import Parameters
+from control_field.records import Demonstration, Kind, Outcome, Prototypes, Trial
+from control_field.robot.policy import rules_of
+
+
+class Memory:
+    """
+    What the episodes of one task have taught, in the order they came.
+
+    Parameters
+    ----------
+    grid : Grid
+    parameters : Parameters
+
+    """
+
+    def __init__(self, grid: Grid, parameters: Parameters) -> None:
+        self.grid = grid
+        self.parameters = parameters
+        self.goal: tuple[int, int] | None = None
+        self.n_episodes = 0
+        self.q = np.zeros((*grid.shape, 8))
+        self.known = np.full(grid.shape, -1, dtype=np.int8)
+        self.shown = np.full(grid.shape, -1, dtype=np.int8)
+        self.action = np.full(grid.shape, -1, dtype=np.int8)
+        self.episode = np.zeros(grid.shape, dtype=np.int32)
+        self.stamp = np.full(grid.shape, np.nan)
+
+    def add_demonstration(self, demonstration: Demonstration) -> None:
+        """
+        Learn a drive that a person showed: its cells become prototypes, its end the goal.
+
+        Where demonstrations differ, in a cell or in the goal, the last one wins.
+
+        Raises
+        ------
+        ValueError
+            If it has fewer than two cells, leaves the workspace, or is nothing but loops.
+
+        """
+        cells = demonstration.cells
+        if len(cells) < 2:
+            raise ValueError('a demonstration must lead through at least two cells')
+        if (cells < 0).any() or (cells >= np.array(self.grid.shape)).any():
+            raise ValueError('a demonstration leaves the workspace')
+        kept = loop_erased(cells)
+        if len(kept) < 2:
+            raise ValueError('a demonstration ends in the cell where it began; with its loop cut '
+                             'out nothing of it is left')
+        self.n_episodes += 1
+        self.goal = (int(cells[-1, 0]), int(cells[-1, 1]))
+        for (row, col), blocked, unknown in zip(
+                cells.tolist(), demonstration.blocked, demonstration.unknown, strict=True):
+            compiled.remember_sight(self.known, row, col, int(blocked), int(unknown))
+        self._learn_path(cells[kept], demonstration.stamps[kept], demonstration.episode, True)
+
+    def add_trial(self, trial: Trial) -> int:
+        """
+        Learn a trial (Case 2): online rewards, then R_goal carried back along its path.
+
+        Returns
+        -------
+        int
+            Reinforcements: online ones and, unless the field alone led to the goal, R_goal.
+
+        Raises
+        ------
+        ValueError
+            If a decision leaves the workspace or its action is no heading.
+
+        """
+        rows = trial.decisions
+        self._check_decisions(rows)
+        self.n_episodes += 1
+        if trial.outcome == Outcome.ABORTED:
+            return 0
+        for row in rows:
+            compiled.remember_sight(self.known, int(row['row']), int(row['col']),
+                                    int(row['blocked']), int(row['unknown']))
+        moved = rows[rows['kind'] != Kind.BLOCKED]
+        if len(moved) == 0:
+            return 0
+        if not trial.n_reinforcements:
+            self._learn_taught(moved, trial.episode)
+            return 0
+        self._apply_online(rows)
+        cells = np.stack([moved['row'], moved['col']], axis=1)
+        cells = np.concatenate([cells, [[moved['next_row'][-1], moved['next_col'][-1]]]])
+        kept = loop_erased(cells)
+        stamps = np.append(moved['stamp'], moved['stamp'][-1])
+        reached = trial.outcome == Outcome.GOAL
+        self._carry_back(cells[kept], 1.0 if reached else -1.0)
+        if reached:
+            self._learn_path(cells[kept], stamps[kept], trial.episode, False)
+        self._learn_taught(moved, trial.episode)
+        return trial.n_reinforcements
+
+    def _check_decisions(self, rows: npt.NDArray[np.void]) -> None:
+        """Refuse what would lead the compiled kernels out of their arrays."""
+        for name, n in (('row', self.grid.n_rows), ('next_row', self.grid.n_rows),
+                        ('col', self.grid.n_cols), ('next_col', self.grid.n_cols),
+                        ('action', N_HEADINGS)):
+            if ((rows[name] < 0) | (rows[name] >= n)).any():
+                raise ValueError(f'a trial holds a decision whose {name} is not 0 to {n - 1}')
+
+    def _apply_online(self, rows: npt.NDArray[np.void]) -> None:
+        rules = rules_of(self.parameters)
+        for row in rows[rows['reward'] != 0]:
+            compiled.backup(
+                self.q, self.known, int(row['row']), int(row['col']), int(row['action']),
+                float(row['reward']), int(row['next_row']), int(row['next_col']),
+                float(self.parameters.learning_rate), float(self.parameters.discount), rules)
+
+    def _carry_back(self, cells: npt.NDArray[np.int32], reward: float) -> None:
+        """Give R_goal to the last step of a path and carry it back by eq. 6."""
+        rules = rules_of(self.parameters)
+        for i in range(len(cells) - 2, -1, -1):
+            (row, col), (next_row, next_col) = cells[i].tolist(), cells[i + 1].tolist()
+            if max(abs(next_row - row), abs(next_col - col)) != 1:
+                continue
+            compiled.backup(
+                self.q, self.known, row, col, heading_from_step(next_row - row, next_col - col),
+                reward if i == len(cells) - 2 else 0.0, next_row, next_col,
+                float(self.parameters.learning_rate), float(self.parameters.discount), rules)
+
+    def _learn_path(self, cells: npt.NDArray[np.int32], stamps: npt.NDArray[np.float64],
+                    episode: int, shown: bool) -> None:
+        """Make every step of a path the prototype of its cell; the last one taken wins."""
+        for i in range(len(cells) - 1):
+            (row, col), (next_row, next_col) = cells[i].tolist(), cells[i + 1].tolist()
+            if max(abs(next_row - row), abs(next_col - col)) != 1:
+                continue
+            heading = heading_from_step(next_row - row, next_col - col)
+            self._learn_step(row, col, heading, episode, float(stamps[i]), shown)
+        if shown:
+            self._carry_back(cells, 1.0)
+
+    def _learn_taught(self, moved: npt.NDArray[np.void], episode: int) -> None:
+        """Steps that a person drove in a trial count as demonstrated."""
+        for row in moved[moved['kind'] == Kind.TAUGHT]:
+            self._learn_step(int(row['row']), int(row['col']), int(row['action']), episode,
+                             float(row['stamp']), True)
+
+    def _learn_step(self, row: int, col: int, heading: int, episode: int, stamp: float,
+                    shown: bool) -> None:
+        self.action[row, col] = heading
+        self.episode[row, col] = episode
+        self.stamp[row, col] = stamp
+        if shown:
+            self.shown[row, col] = heading
+
+    def prototypes(self) -> Prototypes:
+        """Return all that was learnt, one prototype a cell, with its Q-value by eq. 6."""
+        cells = np.argwhere(self.action >= 0).astype(np.int32)
+        at = (cells[:, 0], cells[:, 1])
+        headings = self.action[at]
+        return Prototypes(
+            cells=cells, headings=headings, q=self.q[(*at, headings)],
+            episodes=self.episode[at], stamps=self.stamp[at],
+            demonstrated=self.shown[at] == headings)

@@ -1,0 +1,151 @@
+"""Who had which say in a course of the field: equation 7 taken apart again."""
+
+from dataclasses import dataclass
+import math
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.headings import N_HEADINGS, UNIT
+from control_field.kernels.interpolation import sees
+from control_field.learning.compose import PULL_STRENGTH
+from control_field.learning.interpolation import weight_from_q
+from control_field.parameters import Parameters
+from control_field.records import ControlField, Prototypes
+
+#: A field holds its vectors as float32: sums that differ less are the same.
+TOLERANCE: Final = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Voices:
+    """
+    What a course was averaged from.
+
+    Parameters
+    ----------
+    indices : ndarray of int64, shape (k,)
+        Which prototypes, strongest first.
+    distances : ndarray of float64, shape (k,), [cells]
+        From their centres.
+    weights : ndarray of float64, shape (k,)
+        w_i of eq. 7; 1 for the prototype whose centre the cell is.
+    pull : int
+        Heading of the pull, -1 for none.
+    pull_weight : float
+        Its weight beside them.
+    vector : tuple of float
+        sum(w_i v_i) / sum(w_i), the pull among them.
+
+    """
+
+    indices: npt.NDArray[np.int64]
+    distances: npt.NDArray[np.float64]
+    weights: npt.NDArray[np.float64]
+    pull: int
+    pull_weight: float
+    vector: tuple[float, float]
+
+    @property
+    def shares(self) -> npt.NDArray[np.float64]:
+        """Return the prototypes' shares, shape (k,); with the pull's they add up to 1."""
+        total = self.weights.sum() + self.pull_weight
+        return self.weights / total if total > 0.0 else self.weights
+
+    @property
+    def pull_share(self) -> float:
+        """Return the pull's share."""
+        total = float(self.weights.sum()) + self.pull_weight
+        return self.pull_weight / total if total > 0.0 else 0.0
+
+
+def vector_at(field: ControlField, row: int, col: int) -> tuple[float, float]:
+    """Return the averaged vector of a cell, before it was made a unit vector."""
+    length = float(field.coherence[row, col])
+    return length * float(field.vx[row, col]), length * float(field.vy[row, col])
+
+
+def voices_at(
+    field: ControlField, prototypes: Prototypes, parameters: Parameters, row: int, col: int,
+    known: npt.NDArray[np.int8] | None = None,
+) -> Voices | None:
+    """
+    Take the course of a cell apart.
+
+    A field does not hold its pull; of the headings it may have, the one is found with which
+    everything adds up to the field's own vector.
+
+    Parameters
+    ----------
+    field : ControlField
+    prototypes : Prototypes
+        Of that field.
+    parameters : Parameters
+        It was made with.
+    row, col : int
+        The cell.
+    known : ndarray of int8, shape (n_rows, n_cols), optional
+        Map that the windows were cut by, if not the field's own.
+
+    Returns
+    -------
+    Voices or None
+        None if nothing adds up: the field was not made of these prototypes.
+
+    """
+    centre = np.flatnonzero((prototypes.cells == (row, col)).all(axis=1))
+    if len(centre):
+        voices = [_alone(prototypes, centre)]
+    else:
+        known = field.known if known is None else known
+        spoken = _in_window(prototypes, parameters, row, col, known)
+        pulls = range(-1, N_HEADINGS) if parameters.profile == 'full' and parameters.pull else [-1]
+        voices = [_together(prototypes, *spoken, pull) for pull in pulls]
+    recorded = vector_at(field, row, col)
+    best = min(voices, key=lambda found: math.dist(found.vector, recorded))
+    return best if math.dist(best.vector, recorded) <= TOLERANCE else None
+
+
+def _alone(prototypes: Prototypes, centre: npt.NDArray[np.int64]) -> Voices:
+    """Return the voice of the prototype whose centre a cell is: exactly its action."""
+    x, y = UNIT[prototypes.headings[centre[0]]].tolist()
+    return Voices(centre, np.zeros(1), np.ones(1), -1, 0.0, (x, y))
+
+
+def _in_window(
+    prototypes: Prototypes, parameters: Parameters, row: int, col: int,
+    known: npt.NDArray[np.int8],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the prototypes whose window holds a cell: index, distance and weight."""
+    distances = np.hypot(*(prototypes.cells - (row, col)).T.astype(np.float64))
+    window, visible = parameters.effective_window, False
+    if parameters.profile == 'full':
+        window = min(window, max(known.shape))
+        visible = parameters.visible_windows
+    elif len(distances):
+        window = max(window, float(distances.min()))
+    inside = distances <= window
+    if visible:
+        for index in np.flatnonzero(inside).tolist():
+            r, c = prototypes.cells[index].tolist()
+            inside[index] = sees(known, r, c, row, col)
+    found = np.flatnonzero(inside)
+    weights = weight_from_q(prototypes.q, parameters.weight_floor)[found]
+    weights = weights / distances[found] ** parameters.power
+    order = np.argsort(-weights, kind='stable')
+    return found[order], distances[found[order]], weights[order]
+
+
+def _together(
+    prototypes: Prototypes, indices: npt.NDArray[np.int64], distances: npt.NDArray[np.float64],
+    weights: npt.NDArray[np.float64], pull: int,
+) -> Voices:
+    """Average prototypes and pull."""
+    total = weights @ UNIT[prototypes.headings[indices]]
+    pull_weight = PULL_STRENGTH if pull >= 0 else 0.0
+    if pull >= 0:
+        total = total + pull_weight * UNIT[pull]
+    weight = float(weights.sum()) + pull_weight
+    x, y = (total / weight).tolist() if weight > 0.0 else (0.0, 0.0)
+    return Voices(indices, distances, weights, pull, pull_weight, (x, y))

@@ -1,0 +1,154 @@
+"""
+The gate for a robot that is heard late: it looks at every way that the robot may have gone since.
+
+Each way begins at the last pose, follows what was sent since, then the command in question for as
+long as it may hold, then the braking way.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+import math
+from typing import Final
+
+from control_field.robot.collision_monitor import (
+    braking_way, clear_of_obstacles, distance_to_box, distance_to_edge, gate, GateReason,
+    is_within, MARGIN, Sight, SLOWEST, SPACING)
+from control_field.robot.latency import Lag
+from control_field.robot.limits import Limits, Velocity
+from control_field.robot.sent_commands import moved, Piece, Place
+
+#: Shares of a speed that are tried, the greatest first; the last ones where more than creeping
+#: is left, [m/s].
+SHARES: Final = (
+    1.0, 0.92, 0.84, 0.76, 0.68, 0.6, 0.52, 0.45, 0.38, 0.32, 0.26, 0.2, 0.15, 0.1, 0.07, 0.05)
+_CREEPING: Final = 0.01
+#: How long a command is followed until it is seen that the ones before it were late, [s].
+NOTICED: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class _Room:
+    """What is near enough to matter, and how near it may come."""
+
+    boxes: list[tuple[tuple[float, float, float, float], float]]
+    seen: tuple[float, float, float, float]
+    edge: float
+
+    def holds(self, x: float, y: float) -> bool:
+        return distance_to_edge(x, y, self.seen) >= self.edge and all(
+            distance_to_box(x, y, box) >= least for box, least in self.boxes)
+
+
+def gate_late(
+    command: Velocity, previous: Velocity, dt: float, pose: Place, sight: Sight | None,
+    limits: Limits, lag: Lag,
+) -> tuple[Velocity, GateReason]:
+    """Return what `gate` returns; ``pose`` was heard last, ``lag`` tells what came since."""
+    def slowed(
+        velocity: Velocity, dt: float, pose: Place, sight: Sight, limits: Limits,
+    ) -> tuple[Velocity, GateReason]:
+        v, w = velocity
+        if abs(v) < SLOWEST:
+            return (0.0, w), GateReason.NONE
+        if not is_within(pose, sight):
+            return (0.0, w), GateReason.NO_SIGHT
+        share = share_that_is_clear(velocity, dt, pose, sight, limits, lag)
+        if share:
+            return (share * v, w), GateReason.NONE if share == 1.0 else GateReason.SLOWED
+        near = clear_of_obstacles(velocity, dt, pose, sight, limits)[1] is GateReason.BLOCKED
+        return (0.0, w), GateReason.LATE if lag.is_late and not near else GateReason.BLOCKED
+
+    return gate(command, previous, dt, pose, sight, limits, slowed)
+
+
+def share_that_is_clear(
+    velocity: Velocity, dt: float, place: Place, sight: Sight, limits: Limits, lag: Lag,
+) -> float:
+    """
+    Return the greatest share of a velocity's speed that touches nothing on any way; 0 if none.
+
+    Parameters
+    ----------
+    velocity : tuple of float, [m/s] and [rad/s]
+    dt : float
+        Time until the next command, [s].
+    place : tuple of float
+        Where the robot was when it was last heard, [m] and [rad].
+    sight : Sight
+    limits : Limits
+    lag : Lag
+        What it may have driven since.
+
+    """
+    v, w = velocity
+    cases = list(_cases(dt, lag))
+    farthest = max(_length(way) + abs(v) * holds for way, holds, _ in cases)
+    room = _room(place, farthest + braking_way(v, 0.0, limits) + _brakes(lag, limits),
+                 sight, limits)
+    if room is None:
+        return 1.0
+    rooms = {True: room, False: replace(room, edge=-math.inf)}
+    ends: list[tuple[Place, float, _Room]] = []
+    for way, holds, is_unseen in cases:
+        end = _sweep(place, way, rooms[is_unseen])
+        if end is None:
+            return 0.0
+        ends.append((end, holds, rooms[is_unseen]))
+    brakes = _brakes(lag, limits)
+    for share in SHARES:
+        speed = share * v
+        if share < 0.25 and abs(speed) < _CREEPING:
+            return 0.0
+        braking = max(brakes, speed * speed / (2.0 * limits.a_max)) / abs(speed)
+        if all(_sweep(end, [(speed, w, holds + braking)], around) for end, holds, around in ends):
+            return share
+    return 0.0
+
+
+def _cases(dt: float, lag: Lag) -> Iterator[tuple[list[Piece], float, bool]]:
+    """
+    Yield ways to now, how long a command may hold after them, and whether the unseen counts.
+
+    Nothing shown blocked may be touched however long it is silent. The unseen is kept out of for
+    a shorter time: for longer, no robot could drive fast to where its sight ends.
+    """
+    for holds, is_unseen in ((lag.hold, True), (lag.silence, False)):
+        for way in lag.ways:
+            yield way, dt + holds + NOTICED, is_unseen
+        if lag.under_way:
+            v, w, seconds = lag.under_way[0]
+            yield [(v, w, seconds + holds), *lag.under_way[1:]], dt + NOTICED, is_unseen
+
+
+def _brakes(lag: Lag, limits: Limits) -> float:
+    """Return the braking way from the fastest that it may be driving now, [m]."""
+    fastest = max((abs(way[-1][0]) for way in lag.ways if way), default=0.0)
+    return fastest * fastest / (2.0 * limits.a_max)
+
+
+def _length(way: list[Piece]) -> float:
+    return sum(abs(v) * seconds for v, _, seconds in way)
+
+
+def _room(place: Place, reach: float, sight: Sight, limits: Limits) -> _Room | None:
+    """Return what there is within reach; None if that is nothing."""
+    x, y, _ = place
+    keep = limits.radius + MARGIN
+    near = [(box, min(keep, distance)) for box in sight.boxes
+            if (distance := distance_to_box(x, y, box)) < keep + reach]
+    edge = distance_to_edge(x, y, sight.seen)
+    if not near and edge >= keep + reach:
+        return None
+    return _Room(near, sight.seen, min(keep, edge))
+
+
+def _sweep(place: Place, way: list[Piece], room: _Room) -> Place | None:
+    """Return where a way ends; None if the disc touches something on it."""
+    for v, w, seconds in way:
+        n = max(1, math.ceil(abs(v) * seconds / SPACING))
+        part = (v, w, seconds / n)
+        for _ in range(n):
+            place = moved(place, part)
+            if v and not room.holds(place[0], place[1]):
+                return None
+    return place

@@ -1,0 +1,105 @@
+"""Who holds the robot: which commands are the controller's own, and whether a person drives."""
+
+import math
+from typing import Final
+
+from control_field.robot.limits import Velocity
+
+#: Speeds below these move nobody, [m/s] and [rad/s]: a stick that does not quite come back.
+_REST: Final = (1e-3, 1e-3)
+
+
+def moves(velocity: Velocity) -> bool:
+    """Tell whether a command is one to drive, and not one to stand."""
+    return abs(velocity[0]) > _REST[0] or abs(velocity[1]) > _REST[1]
+
+
+class TakeoverWatch:
+    """
+    Whether somebody else commands the robot.
+
+    Many programs send standstill all the time, whether anybody touches a key or not. That takes
+    nothing over; but who has moved the robot and then sends standstill holds it, for as long as
+    the commands follow each other within the timeout. Each topic has a person of its own: one who
+    only sends standstill there does not hold what was moved through another topic.
+
+    Parameters
+    ----------
+    timeout : float
+        How long after the last foreign command the person is taken to have let go, [s].
+
+    Attributes
+    ----------
+    topic : str
+        On which the person commands, or commanded last.
+
+    """
+
+    def __init__(self, timeout: float) -> None:
+        """Start with nobody."""
+        self.timeout = timeout
+        self.topic = ''
+        self._last: dict[str, float] = {}
+
+    def saw_foreign(self, now: float, is_driving: bool = True, topic: str = '') -> bool:
+        """
+        Note a command that is not the controller's own; tell whether it holds the robot.
+
+        Parameters
+        ----------
+        now : float, [s]
+        is_driving : bool
+            Whether it is one to drive; False for standstill.
+        topic : str
+            Where it came.
+
+        """
+        if not is_driving and not self._holds(topic, now):
+            return False
+        self._last[topic], self.topic = now, topic
+        return True
+
+    def let_go(self) -> None:
+        """Forget who drove: the robot has been handed over."""
+        self._last.clear()
+
+    def is_taken_over(self, now: float) -> bool:
+        """Tell whether the person still drives, or holds the robot."""
+        return any(self._holds(topic, now) for topic in self._last)
+
+    def _holds(self, topic: str, now: float) -> bool:
+        return now - self._last.get(topic, -math.inf) < self.timeout
+
+
+class OwnCommands:
+    """
+    Which commands that come back on `cmd_vel` are the controller's own.
+
+    A middleware hands a publisher's messages back in the order they were sent, so one that
+    comes back must be among those that are still out; what was sent before it was lost on the
+    way. Commands are compared by value, and by stamp where they have one.
+
+    Parameters
+    ----------
+    limit : int
+        How many may be out.
+
+    """
+
+    def __init__(self, limit: int = 64) -> None:
+        """Start with nothing sent."""
+        self.limit = limit
+        self._out: list[tuple[float, ...]] = []
+
+    def sent(self, *command: float) -> None:
+        """Note a command that is about to be published."""
+        self._out.append(command)
+        if len(self._out) > self.limit:
+            del self._out[0]
+
+    def is_own(self, *command: float) -> bool:
+        """Tell whether a command that arrived is an own one, and forget it and those before it."""
+        if command not in self._out:
+            return False
+        del self._out[:self._out.index(command) + 1]
+        return True

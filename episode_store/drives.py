@@ -1,0 +1,202 @@
+"""Drives: what the poses and sights of a bag show, if a robot can have driven so."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.drives.breaks import BreakKind, ImplausibleDriveError
+from control_field.drives.demonstration import demonstration_from_poses, DemonstrationReport
+from control_field.drives.workspace import OutsideWorkspaceError
+from control_field.grid import Grid
+from control_field.records import Demonstration
+from control_field.words import counted
+from episode_store.rosbag2.reader import RawMessages
+from episode_store.rosbag2.topic_tables import pose_table, PoseTable, sight_table
+from episode_store.task_folder import BagError
+
+#: Seconds that stamps of sights may step back before a clock that jumped is assumed.
+CLOCK_JUMP: Final = 1.0
+#: What lies on one side of these breaks is a drive of its own, if a person says so.
+_CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.UNSAID, BreakKind.HOLE)
+
+#: So few messages, and so short, [s], are no part of a drive; so far, [m], is driving meanwhile.
+_FEW, _SOON, _SET_OFF = 3, 0.5, 0.05
+
+#: What a difference of stamps may be off, [0.01 s].
+_ROUNDED: Final = 1e-4
+
+#: A demonstration, what was dropped of it, and sentences on what was passed over.
+Drive = tuple[Demonstration, DemonstrationReport, tuple[str, ...]]
+
+
+class NothingToLearnError(BagError):
+    """The bag is readable, but there is nothing in it to learn from."""
+
+
+def read_drive(
+    odometry: RawMessages, neighbourhoods: RawMessages, grid: Grid, number: int,
+    speed_max: float,
+) -> Drive:
+    """
+    Turn the messages of a drive into a demonstration.
+
+    Parameters
+    ----------
+    odometry, neighbourhoods : RawMessages
+    grid : Grid
+    number : int
+        Of the episode.
+    speed_max : float, [m/s]
+        The robot is no faster.
+
+    Raises
+    ------
+    NothingToLearnError
+        If there is no pose.
+    ValueError
+        If no robot can have driven so, or nothing is left to learn.
+
+    """
+    poses = pose_table(odometry, grid.frame_id)
+    sights = sight_table(neighbourhoods, grid)
+    notes = tuple(f'{counted(table.n_refused, "message")} refused, the first: {table.refusal}'
+                  for table in (poses, sights) if table.n_refused)
+    if not len(poses.stamps):
+        raise NothingToLearnError(
+            'has no pose in it' + (f': {poses.refusal}' if poses.refusal else ''))
+    _check_ends(poses)
+    seen = _in_order(sights.stamps)
+    record, report = demonstration_from_poses(
+        grid, poses.stamps, poses.xy, sights.stamps[seen], sights.blocked[seen],
+        sights.unknown[seen], number, speed_max, sights.cells[seen], poses.motion)
+    _check_open(record)
+    return record, report, notes
+
+
+@dataclass(frozen=True, eq=False)
+class Lost:
+    """
+    Messages before the first, or behind the last, that says where the robot was.
+
+    Parameters
+    ----------
+    why : str
+        They say nothing of it.
+    next_to : int, [ns]
+        When the first, or the last, that does was recorded.
+    log_times : ndarray of int64, shape (n,), [ns]
+        When they were.
+
+    """
+
+    why: str
+    next_to: int
+    log_times: npt.NDArray[np.int64]
+
+    def check(self, since: float = -np.inf, until: float = np.inf) -> None:
+        """
+        Refuse a drive that begins or ends among them, between two times of the recording, [ns].
+
+        Raises
+        ------
+        BagError
+
+        """
+        times = self.log_times[(self.log_times >= since) & (self.log_times <= until)]
+        if not len(times):
+            return
+        seconds = float(np.abs(times - self.next_to).max()) * 1e-9
+        what, which = ('ends', 'last') if times[0] > self.next_to else ('begins', 'first')
+        try:
+            check_end(what, which, len(times), seconds, self.why)
+        except ValueError as error:
+            raise BagError(str(error)) from None
+
+
+def _check_ends(poses: PoseTable) -> None:
+    """Refuse a drive that began or went on where no message is a pose: frames that change, NaN."""
+    if sets_off(poses.stamps, poses.xy):
+        check_end('begins', 'first', *poses.before, poses.refusal)
+    check_end('ends', 'last', *poses.after, poses.refusal)
+
+
+def sets_off(
+    stamps: npt.NDArray[np.floating[Any]], xy: npt.NDArray[np.float64],
+) -> bool:
+    """Tell whether a drive begins in motion: stamps [s] and places [m], in order."""
+    soon = stamps - stamps[0] <= _SOON
+    return bool(np.hypot(*(xy[soon] - xy[0]).T).max() > _SET_OFF)
+
+
+def check_end(what: str, which: str, n: int, seconds: float, refusal: str) -> None:
+    """
+    Refuse a drive whose ``n`` first or last messages, in some seconds [s], are no poses.
+
+    Raises
+    ------
+    ValueError
+
+    """
+    if n > _FEW and seconds > _SOON:
+        # No other frame is the remedy: the drive is in two of them.
+        why = refusal.replace(', must be ', ' and not ')
+        raise ValueError(
+            f'nobody knows where this drive {what}: its {which} {n} messages ({seconds:.1f} s) '
+            f'are refused, such as: {why}. Let every pose be a sound one, in one frame, and '
+            f'show the way again')
+
+
+def remedy_for_own(error: ValueError, bag: str) -> str:
+    """Say what to do about a drive of a bag of ours beyond what its refusal says."""
+    if isinstance(error, OutsideWorkspaceError) and error.fitting is not None:
+        grid = error.fitting
+        return ('. Drive within the workspace, or teach this as a task of its own, with '
+                f'rows:={grid.n_rows} cols:={grid.n_cols} origin_x:={grid.origin_x:g} '
+                f'origin_y:={grid.origin_y:g}')
+    return _remedy_by_cutting(error, 0.0, f'`experience trim {bag} --to {{:.2f}}`')
+
+
+def remedy_for_foreign(error: ValueError, begins: float) -> str:
+    """
+    Say what to do about a drive of another recorder beyond what its refusal says.
+
+    Parameters
+    ----------
+    error : ValueError
+    begins : float, [s]
+        Where in the recording the part that was read begins.
+
+    """
+    return _remedy_by_cutting(error, begins, '--to {:.2f}')
+
+
+def _remedy_by_cutting(error: ValueError, begins: float, command: str) -> str:
+    """Say how a person keeps what lies on one side of a break."""
+    if not isinstance(error, ImplausibleDriveError) or len(error.breaks) > 1:
+        return ''
+    [found] = error.breaks
+    if found.kind not in _CAN_BE_CUT:
+        return ''
+    before = begins + max(np.floor((found.at - found.seconds) * 100.0 + _ROUNDED) / 100.0, 0.0)
+    after = begins + np.ceil(found.at * 100.0 - _ROUNDED) / 100.0
+    return (f', or keep what is before it ({command.format(before)}) or after it (--from '
+            f'{after:.2f})')
+
+
+def _check_open(record: Demonstration) -> None:
+    """Refuse a drive that is one loop: with it cut out no way to a goal is left."""
+    first, last = (tuple(cell) for cell in record.cells[[0, -1]].tolist())
+    if first == last:
+        raise ValueError(
+            'nothing to learn from this drive: it ends in the cell where it began, so that it '
+            'leads nowhere; end the drive at the goal, or cut it to the way there with '
+            '`experience trim`')
+
+
+def _in_order(stamps: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+    """Return the order of sights by stamp since the clock last jumped back."""
+    jumps = np.flatnonzero(np.diff(stamps) < -CLOCK_JUMP)
+    n_before = int(jumps[-1]) + 1 if len(jumps) else 0
+    return np.asarray(n_before + np.argsort(stamps[n_before:], kind='stable'), dtype=np.int64)

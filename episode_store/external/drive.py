@@ -1,0 +1,304 @@
+"""
+A drive that another recorder recorded, made ready to be learnt from.
+
+What is missing of it and follows from what was recorded is made here, once: poses in the frame of
+the workspace from `/tf`, the 3x3 sight from laser scans. It goes into the bag of ours as messages
+like any others, so that the field stays a function of that bag.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from control_field.grid import Grid
+from control_field.words import counted
+from episode_store.external.local_grids import described, read_scans, sights_from_scans
+from episode_store.external.poses import (
+    brought_to_frame, DrivePoses, poses_from_frames, poses_from_messages)
+from episode_store.external.span import cut, Span
+from episode_store.external.topic_roles import roles_of_topics, scans_in
+from episode_store.external.transforms import (
+    BASES, read_transforms, TF_TYPE, topics_of, Transforms)
+from episode_store.rosbag2.any_reader import notes_on, open_bag
+from episode_store.rosbag2.reader import Bag, RawMessages
+from episode_store.task_folder import BagError
+from msgs_bridge.sensing.laser_mount import Mount, mount_from_transform
+from msgs_bridge.sensing.local_grid_from_scan import Body
+
+
+@dataclass(frozen=True)
+class Reading:
+    """
+    How a bag of others is to be read.
+
+    Parameters
+    ----------
+    names : mapping of str to str
+        Topics by role, see `bag_roles.ROLES`.
+    base_frame : str
+        The frame of the robot's middle; empty: the one that is called so.
+    mount : Mount or None
+        Where the laser sits; None: as `/tf_static` says.
+    body : Body
+        The robot's size, and how far its scans are trusted.
+    zero_is_no_return : bool
+        Whether the laser's driver writes 0 where nothing is in range.
+    span : Span
+        Which part of the drive is read.
+
+    """
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    base_frame: str = ''
+    mount: Mount | None = None
+    body: Body = field(default_factory=lambda: Body(0.105))
+    zero_is_no_return: bool = False
+    span: Span = field(default_factory=Span)
+
+
+@dataclass(frozen=True, eq=False)
+class ForeignDrive:
+    """
+    A drive that another recorder recorded.
+
+    Parameters
+    ----------
+    path : Path
+        As it was named.
+    bag : Bag
+        With what was made of it.
+    topics : dict of str to str
+        Topics of ``bag`` by role, without those that only something was made from.
+    notes : tuple of str
+        What it was made from, and what of the bag was not read.
+    read_from : str
+        The topic that poses come from.
+    recorded : dict of str to int
+        The topics that were recorded, and how many messages.
+    begins : float, [s]
+        Where in the recording the part that is read begins.
+
+    """
+
+    path: Path
+    bag: Bag
+    topics: dict[str, str]
+    notes: tuple[str, ...]
+    read_from: str
+    recorded: dict[str, int]
+    begins: float = 0.0
+
+
+class CompletedBag:
+    """
+    A bag with topics that were made from others.
+
+    Parameters
+    ----------
+    bag : Bag
+    made : mapping of str to RawMessages
+        By topic; they stand for those of the same name.
+
+    """
+
+    def __init__(self, bag: Bag, made: Mapping[str, RawMessages]) -> None:
+        self.path, self._bag, self._made = bag.path, bag, made
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic."""
+        return {**self._bag.topics,
+                **{topic: messages.type_name for topic, messages in self._made.items()}}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return {**self._bag.counts,
+                **{topic: len(messages) for topic, messages in self._made.items()}}
+
+    def messages(self, topic: str) -> RawMessages:
+        """Return the messages of a topic; none if it is not in the bag."""
+        made = self._made.get(topic)
+        return self._bag.messages(topic) if made is None else made
+
+
+def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> ForeignDrive:
+    """
+    Open a bag of others for a workspace.
+
+    Parameters
+    ----------
+    path : Path
+        See `any_bag.open_bag`.
+    grid : Grid
+        The workspace, whose frame the poses are taken to where `/tf` says how.
+    reading : Reading, optional
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, a named topic is not in it, or nothing says where the robot was.
+
+    """
+    bag, reading = open_bag(path), reading or Reading()
+    roles = _Roles(bag, grid, reading)
+    made: dict[str, RawMessages] = {}
+    try:
+        poses = roles.find_poses(made)
+        times = roles.span_of(poses, is_made=bool(made))
+    except BagError as error:
+        raise BagError(f'{path}: {str(error).removeprefix(f"{bag.path}: ")}') from None
+    if roles.wants_scan:
+        roles.make_sight(made, poses)
+    topics = {role: topic for role, topic in roles.topics.items() if role != 'scan'}
+    if times is not None:
+        whole = CompletedBag(bag, made)
+        made = cut(map(whole.messages, set(topics.values())), *times)
+        roles.notes.append(str(reading.span))
+    return ForeignDrive(Path(path), CompletedBag(bag, made) if made else bag, topics,
+                        (*roles.notes, *notes_on(bag)), roles.read_from, bag.counts,
+                        max(reading.span.first, 0.0))
+
+
+def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
+    """Say how many messages are no poses in the frame of the first."""
+    n = len(messages) - len(found.stamps_ns)
+    return [f'{counted(n, "message")} refused: {found.lost[0].why}'] if n else []
+
+
+class _Roles:
+    """Finds out what a bag's topics are good for."""
+
+    def __init__(self, bag: Bag, grid: Grid, reading: Reading) -> None:
+        self.bag, self.grid, self.reading = bag, grid, reading
+        self.notes: list[str] = []
+        self.topics = roles_of_topics(bag, reading.names)
+        home = self.topics['odom'].rpartition('/')[0]
+        found, self._no_frames = topics_of(bag, home)
+        self._tree: Transforms | None = None
+        self._tf = found
+        self.read_from = self.topics['odom']
+
+    @property
+    def tree(self) -> Transforms:
+        """What is said of frames; read when it is asked for, there may be much of it."""
+        if self._tree is None:
+            self._tree = read_transforms(self.bag, self._tf, self.reading.span)
+        return self._tree
+
+    @property
+    def wants_scan(self) -> bool:
+        """Whether a sight is to be made: one that was recorded goes before."""
+        return 'scan' in self.reading.names or 'neighbourhood' not in self.topics
+
+    def find_poses(self, made: dict[str, RawMessages]) -> DrivePoses:
+        """Find the poses; where they are made, they become `odom`."""
+        try:
+            found, notes = self._poses()
+        except BagError:
+            if 'odom' in self.reading.names or self.bag.topics[self.topics['odom']] != TF_TYPE:
+                raise
+            # Perhaps there are poses of another kind.
+            try:
+                self.topics = roles_of_topics(self.bag, self.reading.names, with_frames=False)
+            except BagError:
+                pass
+            else:
+                return self.find_poses(made)
+            raise
+        self.read_from = self.topics['odom']
+        if notes:
+            self.notes += notes
+            self.topics['odom'] = self._free_name('odom')
+            made[self.topics['odom']] = found.messages(self.topics['odom'])
+        return found
+
+    def span_of(self, poses: DrivePoses, is_made: bool) -> tuple[int, int] | None:
+        """Return which part of the recording is read, [ns]; None for all of it."""
+        span = self.reading.span
+        if span.is_whole:
+            # In another frame all of them are refused, which is said where they are read.
+            if is_made or poses.frame_id == self.grid.frame_id.lstrip('/'):
+                poses.check_ends()
+            return None
+        first, last, *around = span.log_times(poses.stamps_ns, poses.log_times, poses.begins_ns)
+        poses.check_ends(*around)
+        return first, last
+
+    def _poses(self) -> tuple[DrivePoses, list[str]]:
+        topic, frame_id = self.topics['odom'], self.grid.frame_id
+        if self.bag.topics[topic] == TF_TYPE:
+            if not self._tf:
+                raise BagError(f'{self.bag.path}: {self._no_frames}, name one with --odom-topic')
+            found, notes = poses_from_frames(
+                self.tree, self.reading.base_frame, frame_id, topic)
+            if n := self.tree.n_refused:
+                notes.append(f'{counted(n, "transform")} of {topic} refused: not finite, or no '
+                             f'rotation')
+            return found, notes
+        messages = self.bag.messages(topic)
+        found = poses_from_messages(messages, self.reading.span)
+        if found.frame_id != frame_id.lstrip('/') and self._tf:
+            brought = brought_to_frame(found, self.tree, frame_id.lstrip('/'), self._tf[0])
+            if brought is not None:
+                return brought[0], [*brought[1], *_left_out(messages, found)]
+        return found, []
+
+    def make_sight(self, made: dict[str, RawMessages], poses: DrivePoses) -> None:
+        """Make the sight from laser scans if there are any; say why not."""
+        topic = self.topics.get('scan')
+        if topic is None:
+            if lasers := scans_in(self.bag):
+                self.notes.append(f'no sight: it may be made from {" or ".join(lasers)}, name one '
+                                  f'with --scan-topic')
+            return
+        scans = read_scans(self.bag.messages(topic), self.reading.zero_is_no_return)
+        if not scans.scans:
+            self.notes.append(f'no sight: no scan on {topic} makes sense, {scans.refusal}')
+            return
+        mount = self._mount(scans.frame_id, poses)
+        problem = mount.problem if mount else (
+            f'nothing says where {scans.frame_id!r} sits on the robot, say so with --laser X Y Z '
+            f'ROLL PITCH YAW')
+        if mount is None or problem:
+            self.notes.append(f'no sight from {topic}: {problem}')
+            return
+        if not len(poses.stamps_ns) or poses.frame_id != self.grid.frame_id.lstrip('/'):
+            return
+        name = self._free_name('neighbourhood')
+        made[name] = sights_from_scans(scans, poses, mount, self.grid, self.reading.body, name)
+        self.topics['neighbourhood'] = name
+        self.notes.append(described(scans, mount, self._base(poses)))
+
+    def _base(self, poses: DrivePoses) -> str:
+        return self.reading.base_frame.lstrip('/') or poses.base
+
+    def _mount(self, laser: str, poses: DrivePoses) -> Mount | None:
+        """Return where the laser sits on the robot, and how high above the floor."""
+        if self.reading.mount is not None:
+            return self.reading.mount
+        base = self._base(poses)
+        bases = [base, *(each for each in self.tree.bases() if each != base)]
+        for each in filter(None, bases):
+            if each == laser:
+                return Mount()
+            found = self.tree.fixed(laser, each)
+            if found is not None:
+                return mount_from_transform(found.matrix())._replace(z=self._height(laser))
+        return None
+
+    def _height(self, laser: str) -> float:
+        """Return the laser's height above the floor, where base_footprint is; 0 if not known."""
+        floor = [each for each in self.tree.bases() if each.rpartition('/')[2] == BASES[0]]
+        found = self.tree.fixed(laser, floor[0]) if floor else None
+        return 0.0 if found is None else max(float(np.round(found.shift[0, 2], 6)), 0.0)
+
+    def _free_name(self, role: str) -> str:
+        """Return a name that no topic has that is kept for another role."""
+        taken = {topic for other, topic in self.topics.items() if other != role}
+        name = f'/{role}'
+        while name in taken:
+            name += '_made'
+        return name

@@ -1,0 +1,245 @@
+"""Where the robot was under way, in the frame of the workspace: from odometry, poses or `/tf`."""
+
+from dataclasses import dataclass, replace
+import math
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.words import counted
+from episode_store.drives import Lost, sets_off
+from episode_store.external.span import Span
+from episode_store.external.transforms import Edge, Transforms
+from episode_store.rosbag2.columns import read_columns
+from episode_store.rosbag2.reader import RawMessages
+from episode_store.task_folder import BagError
+from msgs_bridge.messages.cdr_write import pose_stamped_to_cdr
+from msgs_bridge.messages.poses import QUATERNION_TOLERANCE
+from msgs_bridge.sensing.corrections import said_of
+from msgs_bridge.sensing.rigid_motions import Motions
+
+_PLACE: Final = ('x', 'y', 'z')
+_TURN: Final = ('qx', 'qy', 'qz', 'qw')
+#: A correction is kept for so long without a word, [s].
+_SILENT: Final = 1.0
+
+Integers = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class DrivePoses:
+    """
+    Where the robot's middle was in a frame.
+
+    Parameters
+    ----------
+    frame_id, base : str
+        The frame, and that of the robot's middle (empty where the messages do not name it).
+    stamps_ns, log_times : ndarray of int64, shape (n,), [ns]
+    motions : Motions
+    begins_ns : int, [ns]
+        First stamp of the whole drive, in whatever frame.
+    lost : tuple of Lost
+        What comes before the first and after the last and says nothing of where the robot was.
+
+    """
+
+    frame_id: str
+    base: str
+    stamps_ns: Integers
+    log_times: Integers
+    motions: Motions
+    begins_ns: int
+    lost: tuple[Lost, ...] = ()
+
+    def check_ends(self, since: float = -np.inf, until: float = np.inf) -> None:
+        """
+        Refuse poses that begin after the drive does, or end before it.
+
+        Parameters
+        ----------
+        since, until : float, [ns]
+            Times of the recording between which the drive is meant.
+
+        Raises
+        ------
+        BagError
+
+        """
+        inside = (self.log_times >= since) & (self.log_times <= until)
+        seconds = (self.stamps_ns[inside] - self.begins_ns) * 1e-9
+        if not len(seconds):
+            return
+        begun = sets_off(seconds, self.motions.shift[inside, :2])
+        for lost in self.lost:
+            is_end = lost.next_to > self.log_times[inside].min()
+            if not (is_end or begun):
+                continue
+            try:
+                lost.check(since, until)
+            except BagError as error:
+                cut = (f'before that (--to {math.floor(seconds[-1] * 100.0 + 1e-4) / 100.0:.2f})'
+                       if is_end else 'after that (--from '
+                       f'{math.ceil(seconds[0] * 100.0 - 1e-4) / 100.0:.2f})')
+                raise BagError(f'{error}, or keep what is {cut}') from None
+
+    def messages(self, topic: str) -> RawMessages:
+        """Return them as PoseStamped messages."""
+        rows = zip(self.stamps_ns.tolist(), self.motions.shift.tolist(),
+                   self.motions.yaw.tolist(), strict=True)
+        return RawMessages.of(topic, 'geometry_msgs/msg/PoseStamped', [
+            pose_stamped_to_cdr(stamp, self.frame_id, x, y, yaw) for stamp, (x, y, _), yaw in rows
+        ], self.log_times.tolist())
+
+
+def poses_from_messages(messages: RawMessages, span: Span | None = None) -> DrivePoses:
+    """
+    Read odometry or poses; only those in the frame of the first, and what is a place at all.
+
+    Parameters
+    ----------
+    messages : RawMessages
+    span : Span, optional
+        The first of this part of the drive counts.
+
+    Raises
+    ------
+    CdrError
+        If the messages are of another type.
+
+    """
+    is_odometry = messages.type_name == 'nav_msgs/msg/Odometry'
+    columns = read_columns(messages, dict.fromkeys(('sec', 'nanosec', *_PLACE, *_TURN), 1))
+    frames = [frame.lstrip('/') for frame in columns.texts('frame_id')]
+    bases = [base.lstrip('/') for base in columns.texts('child_frame_id')] if is_odometry else []
+    values = columns.values
+    shift = np.stack([values[name] for name in _PLACE], axis=1)
+    turn = np.stack([values[name] for name in _TURN], axis=1)
+    with np.errstate(invalid='ignore', over='ignore'):
+        length = np.linalg.norm(turn, axis=1)
+        sound = columns.accepted & np.isfinite(shift).all(axis=1) & (values['sec'] >= 0)
+        sound &= np.abs(length - 1.0) <= QUATERNION_TOLERANCE
+    stamps = values['sec'].astype(np.int64) * 1_000_000_000 + values['nanosec'].astype(np.int64)
+    begins = int(stamps[sound].min()) if sound.any() else 0
+    asked = np.flatnonzero(sound & (span or Span()).holds(stamps, begins))
+    # Where none is sound, the frame is what the first message says.
+    first = int(columns.layout[asked[0]]) if len(asked) else 0
+    frame = frames[first] if frames else ''
+    sound &= np.isin(columns.layout, [i for i, name in enumerate(frames) if name == frame])
+    times = messages.log_times
+    first_time, last = (int(end(times[sound])) if sound.any() else 0 for end in (np.min, np.max))
+    why = f'{messages.topic}: no sound pose in {frame!r}, the frame of the first'
+    lost = (Lost(why, first_time, times[times < first_time]), Lost(why, last, times[times > last]))
+    return DrivePoses(
+        frame, bases[first] if bases else '', stamps[sound], times[sound],
+        Motions(shift[sound], turn[sound] / length[sound, np.newaxis]), begins, lost)
+
+
+def poses_from_frames(
+    tree: Transforms, base: str, frame_id: str, topic: str,
+) -> tuple[DrivePoses, list[str]]:
+    """
+    Return where a frame was in one above it, whenever the joint that moves next to it was said.
+
+    Parameters
+    ----------
+    tree : Transforms
+    base : str
+        The robot's middle; the one that is called so if it is empty.
+    frame_id : str
+        The workspace's frame.
+    topic : str
+        What an error calls it all.
+
+    Raises
+    ------
+    BagError
+        If there is no such chain, or nothing moves in it.
+
+    """
+    base, chain = _chain(tree, base, frame_id, topic)
+    # The wheels' own joint: what is missing of it is not to be made of one that is said oftener.
+    moving = [edge for edge in chain if len(edge.stamps_ns) > 1 and not edge.is_fixed]
+    driven = moving[-1] if moving else max(chain, key=lambda edge: len(edge.stamps_ns))
+    if len(driven.stamps_ns) < 2:
+        raise BagError(f'{topic}: all that says where {base} is in {frame_id} bears one stamp')
+    before = chain[:chain.index(driven)]
+    after = chain[chain.index(driven) + 1:]
+    poses = DrivePoses(frame_id, base, driven.stamps_ns, driven.log_times, driven.motions,
+                       driven.begins_ns, _lost([driven, *after], topic))
+    for edge in after:
+        poses = replace(poses, motions=poses.motions.then(edge.at(poses.stamps_ns)))
+    poses, notes = _brought(poses, before, frame_id, topic)
+    names = ' -> '.join([frame_id, *(edge.child for edge in chain)])
+    return poses, [f'poses are those of {base} in {frame_id}, from {topic} ({names})', *notes]
+
+
+def brought_to_frame(
+    poses: DrivePoses, tree: Transforms, frame_id: str, topic: str,
+) -> tuple[DrivePoses, list[str]] | None:
+    """Take poses to a frame above theirs; None if there is no way to it."""
+    chain = tree.chain(poses.frame_id, frame_id)
+    if not chain:
+        return None
+    found, notes = _brought(poses, chain, frame_id, topic)
+    return found, [f'poses are taken from {poses.frame_id} to {frame_id} by {topic}', *notes]
+
+
+def _brought(
+    poses: DrivePoses, chain: list[Edge], frame_id: str, topic: str,
+) -> tuple[DrivePoses, list[str]]:
+    """Put the edges above a frame before its poses; drop those before anything was said."""
+    notes: list[str] = []
+    moving = [edge for edge in chain if len(edge.stamps_ns) > 1]
+    known = np.ones(len(poses.stamps_ns), dtype=np.bool_)
+    for edge in moving:
+        known &= poses.stamps_ns >= edge.stamps_ns[0]
+    if not known.any():
+        raise BagError(f'{topic}: nothing says where {poses.frame_id} is in {frame_id} at the '
+                       f'time of the poses')
+    if n_early := int((~known).sum()):
+        notes.append(f'{counted(n_early, "pose")} before {topic} says anything of {frame_id} '
+                     f'dropped')
+    stamps = poses.stamps_ns[known]
+    for edge in moving:
+        silent = float(stamps.max() - edge.stamps_ns[-1]) * 1e-9
+        if silent > _SILENT:
+            notes.append(f'in the last {silent:.1f} s nothing new is said of {edge.child} in '
+                         f'{edge.parent}: what was said last is kept')
+    motions = poses.motions.at(known.nonzero()[0])
+    for edge in reversed(chain):
+        motions, corrections = edge.carrying(stamps, motions)
+        notes += said_of(corrections, f'{edge.child} in {edge.parent} ({topic})',
+                         float(stamps[0] - edge.stamps_ns[0]) * 1e-9)
+    return replace(poses, frame_id=frame_id, stamps_ns=stamps, log_times=poses.log_times[known],
+                   motions=motions, lost=(*poses.lost, *_lost(chain, topic))), notes
+
+
+def _lost(chain: list[Edge], topic: str) -> tuple[Lost, ...]:
+    """Return what is said of frames that in the end are under another one than before."""
+    return tuple(replace(lost, why=f'{topic}: {lost.why}')
+                 for edge in chain for lost in edge.lost)
+
+
+def _chain(
+    tree: Transforms, base: str, frame_id: str, topic: str,
+) -> tuple[str, list[Edge]]:
+    """Return the robot's middle and the edges above it."""
+    bases = [base.lstrip('/')] if base else tree.bases()
+    if not bases:
+        raise BagError(f'{topic}: no frame is called base_link or base_footprint, there are '
+                       f'{_names(sorted(tree.edges))}: name that of the robot with --base-frame')
+    for each in bases:
+        if chain := tree.chain(each, frame_id.lstrip('/')):
+            return each, chain
+    above = [frame for frame in tree.above(bases[0])[1:] if frame not in bases]
+    if not above:
+        raise BagError(f'{topic}: nothing says where {bases[0]} is, there are '
+                       f'{_names(sorted(tree.edges))}')
+    raise BagError(f'{topic}: {bases[0]} is not under {frame_id!r} but under {_names(above)}: '
+                   f'learn it with --frame {above[-1]}')
+
+
+def _names(frames: list[str]) -> str:
+    return ', '.join(frames[:8]) or 'none'

@@ -1,0 +1,102 @@
+"""Drives that other recorders recorded, taken over as demonstrations of a task."""
+
+from collections.abc import Mapping
+import json
+from pathlib import Path
+
+import numpy as np
+
+from control_field.drives.plausibility import SPEED_MAX
+from control_field.grid import Grid
+from episode_store.drives import Drive
+from episode_store.episode import demonstration_of_bag
+from episode_store.external.drive import ForeignDrive, open_drive, Reading
+from episode_store.header import EpisodeHeader
+from episode_store.making import NewBags
+from episode_store.rosbag2.reader import Bag
+from episode_store.rosbag2.writer import BagWriter
+
+
+def learnt_from(
+    drive: ForeignDrive, grid: Grid, number: int = 0, speed_max: float = SPEED_MAX,
+) -> Drive:
+    """
+    Return what a foreign drive teaches in a workspace, what of it was dropped, and notes.
+
+    Raises
+    ------
+    BagError
+        If nothing is left to learn.
+
+    """
+    return demonstration_of_bag(
+        drive.bag, drive.path, drive.topics, grid, number, drive.notes, speed_max,
+        drive.begins)
+
+
+def check_drive(
+    path: Path | str, grid: Grid, reading: Reading, speed_max: float = SPEED_MAX,
+) -> ForeignDrive:
+    """
+    Make sure that a foreign bag teaches something in a workspace.
+
+    Parameters
+    ----------
+    path : Path
+        The foreign bag, see `any_bag.open_bag`.
+    grid : Grid
+    reading : Reading
+        How it is to be read.
+    speed_max : float, [m/s]
+        A robot that drives faster is none.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, or teaches nothing in that workspace.
+
+    """
+    drive = open_drive(path, grid, reading)
+    learnt_from(drive, grid, speed_max=speed_max)
+    return drive
+
+
+def import_demonstration(drive: ForeignDrive, bags: NewBags, header: EpisodeHeader) -> None:
+    """
+    Write what matters of a foreign bag into the next bag of a task.
+
+    What was recorded keeps its bytes; what was made of it (poses from `/tf`, sight from scans) is
+    written as it was made, so that the field stays a function of this bag.
+
+    Parameters
+    ----------
+    drive : ForeignDrive
+        Was checked in the header's workspace.
+    bags : NewBags
+        Those in the making; it is one of the task once they are kept.
+    header : EpisodeHeader
+        Workspace and parameters of the new bag, and its task.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read any more, or not be written.
+
+    """
+    values = EpisodeHeader(
+        header.kind, header.task, header.grid, header.parameters, drive.topics,
+        header.speed_max).to_mapping()
+    _copy(drive.bag, drive.topics,
+          bags.begin(header.kind, {**values, 'imported_from': drive.path.name,
+                                   'imported_notes': json.dumps(drive.notes)}))
+
+
+def _copy(bag: Bag, topics: Mapping[str, str], writer: BagWriter) -> None:
+    """Write the messages of some topics in the order they were recorded."""
+    tables = [bag.messages(topic) for topic in sorted(set(topics.values()))]
+    times = np.concatenate([table.log_times for table in tables])
+    which = np.repeat(np.arange(len(tables)), [len(table) for table in tables])
+    rows = np.concatenate([np.arange(len(table)) for table in tables])
+    for place in np.argsort(times, kind='stable').tolist():
+        table = tables[which[place]]
+        writer.write(table.topic, table.type_name, table[int(rows[place])], int(times[place]))

@@ -1,0 +1,67 @@
+"""What the bags of a task teach once something about them has changed."""
+
+from control_field.learning.learner import Refresh
+from episode_store.episode import NothingToLearnError, read_header
+from episode_store.header import EpisodeHeader
+from episode_store.relearn import Lesson, Lessons
+from episode_store.task_folder import BagError, EpisodeFolder, TaskFolder
+from episode_store.workspace import odd_one_named
+
+
+def fold(episodes: list[EpisodeFolder]) -> tuple[Lessons | None, list[Lesson]]:
+    """
+    Learn from bags in their order, with the parameters of the last one.
+
+    Returns
+    -------
+    lessons : Lessons or None
+        None if no bag can be learnt from at all.
+    each : list of Lesson
+
+    Raises
+    ------
+    BagError
+        If one cannot be read, or is of another grid, frame or version.
+
+    """
+    header = last_header(episodes)
+    if header is None:
+        return None, []
+    lessons = Lessons(header.grid, header.parameters)
+    with odd_one_named(episodes):
+        return lessons, [lessons.learn(episode) for episode in episodes]
+
+
+def last_header(episodes: list[EpisodeFolder]) -> EpisodeHeader | None:
+    """
+    Return what the last of some bags says of itself, leaving out those that hold nothing.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, or is none of ours.
+
+    """
+    for episode in reversed(episodes):
+        try:
+            return read_header(episode.path)
+        except NothingToLearnError:
+            continue
+    return None
+
+
+def relearnt(task: TaskFolder) -> Refresh | None:
+    """Return what the bags of a task teach now; None if there is no demonstration in them."""
+    lessons, _ = fold(task.episodes())
+    return None if lessons is None else lessons.refresh
+
+
+def relearnt_sentence(task: TaskFolder) -> str:
+    """Say what the bags of a task teach now, or which of them keeps it from being learnt."""
+    try:
+        refresh = relearnt(task)
+    except BagError as error:
+        return f'{task.path}: not learnt anew, {error}'
+    if refresh is None:
+        return f'{task.path}: no demonstration is left, there is no field now'
+    return f'{task.path}: learnt anew. {refresh.certificate.sentence()}'

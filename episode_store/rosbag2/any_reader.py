@@ -1,0 +1,204 @@
+"""Opening any bag, whoever recorded it: one file or several, with or without its metadata."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from episode_store.rosbag2.bag_files import (
+    BagFiles, differing_count, files_of_file, files_of_folder, is_cut)
+from episode_store.rosbag2.mcap_scan import CompressedError
+from episode_store.rosbag2.reader import Bag, BagReader, MOST_IN_MEMORY, RawMessages
+from episode_store.task_folder import BagError, error_line
+from msgs_bridge.untrusted.files import open_regular
+
+
+def open_bag(path: Path | str) -> Bag:
+    """
+    Open any bag for reading raw messages: ours and other uncompressed MCAP files directly.
+
+    Parameters
+    ----------
+    path : Path
+        A file, or a folder with ``metadata.yaml``; without it, all files in the folder are read.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read, or a part of the drive is surely missing.
+
+    """
+    path = Path(path)
+    try:
+        files = files_of_folder(path) if path.is_dir() else files_of_file(path)
+        # A file that a person named may be a link; what a folder holds does not lead out of it.
+        within = path if path.is_dir() else None
+        parts = [_open_part(file, files, within) for file in files.paths]
+    except OSError as error:
+        raise BagError(error_line('read', path, error)) from None
+    notes = [*files.notes, *(note for part in parts for note in getattr(part, 'notes', ()))]
+    if files.is_all and not any(map(missing_from, parts)):
+        notes += filter(None, [differing_count(files, _count(parts))])
+    bag = parts[0] if len(parts) == 1 and not notes else JoinedBag(path, parts, notes)
+    _check_begun(bag)
+    return bag
+
+
+def missing_from(bag: Bag) -> str:
+    """Say that not all of a bag is there; empty for a whole one."""
+    for part in _cut_parts(bag):
+        return f'what is not readable of {part.path.name} is missing: {part.damage}'
+    return ''
+
+
+def notes_on(bag: Bag) -> tuple[str, ...]:
+    """Return sentences on what of a bag was not read, or read from elsewhere than it says."""
+    notes = bag.notes if isinstance(bag, JoinedBag) else ()
+    return (*notes, *filter(None, [missing_from(bag)]))
+
+
+class JoinedBag:
+    """
+    The files of a bag, read as one.
+
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    parts : sequence of Bag
+        In the order they were recorded.
+    notes : sequence of str
+        What there is to say of how they were found.
+
+    """
+
+    def __init__(self, path: Path, parts: Sequence[Bag], notes: Sequence[str] = ()) -> None:
+        self.path = path
+        self.parts = parts
+        self.notes = tuple(notes)
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic."""
+        return {topic: kind for part in reversed(self.parts)
+                for topic, kind in part.topics.items()}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return {topic: sum(part.counts.get(topic, 0) for part in self.parts)
+                for topic in self.topics}
+
+    def messages(self, topic: str) -> RawMessages:
+        """
+        Return the messages of a topic; none if it is not in the bag.
+
+        Raises
+        ------
+        BagError
+            If one of the files cannot be read, or all become too much when they are unpacked.
+
+        """
+        if len(self.parts) == 1:
+            return self.parts[0].messages(topic)
+        tables = list(self._tables(topic))
+        none = np.zeros(0, dtype=np.int64)
+        times = np.concatenate([none, *(table.log_times for table in tables)])
+        return RawMessages.of(
+            topic, self.topics.get(topic, ''), [message for table in tables for message in table],
+            times.tolist())
+
+    def _tables(self, topic: str) -> Iterator[RawMessages]:
+        """Go through the files; together they may become no more than one alone."""
+        n_unpacked = 0
+        for part in self.parts:
+            if topic in part.topics:
+                yield (found := part.messages(topic))
+                n_unpacked += 0 if isinstance(part, BagReader) else int(found.sizes.sum())
+                if n_unpacked > MOST_IN_MEMORY:
+                    raise BagError(f'cannot read {self.path}: unpacked, {topic} has more than '
+                                   f'{MOST_IN_MEMORY} bytes')
+
+
+class InLogOrder:
+    """
+    A bag whose messages come as they were received, in whatever order the file holds them.
+
+    Parameters
+    ----------
+    bag : Bag
+
+    """
+
+    def __init__(self, bag: Bag) -> None:
+        self.path = bag.path
+        self._bag = bag
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic."""
+        return self._bag.topics
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return self._bag.counts
+
+    def messages(self, topic: str) -> RawMessages:
+        """Return the messages of a topic; none if it is not in the bag."""
+        found = self._bag.messages(topic)
+        order = np.argsort(found.log_times, kind='stable')
+        return replace(found, starts=found.starts[order], sizes=found.sizes[order],
+                       log_times=found.log_times[order])
+
+
+def _cut_parts(bag: Bag) -> list[BagReader]:
+    parts = bag.parts if isinstance(bag, JoinedBag) else [bag]
+    whole = (getattr(part, 'packed', part) for part in parts)
+    return [part for part in whole if isinstance(part, BagReader) and not part.complete]
+
+
+def _check_begun(bag: Bag) -> None:
+    """Refuse a bag that was cut before it told of any topic."""
+    for part in [] if bag.topics else _cut_parts(bag):
+        is_void = part.path.stat().st_size == 0
+        raise BagError(f'cannot read {part.path}: ' + (
+            part.damage if is_void else f'it is cut off before its first topic: {part.damage}'))
+
+
+def _count(parts: Sequence[Bag]) -> int:
+    return sum(sum(part.counts.values()) for part in parts)
+
+
+def _open_part(path: Path, files: BagFiles, within: Path | None) -> Bag:
+    """Open one of a bag's files."""
+    if not path.exists():
+        raise BagError(f'cannot read {path}: there is no such bag')
+    open_regular(path, within).close()
+    part = _open_file(path)
+    if files.description is None or files.description.compression != 'message':
+        return part
+    from episode_store.rosbag2.rosbags_reader import UnpackedMessages
+
+    return UnpackedMessages(part)
+
+
+def _open_file(path: Path) -> Bag:
+    if path.suffix == '.bag' or path.name.endswith('.bag.active'):
+        # Slow to import, like what follows, and most bags are ours.
+        from episode_store.rosbag2.ros1_reader import Ros1Bag
+
+        return Ros1Bag(path)
+    if path.suffix == '.mcap':
+        try:
+            return BagReader(path, follow=True)
+        except CompressedError:
+            from episode_store.rosbag2.rosbags_reader import check_sizes, CutBag
+
+            check_sizes(path)
+            if is_cut(path):
+                return CutBag(path)
+    from episode_store.rosbag2.rosbags_reader import ForeignBag
+
+    return ForeignBag(path)

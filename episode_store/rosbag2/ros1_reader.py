@@ -1,0 +1,187 @@
+"""Bags of ROS 1, read through `rosbags` as if ROS 2 had recorded them."""
+
+from bz2 import BZ2Decompressor
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+from rosbags.rosbag1 import Reader
+from rosbags.rosbag1.reader import decompressors
+from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+
+from episode_store.rosbag2.reader import MOST_IN_MEMORY, RawMessages
+from episode_store.rosbag2.ros1_recovery import UnclosedBag, Unpackers
+from episode_store.rosbag2.unpacking import Room
+from episode_store.task_folder import BagError
+from msgs_bridge.untrusted.files import open_regular
+
+#: Largest chunk that is unpacked, [bytes]; recorders write them of less than 1 MiB.
+_MOST_UNPACKED: Final = 2**28
+#: The most that LZ4 makes of a byte.
+_MOST_BY_LZ4: Final = 255
+#: What a type was called before.
+_NOW: Final = {'tf/msg/tfMessage': 'tf2_msgs/msg/TFMessage'}
+
+
+class Ros1Bag:
+    """
+    Read a ``.bag`` file.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    BagError
+        If it cannot be read.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._unclosed: UnclosedBag | None = None
+        # rosbags raises what it runs into, of many types, on a bag that is damaged.
+        try:
+            open_regular(path).close()
+            with self._opened() as reader:
+                connections = list(reader.connections)
+        except Exception as error:
+            self._unclosed = _unclosed(path)
+            if self._unclosed is None:
+                raise self._error(error) from None
+            connections = self._unclosed.connections
+        #: What there is to say of how it was found.
+        self.notes = (self._unclosed.note,) if self._unclosed else ()
+        self._topics = {item.topic: _now(item.msgtype) for item in connections}
+        self._counts = dict.fromkeys(self._topics, 0)
+        for item in connections:
+            self._counts[item.topic] += item.msgcount
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """Return the type of every topic, as ROS 2 calls it."""
+        return self._topics
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of messages of every topic."""
+        return self._counts
+
+    def messages(self, topic: str) -> RawMessages:
+        """
+        Return the messages of a topic as ROS 2 serialises them; none if it is not in the bag.
+
+        Raises
+        ------
+        BagError
+            If it cannot be read, or the topic's type is not the one that goes by that name.
+
+        """
+        found: list[bytes] = []
+        times: list[int] = []
+        try:
+            room = Room(MOST_IN_MEMORY)
+            with self._opened() as reader:
+                wanted = [item for item in reader.connections if item.topic == topic]
+                for item in wanted:
+                    self._check_type(item)
+                # No connection at all would mean every one.
+                for item, time, message in reader.messages(wanted) if wanted else ():
+                    room.take(len(message))
+                    found.append(bytes(_jazzy().ros1_to_cdr(message, _now(item.msgtype))))
+                    times.append(time)
+        except BagError:
+            raise
+        except Exception as error:
+            raise self._error(error) from None
+        return RawMessages.of(topic, self._topics.get(topic, ''), found, times)
+
+    @contextmanager
+    def _opened(self) -> Iterator[Any]:
+        if self._unclosed is not None:
+            yield self._unclosed
+        else:
+            with _opened(self.path) as reader:
+                yield reader
+
+    def _check_type(self, connection: Any) -> None:
+        """Refuse a type that is called like a standard one and is none: its bytes differ."""
+        name, known = _now(connection.msgtype), _noetic()
+        if name not in known.fielddefs or name not in _jazzy().fielddefs:
+            raise BagError(f'{self.path}: {connection.topic} is {name}, which is no message of '
+                           f'ROS itself')
+        if connection.digest not in ('*', known.generate_msgdef(name)[1]):
+            raise BagError(f'{self.path}: {connection.topic} is {name} of another version of ROS')
+
+    def _error(self, error: Exception) -> BagError:
+        text = ' '.join(str(error).split()) or type(error).__name__
+        if 'not indexed' in text or self.path.suffix == '.active':
+            text = ('it was not closed by its recorder; `rosbag reindex '
+                    f'{self.path.name}` mends it')
+        return BagError(f'cannot read {self.path}: {text}')
+
+
+def _unclosed(path: Path) -> UnclosedBag | None:
+    """Return what is whole of a bag without an index; None if nothing is."""
+    try:
+        found = UnclosedBag(path, _UNPACKERS)
+    except (OSError, ValueError):
+        return None
+    return found if found.connections else None
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a file; a chunk of it that would fill the memory is refused when it is unpacked."""
+    with Reader(path) as reader:
+        for at, chunk in getattr(reader, 'chunks', {}).items():
+            if chunk.decompressor is decompressors['bz2']:
+                reader.chunks[at] = chunk._replace(decompressor=_bz2)
+            elif chunk.decompressor is decompressors['lz4']:
+                reader.chunks[at] = chunk._replace(decompressor=_lz4(chunk.decompressor))
+        yield reader
+
+
+def _bz2(data: bytes) -> bytes:
+    unpacked = BZ2Decompressor().decompress(data, _MOST_UNPACKED + 1)
+    _check_size(len(unpacked))
+    return unpacked
+
+
+def _lz4(unpack: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
+    def unpack_some(data: bytes) -> bytes:
+        if len(data) * _MOST_BY_LZ4 > 4 * _MOST_UNPACKED:
+            _check_size(len(data) * _MOST_BY_LZ4)
+        return unpack(data)
+    return unpack_some
+
+
+_UNPACKERS: Final[Unpackers] = {
+    'none': bytes, 'bz2': _bz2, 'lz4': _lz4(decompressors['lz4'])}
+
+
+def _check_size(size: int) -> None:
+    if size > _MOST_UNPACKED:
+        raise ValueError(f'a chunk has more than {_MOST_UNPACKED} bytes unpacked')
+
+
+@cache
+def _noetic() -> Any:
+    """Return what the messages of ROS 1 are made of."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg(
+        'geometry_msgs/TransformStamped[] transforms', 'tf2_msgs/msg/TFMessage'))
+    return store
+
+
+@cache
+def _jazzy() -> Any:
+    """Return what the messages of ROS 2 are made of."""
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def _now(name: str) -> str:
+    return _NOW.get(name, name)

@@ -1,0 +1,325 @@
+"""What the learner needs of a bag, column by column: poses, sights, decisions, how it ended."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.drives.dead_reckoning import Motion
+from control_field.grid import Grid
+from control_field.headings import N_HEADINGS, STEP_COL, STEP_ROW
+from control_field.local_grid import BLOCKED, FREE, UNKNOWN
+from control_field.records import DECISION_DTYPE
+from episode_store.rosbag2.columns import Columns, Group, groups, read_columns
+from episode_store.rosbag2.reader import RawMessages
+from msgs_bridge.messages.cdr import (
+    CdrError, DESCRIBED, DIAGNOSTIC_STATUS, POINT_CLOUD, struct_from_cdr)
+from msgs_bridge.messages.clouds import TableError
+from msgs_bridge.messages.neighbourhoods import ALIGNMENT_TOLERANCE, MAX_TURN, RESOLUTION_TOLERANCE
+from msgs_bridge.messages.poses import MAX_PLACE, QUATERNION_TOLERANCE
+from msgs_bridge.messages.tables import decisions_from_cloud
+from msgs_bridge.messages.trial_status import trial_from_status, TrialStatus
+
+_STAMP: Final = {'sec': 1, 'nanosec': 1}
+_POSE: Final = dict.fromkeys(('x', 'y', 'qx', 'qy', 'qz', 'qw'), 1)
+
+
+@dataclass(frozen=True, eq=False)
+class PoseTable:
+    """
+    The poses of a drive, in the order they were recorded.
+
+    Parameters
+    ----------
+    stamps : ndarray, shape (n,), [s]
+    xy : ndarray, shape (n, 2), [m]
+    n_refused : int
+        Messages that were left out.
+    refusal : str
+        Why the first of them was.
+    before, after : tuple of int and float
+        How many messages before the first and after the last pose were left out, and for how
+        long, [s].
+    motion : Motion or None
+        What else they say of how the robot moved.
+
+    """
+
+    stamps: npt.NDArray[np.float64]
+    xy: npt.NDArray[np.float64]
+    n_refused: int
+    refusal: str
+    before: tuple[int, float] = (0, 0.0)
+    after: tuple[int, float] = (0, 0.0)
+    motion: Motion | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SightTable:
+    """
+    The 3x3 sights of a drive, in the order they were recorded.
+
+    Parameters
+    ----------
+    stamps : ndarray, shape (n,), [s]
+    cells : ndarray of int64, shape (n, 2)
+        The robot's ``(row, col)``.
+    blocked, unknown : ndarray of uint8, shape (n,)
+        Masks.
+    n_refused : int
+        Messages that were left out.
+    refusal : str
+        Why the first of them was.
+
+    """
+
+    stamps: npt.NDArray[np.float64]
+    cells: npt.NDArray[np.int64]
+    blocked: npt.NDArray[np.uint8]
+    unknown: npt.NDArray[np.uint8]
+    n_refused: int
+    refusal: str
+
+
+def pose_table(messages: RawMessages, frame_id: str) -> PoseTable:
+    """
+    Read Odometry, PoseStamped or PoseWithCovarianceStamped messages.
+
+    What `poses.pose_from_odometry` would refuse, and another frame, is left out and counted.
+
+    Raises
+    ------
+    CdrError
+        If the messages are of another type.
+
+    """
+    names = _STAMP | _POSE
+    is_odometry = messages.type_name == 'nav_msgs/msg/Odometry'
+    if is_odometry:
+        names = names | {'vx': 1, 'vy': 1, 'wz': 1}
+    columns = _checked(messages, names, frame_id)
+    values = columns.values
+    finite = (np.abs(values['x']) <= MAX_PLACE) & (np.abs(values['y']) <= MAX_PLACE)
+    if is_odometry:
+        finite &= np.isfinite(values['vx']) & np.isfinite(values['wz'])
+    _refuse(columns, ~finite, f'{messages.topic}: position or velocity is not finite')
+    _refuse(columns, ~_is_rotation(values), f'{messages.topic}: orientation is no rotation')
+    kept = columns.accepted
+    return PoseTable(_seconds(values)[kept], np.stack([values['x'], values['y']], axis=1)[kept],
+                     int((~kept).sum()), columns.refusal, *_at_the_ends(messages, kept),
+                     _motion(values, is_odometry).at(kept))
+
+
+def _motion(values: dict[str, npt.NDArray[Any]], is_odometry: bool) -> Motion:
+    """Return headings and speeds; a robot that drives sideways may leave out that it does."""
+    if not is_odometry:
+        return Motion(_yaw(values))
+    velocity = np.stack([values['vx'], values['vy']], axis=1)
+    return Motion(_yaw(values), np.where(np.isfinite(velocity), velocity, 0.0))
+
+
+def _at_the_ends(
+    messages: RawMessages, kept: npt.NDArray[np.bool_],
+) -> tuple[tuple[int, float], tuple[int, float]]:
+    """Return how many messages at either end are not kept, and how long they last, [s]."""
+    left = np.flatnonzero(kept)
+    if not len(left):
+        return (0, 0.0), (0, 0.0)
+    first, last, times = int(left[0]), int(left[-1]), messages.log_times
+    return ((first, float(times[first] - times[0]) * 1e-9),
+            (len(kept) - 1 - last, float(times[-1] - times[last]) * 1e-9))
+
+
+def sight_table(messages: RawMessages, grid: Grid) -> SightTable:
+    """
+    Read 3x3 OccupancyGrid messages on the cells of ``grid``.
+
+    What `neighbourhoods.neighbourhood_from_grid` would refuse is left out and counted.
+
+    Raises
+    ------
+    CdrError
+        If the messages are of another type.
+
+    """
+    name = messages.topic
+    columns = _checked(messages, _STAMP | _POSE | {
+        'resolution': 1, 'width': 1, 'height': 1, 'data': 9}, grid.frame_id)
+    values = columns.values
+    _refuse(columns, (values['width'] != 3) | (values['height'] != 3), f'{name}: is not 3 x 3')
+    off = np.abs(values['resolution'].astype(np.float64) - grid.resolution)
+    _refuse(columns, ~(off <= RESOLUTION_TOLERANCE * grid.resolution),
+            f'{name}: resolution is not {grid.resolution:g} m')
+    _refuse(columns, ~_is_rotation(values) | ~(np.abs(_yaw(values)) <= MAX_TURN),
+            f'{name}: origin is turned')
+    cells = _cells(columns, grid, name)
+    data = values['data'].reshape(-1, 9)
+    _refuse(columns, ~np.all(np.isin(data, (FREE, BLOCKED, UNKNOWN)), axis=1),
+            f'{name}: a cell is not 0, 100 or -1')
+    kept = columns.accepted
+    return SightTable(
+        _seconds(values)[kept], cells[kept], _mask(data, BLOCKED)[kept],
+        _mask(data, UNKNOWN)[kept], int((~kept).sum()), columns.refusal)
+
+
+def decision_table(
+    messages: RawMessages, grid: Grid,
+) -> tuple[npt.NDArray[np.void], int, str]:
+    """
+    Read the decisions of `experience` messages, in the order they were recorded.
+
+    Returns
+    -------
+    decisions : ndarray of DECISION_DTYPE, shape (n,)
+    n_refused : int
+        Messages that were left out because `tables.decisions_from_cloud` refuses them.
+    refusal : str
+        Why the first of them was.
+
+    Raises
+    ------
+    CdrError
+        If the messages are of another type.
+
+    """
+    _check_type(messages, 'sensor_msgs/msg/PointCloud2')
+    columns = Columns({}, np.full(len(messages), -1, dtype=np.int32))
+    parts: list[npt.NDArray[np.void]] = [np.zeros(0, dtype=DECISION_DTYPE)]
+    order: list[npt.NDArray[np.int64]] = [np.zeros(0, dtype=np.int64)]
+    for group in groups(messages, POINT_CLOUD, columns, ()):
+        for rows, decisions in _group_decisions(messages, group, grid, columns):
+            parts.append(decisions.reshape(-1))
+            order.append(np.repeat(rows, decisions.shape[1]))
+    decisions = np.concatenate(parts)[np.argsort(np.concatenate(order), kind='stable')]
+    return decisions, int((~columns.accepted).sum()), columns.refusal
+
+
+def _group_decisions(
+    messages: RawMessages, group: Group, grid: Grid, columns: Columns,
+) -> list[tuple[npt.NDArray[np.int64], npt.NDArray[np.void]]]:
+    """Read messages of one layout at once; if one is refused, each by itself."""
+    try:
+        return [(group.rows, _decisions(messages, group, group.rows, grid))]
+    except TableError as error:
+        if len(group.rows) == 1:
+            columns.refuse(group.rows, str(error))
+            return []
+    found = []
+    for row in group.rows:
+        alone = Group(group.layout, np.array([row]), [])
+        found += _group_decisions(messages, alone, grid, columns)
+    return found
+
+
+def _decisions(
+    messages: RawMessages, group: Group, rows: npt.NDArray[np.int64], grid: Grid,
+) -> npt.NDArray[np.void]:
+    """Return the decisions of messages of one layout, shape (len(rows), decisions a message)."""
+    values, place = group.layout.values, group.layout.places['data']
+    data = messages.bytes_at(rows, place.offset, place.n)
+    msg = SimpleNamespace(
+        header=SimpleNamespace(frame_id=values['frame_id']), height=len(rows) * values['height'],
+        width=values['width'], fields=[SimpleNamespace(**each) for each in values['fields']],
+        is_bigendian=values['is_bigendian'], point_step=values['point_step'],
+        row_step=values['row_step'], data=data)
+    if values['height'] * values['row_step'] != place.n:
+        raise TableError(f'experience: {place.n} bytes of data, must be {values["height"]} rows '
+                         f'of {values["row_step"]}')
+    msg.data = data.reshape(-1)
+    return decisions_from_cloud(msg, grid).reshape(len(rows), -1)
+
+
+def statuses(
+    messages: RawMessages, newest_first: bool = False,
+) -> Iterator[tuple[int, TrialStatus]]:
+    """
+    Go through `trial` messages with their places; what is no such status is passed over.
+
+    Raises
+    ------
+    CdrError
+        If the messages are of another type.
+
+    """
+    _check_type(messages, 'diagnostic_msgs/msg/DiagnosticStatus')
+    order = range(len(messages))
+    for i in reversed(order) if newest_first else order:
+        try:
+            values = struct_from_cdr(DIAGNOSTIC_STATUS, messages[i])
+            values['values'] = [SimpleNamespace(**pair) for pair in values['values']]
+            yield i, trial_from_status(SimpleNamespace(**values))
+        except ValueError:
+            continue
+
+
+def _check_type(messages: RawMessages, type_name: str) -> None:
+    if len(messages) and messages.type_name != type_name:
+        raise CdrError(f'{messages.topic} is {messages.type_name}, must be {type_name}')
+
+
+def _checked(messages: RawMessages, names: dict[str, int], frame_id: str) -> Columns:
+    """Read columns of stamped messages; refuse other frames and what is no stamp."""
+    fields = dict(DESCRIBED.get(messages.type_name, ()))
+    missing = [name for name in names if name not in fields]
+    if missing and len(messages):
+        raise CdrError(f'{messages.topic} is {messages.type_name or "not there"}, '
+                       f'which has no {missing[0]}')
+    if not len(messages):
+        empty: dict[str, Any] = {name: np.zeros((0, n) if n > 1 else 0)
+                                 for name, n in names.items()}
+        return Columns(empty, np.zeros(0, dtype=np.int32))
+    columns = read_columns(messages, names)
+    for number, frame in enumerate(columns.texts('frame_id')):
+        if frame.lstrip('/') != frame_id.lstrip('/'):
+            _refuse(columns, columns.layout == number,
+                    f'{messages.topic}: frame is {frame[:80]!r}, must be {frame_id!r}')
+    values = columns.values
+    _refuse(columns, (values['sec'] < 0) | (values['nanosec'] >= 1_000_000_000),
+            f'{messages.topic}: it has no valid stamp')
+    return columns
+
+
+def _refuse(columns: Columns, bad: npt.NDArray[np.bool_], reason: str) -> None:
+    columns.refuse(np.flatnonzero(bad & columns.accepted), reason)
+
+
+def _seconds(values: dict[str, npt.NDArray[Any]]) -> npt.NDArray[np.float64]:
+    """Return the very floats that `poses.seconds_from_stamp` gives."""
+    return np.asarray(values['sec'] + values['nanosec'] * 1e-9, dtype=np.float64)
+
+
+def _is_rotation(values: dict[str, npt.NDArray[Any]]) -> npt.NDArray[np.bool_]:
+    with np.errstate(over='ignore', invalid='ignore'):
+        length = np.sqrt(sum(values[name] ** 2 for name in ('qx', 'qy', 'qz', 'qw')))
+        return np.asarray(np.abs(length - 1.0) <= QUATERNION_TOLERANCE)
+
+
+def _yaw(values: dict[str, npt.NDArray[Any]]) -> npt.NDArray[np.float64]:
+    x, y, z, w = (values[name] for name in ('qx', 'qy', 'qz', 'qw'))
+    with np.errstate(over='ignore', invalid='ignore'):
+        return np.asarray(np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
+
+
+def _cells(columns: Columns, grid: Grid, name: str) -> npt.NDArray[np.int64]:
+    """Return the robot's cells; refuse what does not lie on the workspace's cells."""
+    values = columns.values
+    with np.errstate(over='ignore', invalid='ignore'):
+        place = np.stack([values['y'] - grid.origin_y, values['x'] - grid.origin_x], axis=1)
+        place = place / grid.resolution
+        nearest = np.round(place)
+        aligned = np.all(np.abs(place - nearest) <= ALIGNMENT_TOLERANCE, axis=1)
+        inside = np.all((nearest >= -1) & (nearest < np.array(grid.shape) - 1), axis=1)
+    _refuse(columns, ~aligned, f'{name}: origin lies off the cells of the workspace')
+    _refuse(columns, ~inside, f'{name}: its middle lies outside the workspace')
+    return np.where((aligned & inside)[:, np.newaxis], nearest + 1, 0).astype(np.int64)
+
+
+def _mask(data: npt.NDArray[np.int8], state: int) -> npt.NDArray[np.uint8]:
+    mask = np.zeros(len(data), dtype=np.uint8)
+    for heading in range(N_HEADINGS):
+        place = 3 * (1 + int(STEP_ROW[heading])) + 1 + int(STEP_COL[heading])
+        mask |= (data[:, place] == state).astype(np.uint8) << np.uint8(heading)
+    return mask

@@ -1,0 +1,164 @@
+"""Cutting a bag to a span of time; the recording as it was is kept beside it."""
+
+from collections.abc import Callable, Collection
+from contextlib import suppress
+import os
+from pathlib import Path
+import shutil
+from typing import Final
+
+from episode_store.header import HEADER_NAME, LOST_NAME
+from episode_store.lock import WHOLE
+from episode_store.repair import summary_of_file
+from episode_store.rosbag2.mcap_scan import Channel
+from episode_store.rosbag2.metadata import BagSummary, NAME, write_metadata
+from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.writer import McapFile
+from episode_store.task_folder import BagError, EpisodeFolder, error_line
+from msgs_bridge.untrusted.files import draft_beside, read_bytes, sync_folder
+
+#: Topics that say what a drive started from and how it ended: they hold whatever is cut.
+_KEPT: Final = ('control_field', 'prototypes', 'trial')
+
+
+def whole_path(episode: EpisodeFolder) -> Path:
+    """Return where the whole recording of a bag that was cut is kept."""
+    return episode.bag.with_name(episode.bag.name + WHOLE)
+
+
+def cut_copy(episode: EpisodeFolder, folder: Path, first: int, last: int) -> BagSummary:
+    """
+    Write the messages of a span into a bag of the same name elsewhere, byte for byte.
+
+    Parameters
+    ----------
+    episode : EpisodeFolder
+        The bag.
+    folder : Path
+        An empty folder with the bag's own name.
+    first, last : int, [ns]
+        Log times, both within the span. What stands before and after it on `control_field`,
+        `prototypes` and `trial` is moved to its ends: it says what the drive was.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read or written.
+
+    """
+    def moved(place: int, channel: Channel, log_time: int) -> int | None:
+        inside = min(max(log_time, first), last)
+        is_kept = inside == log_time or channel.topic.rpartition('/')[2] in _KEPT
+        return inside if is_kept else None
+
+    path = folder / episode.bag.name
+    try:
+        summary = _copy(BagReader(episode.bag), path, path.name, moved)
+        (folder / NAME).write_bytes(read_bytes(episode.path / NAME, within=episode.path))
+    except OSError as error:
+        raise BagError(error_line('write', path, error)) from None
+    write_metadata(folder, summary)
+    return summary
+
+
+def drop_messages(episode: EpisodeFolder, places: Collection[int]) -> None:
+    """
+    Take messages out of a bag of ours that was just closed.
+
+    Parameters
+    ----------
+    episode : EpisodeFolder
+        The bag.
+    places : collection of int
+        Which of its messages, in the order they were written.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read or written.
+
+    """
+    def others(place: int, channel: Channel, log_time: int) -> int | None:
+        return None if place in places else log_time
+
+    try:
+        with draft_beside(episode.bag) as draft:
+            draft.unlink()
+            summary = _copy(BagReader(episode.bag), draft, episode.bag.name, others)
+            draft.replace(episode.bag)
+        sync_folder(episode.path)
+    except OSError as error:
+        raise BagError(error_line('write', episode.bag, error)) from None
+    write_metadata(episode.path, summary)
+
+
+def _copy(
+    reader: BagReader, path: Path, name: str, moved: Callable[[int, Channel, int], int | None],
+) -> BagSummary:
+    """Write a bag's messages into another file, at other log times; None leaves one out."""
+    headers = [values for key, values in reader.metadata if key == HEADER_NAME]
+    file = McapFile(path, headers[0] if headers else None)
+    try:
+        for channel in reader.channels.values():
+            file.add_channel(channel.topic, channel.schema.name, channel.schema.data,
+                             channel.metadata)
+        for place, (channel, log_time, publish_time, message) in enumerate(reader.records()):
+            at = moved(place, channel, log_time)
+            if at is not None:
+                file.add(channel.topic, message, at, publish_time)
+        for key, values in reader.metadata:
+            if key == LOST_NAME:
+                file.add_metadata(key, values)
+    except OSError:
+        file.abandon()
+        raise
+    return file.finish(name)
+
+
+def replace_recording(episode: EpisodeFolder, copy: Path, summary: BagSummary) -> None:
+    """
+    Let a cut copy take a bag's place; of the first one the whole recording is kept.
+
+    Raises
+    ------
+    BagError
+        If it cannot; the bag is then as it was.
+
+    """
+    whole = whole_path(episode)
+    try:
+        if not whole.exists():
+            os.link(episode.bag, whole)
+        copy.replace(episode.bag)
+        sync_folder(episode.path)
+    except OSError as error:
+        raise BagError(error_line('cut', episode.bag, error)) from None
+    write_metadata(episode.path, summary)
+
+
+def restore(episode: EpisodeFolder) -> None:
+    """
+    Put the whole recording back.
+
+    Raises
+    ------
+    BagError
+        If the bag was not cut, or it cannot be written.
+
+    """
+    whole = whole_path(episode)
+    if not whole.exists():
+        raise BagError(f'{episode.path} was not cut: there is no {whole.name}')
+    summary = summary_of_file(whole, episode.bag.name)
+    try:
+        whole.replace(episode.bag)
+        sync_folder(episode.path)
+    except OSError as error:
+        raise BagError(error_line('restore', episode.bag, error)) from None
+    write_metadata(episode.path, summary)
+
+
+def drop_draft(folder: Path) -> None:
+    """Remove the folder of a copy, whatever is left of it."""
+    with suppress(OSError):
+        shutil.rmtree(folder)

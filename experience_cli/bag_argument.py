@@ -1,0 +1,220 @@
+"""Which bag a person means: ``task1/0003``, or the path of its folder."""
+
+import argparse
+from pathlib import Path
+import re
+import shlex
+from typing import Final
+
+from episode_store.task_folder import check_task_name, EpisodeFolder, TaskFolder
+from experience_cli.errors import UserError
+
+#: Where the bags are if nobody says.
+BAGS: Final = Path('bags')
+#: So many tasks are named where one is not there.
+_MOST: Final = 8
+_NUMBER: Final = re.compile(r'(\d{1,8})(?:_(demo|trial))?')
+
+
+def add_bag(parser: argparse.ArgumentParser, name: str = 'bag') -> None:
+    """Add the argument that names a bag, and the option that says where all bags are."""
+    parser.add_argument(name, metavar='TASK/NUMBER',
+                        help='the bag: task1/0003, or the path of its folder')
+    add_bags(parser)
+
+
+def add_bags(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says where all bags are."""
+    parser.add_argument('--bags', type=Path, metavar='FOLDER',
+                        help=f'the folder of all tasks ({BAGS})')
+
+
+def named(text: str, bags: Path | None) -> str:
+    """Return how a bag is named in a command that is to be copied, as the user named it."""
+    return shlex.quote(text) + (f' --bags {shlex.quote(str(bags))}' if bags is not None else '')
+
+
+def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
+    """
+    Return task, number and kind (empty if not said) of a bag as people write it.
+
+    Raises
+    ------
+    UserError
+        If it is written in no way that is understood, or leads out of the bags folder.
+    BagError
+        If the task's name cannot be one.
+
+    """
+    path = Path(text)
+    if path.suffix == '.mcap' or path.name == 'metadata.yaml':
+        path = path.parent
+    if '..' in path.parts:
+        raise UserError(f'{text} leads out of the bags folder, must be like task1/0003 (--bags '
+                        f'names the folder)')
+    match = _NUMBER.fullmatch(path.name)
+    if match is None and _is_foreign(Path(text)):
+        raise UserError(f'{text} is a bag of another recorder, which stays as it is: keep it as a '
+                        f'demonstration first, `experience learn {shlex.quote(text)} --into '
+                        f'{BAGS}/TASK`')
+    if match is None or not path.parent.name:
+        raise UserError(f'{text!r} names no bag, must be like task1/0003')
+    task, folder = path.parent.name, path.parent.parent
+    if folder == Path():
+        folder = bags or BAGS
+    elif bags is not None and folder.resolve() != bags.resolve():
+        raise UserError(f'{text} lies outside {bags}')
+    return TaskFolder(folder, check_task_name(task)), int(match[1]), match[2] or ''
+
+
+def _is_foreign(path: Path) -> bool:
+    from episode_store.task_folder import BagError
+    from experience_cli.bag_selection import is_foreign
+
+    try:
+        return path.exists() and is_foreign(path)
+    except BagError:
+        return False
+
+
+def named_path(path: Path, bags: Path | None = None) -> Path:
+    """
+    Return the path of a bag or task folder that a person may have named as ``task1/0003``.
+
+    Parameters
+    ----------
+    path : Path
+        What is there is taken as it is: a folder or file of whatever recorder.
+    bags : Path, optional
+        The folder of all tasks.
+
+    Raises
+    ------
+    UserError
+        If it names a bag that was forgotten.
+    BagError
+        If it names a bag that is not there, or a folder cannot be read.
+
+    """
+    if path.exists() or '..' in path.parts:
+        return path
+    beside = (bags or BAGS) / path
+    if len(path.parts) == 1:
+        return beside if beside.is_dir() and task_folder(beside) is not None else path
+    if _NUMBER.fullmatch(path.name) is None:
+        return path
+    task, number, kind = task_of(str(path), bags)
+    if not task.path.is_dir():
+        return path
+    _check_remembered(task, number, str(path), bags)
+    episode = task.find(number)
+    _check_kind(episode, kind)
+    return episode.path
+
+
+def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
+    """
+    Return the bag that a person names.
+
+    Raises
+    ------
+    UserError
+        If there is none, it was forgotten, or it is no bag of ours.
+    BagError
+        If the folder cannot be read.
+
+    """
+    task, number, kind = task_of(text, bags)
+    if not task.path.is_dir():
+        raise UserError(f'there is no task folder {task.path}{tasks_in(task.root)}')
+    _check_remembered(task, number, text, bags)
+    episode = task.find(number)
+    _check_kind(episode, kind)
+    if not episode.bag.is_file():
+        raise UserError(f'{episode.path} is no bag: it holds no {episode.bag.name}')
+    if not episode.bag.resolve().is_relative_to(task.root.resolve()):
+        raise UserError(f'{episode.bag} leads out of {task.root}')
+    return episode
+
+
+def tasks_in(folder: Path) -> str:
+    """Name the tasks there are in a folder, as the end of a sentence; empty if there are none."""
+    from episode_store.task_folder import BagError, tasks
+
+    try:
+        names = tasks(folder) if folder.is_dir() else []
+    except (BagError, OSError):
+        return ''
+    more = f' and {len(names) - _MOST} more' if len(names) > _MOST else ''
+    return f'; the tasks there are {", ".join(names[:_MOST])}{more}' if names else ''
+
+
+def _check_remembered(task: TaskFolder, number: int, text: str, bags: Path | None) -> None:
+    if any(episode.number == number for episode in task.forgotten()):
+        raise UserError(f'{task.task}/{number:04d} was forgotten; `experience forget --undo '
+                        f'{named(text, bags)}` brings it back')
+
+
+def _check_kind(episode: EpisodeFolder, kind: str) -> None:
+    if kind and kind != episode.kind:
+        raise UserError(f'{episode.name} is a {episode.kind}, no {kind}')
+
+
+def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
+    """
+    Return the bag that a person names, which must have been closed.
+
+    Raises
+    ------
+    UserError
+        See `find_bag`; also if it was not closed, or is still being recorded.
+    BagError
+        If it cannot be read.
+
+    """
+    from episode_store.repair import needs_repair
+
+    episode = find_readable_bag(text, bags)
+    if needs_repair(episode.path):
+        raise UserError(f'{episode.path} was not closed: it is still being recorded, or was cut '
+                        f'off; mend it with `experience repair {shlex.quote(str(episode.path))}`')
+    return episode
+
+
+def find_readable_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
+    """
+    Return the bag that a person names, whole or cut.
+
+    Raises
+    ------
+    UserError
+        See `find_bag`.
+    BagError
+        If it cannot be read.
+
+    """
+    from episode_store.label import read_label
+    from episode_store.rosbag2.reader import BagReader
+
+    episode = find_bag(text, bags)
+    BagReader(episode.bag)
+    read_label(episode.path)
+    return episode
+
+
+def task_folder(path: Path) -> TaskFolder | None:
+    """
+    Return the task whose folder a path is; None if it is not one.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read.
+
+    """
+    if not path.is_dir() or not re.fullmatch(r'[A-Za-z0-9_-]{1,64}', path.resolve().name):
+        return None
+    # Written as the user did, so that messages name it so.
+    whole = path if path.name not in ('', '..') else path.resolve()
+    task = TaskFolder(whole.parent, whole.name)
+    return task if task.episodes() or task.forgotten() else None

@@ -1,0 +1,266 @@
+"""`experience demo`: the paper's two tasks, taught and tried on the real nodes."""
+
+import argparse
+from collections.abc import Collection, Mapping
+from pathlib import Path
+import shutil
+import sys
+import time
+from typing import Any, Final
+
+from experience_cli.demo.processes import Children, own_domain
+from experience_cli.errors import UserError
+from experience_cli.progress import Progress
+
+#: The way that is shown, as cells (row, col): through where the obstacles later stand.
+WAY: Final = ((3, 2), (3, 15), (16, 15))
+#: A file that says that the folder is a demo's, and may be written anew.
+_MARK: Final = '.experience_demo'
+#: Where the bags of the demo before are.
+_BEFORE: Final = 'before'
+#: What is taken where nothing is said; what runs already (--attach) has its own.
+_USUAL: Final[Mapping[str, Any]] = {
+    'out': Path('out/demo'), 'profile': 'full', 'seed': 0, 'realtime': False}
+#: Ticks a second of the simulator.
+_RATE: Final = 20.0
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'demo', help="teach and try the paper's two tasks on real nodes",
+        description="Start simulator, controller and learner, show the robot the way once, let "
+        "it try, and draw the paper's figures.")
+    parser.add_argument('--out', type=Path, metavar='FOLDER',
+                        help=f'where everything goes ({_USUAL["out"]})')
+    parser.add_argument('--tasks', metavar='LIST',
+                        help='which tasks, or names or files of worlds (1,2; with --attach 1)')
+    parser.add_argument('--trials', type=int, default=6, metavar='N',
+                        help='how often the robot tries each task (%(default)s)')
+    parser.add_argument('--profile', choices=('paper', 'full'),
+                        help="the paper's equations to the letter, or with what keeps their "
+                        f'promise of success from everywhere ({_USUAL["profile"]})')
+    parser.add_argument('--seed', type=int, metavar='N',
+                        help=f'number that all chance comes from ({_USUAL["seed"]})')
+    parser.add_argument('--realtime', action='store_true', default=None,
+                        help='as slow as a real robot, to watch it in RViz')
+    parser.add_argument('--attach', action='store_true',
+                        help='start no nodes: use the simulator, controller and learner that run '
+                        'in this ROS domain already, and write nothing beside their bags')
+    parser.add_argument('--namespace', default='', metavar='NAME',
+                        help='of the nodes that run already')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the demo; return 0 if the paper's result was shown."""
+    began = time.monotonic()
+    _fill_in(arguments)
+    tasks = _checked_tasks(arguments)
+    worlds = _load_worlds(tasks)
+    for note in (note for world in worlds.values() for note in world.notes):
+        print(f'experience demo: {note}', file=sys.stderr)
+    if arguments.attach:
+        from experience_cli.demo.attach import attach
+
+        [(task, world)] = tasks.items()
+        return attach(task, world, arguments)
+    _check_grids(tasks, worlds)
+    out = _prepare(arguments.out, tasks)
+    with own_domain() as environment:
+        for task, world in tasks.items():
+            _teach_and_try(task, world, arguments, out, environment)
+    return _report(list(tasks), worlds, arguments, out, began)
+
+
+def _fill_in(arguments: argparse.Namespace) -> None:
+    """Set what was not said; UserError if --attach comes with what is for nodes of the demo's."""
+    for name, value in _USUAL.items():
+        if getattr(arguments, name) is None:
+            setattr(arguments, name, value)
+        elif arguments.attach:
+            raise UserError(f'--{name}: is not for --attach, the nodes that run already have '
+                            f'theirs')
+
+
+def _checked_tasks(arguments: argparse.Namespace) -> dict[str, str]:
+    """Return the worlds by the name of their task; UserError if an argument is wrong."""
+    listed = arguments.tasks if arguments.tasks is not None else '1' if arguments.attach else '1,2'
+    worlds = [f'task{name}' if name.isdigit() else name for name in listed.split(',') if name]
+    tasks = {_task_of(world): world for world in worlds}
+    if not tasks:
+        raise UserError(f'--tasks {listed!r} names no task, must be like 1,2')
+    if len(tasks) < len(worlds):
+        raise UserError(f'--tasks {listed}: two of them have one name, and so one folder')
+    if not 1 <= arguments.trials <= 10_000:
+        raise UserError(f'--trials {arguments.trials}: must be between 1 and 10000')
+    if arguments.seed < 0:
+        raise UserError(f'--seed {arguments.seed}: must be 0 or more')
+    if arguments.attach and len(tasks) > 1:
+        raise UserError(f'--tasks {listed}: with --attach one task, the learner that runs has one')
+    if arguments.namespace and not arguments.attach:
+        raise UserError(f'--namespace {arguments.namespace}: is for --attach only')
+    return tasks
+
+
+def _task_of(world: str) -> str:
+    """Return the name of a world's task: that of the file, without folder and ending."""
+    from episode_store.task_folder import BagError, check_task_name
+
+    try:
+        return check_task_name(Path(world).stem)
+    except BagError as error:
+        raise UserError(f'--tasks {world}: its {error}') from None
+
+
+def _load_worlds(tasks: Mapping[str, str]) -> dict[str, Any]:
+    from world_maps.world import find_world, load_world
+
+    try:
+        return {task: load_world(find_world(world)) for task, world in tasks.items()}
+    except ValueError as error:
+        raise UserError(str(error)) from None
+
+
+def _check_grids(tasks: Mapping[str, str], worlds: Mapping[str, Any]) -> None:
+    """Refuse a world that the way cannot be shown in."""
+    from experience_cli.bag_summary import grid_text
+
+    shown = _load_worlds({'open': 'open'})['open'].grid
+    for task, world in worlds.items():
+        if world.grid != shown:
+            raise UserError(f'--tasks {tasks[task]}: its world has {grid_text(world.grid)}; the '
+                            f'way is shown in {grid_text(shown)}, it must have those')
+
+
+def _prepare(out: Path, tasks: Collection[str]) -> Path:
+    """Make the folder; the bags that an earlier demo left there are set aside."""
+    mark = out / _MARK
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        if not mark.exists() and any((out / 'bags' / task).exists() for task in tasks):
+            raise UserError(f'{out / "bags"} holds bags that no demo has made, name another '
+                            f'folder with --out')
+        mark.touch()
+        for task in tasks:
+            _set_aside(out, task)
+            shutil.rmtree(out / 'logs' / task, ignore_errors=True)
+            (out / 'logs' / task).mkdir(parents=True)
+    except OSError as error:
+        raise UserError(f'cannot write into {out}: {error.strerror}') from None
+    return out
+
+
+def _set_aside(out: Path, task: str) -> None:
+    """Keep the bags of the demo before, once: somebody may have taught in them."""
+    old, aside = out / 'bags' / task, out / _BEFORE / task
+    if not old.exists():
+        return
+    shutil.rmtree(aside, ignore_errors=True)
+    aside.parent.mkdir(exist_ok=True)
+    old.replace(aside)
+    print(f'the bags of {task} from the demo before are in {aside}')
+
+
+def node_parameters(
+    task: str, arguments: argparse.Namespace, out: Path,
+) -> dict[str, dict[str, object]]:
+    """Return the parameters of the three nodes."""
+    common = {'lockstep': not arguments.realtime, 'enable_stamped_cmd_vel': True}
+    learning = {'profile': arguments.profile, 'seed': arguments.seed}
+    return {
+        'sim_node': {**common, 'world': 'open', 'rate': _RATE},
+        'control_field_node': {**common, **learning},
+        'learner_node': {
+            **common, **learning, 'simulation': True, 'task': task,
+            'bags': str((out / 'bags').resolve()), 'auto_trials': arguments.trials}}
+
+
+def _teach_and_try(
+    task: str, world: str, arguments: argparse.Namespace, out: Path,
+    environment: Mapping[str, str],
+) -> None:
+    from experience_cli.demo.client_node import DemoNode
+
+    domain = environment.get('ROS_DOMAIN_ID')
+    progress = Progress(task, sys.stdout)
+    progress.show('starting simulator, controller and learner')
+    with Children(out / 'logs' / task, environment) as children:
+        for name, parameters in node_parameters(task, arguments, out).items():
+            children.start_node(name, parameters)
+        with DemoNode(int(domain) if domain else None, children.check) as node, progress:
+            node.wait_for_peers()
+            teach(node, progress)
+            try_it(node, world, arguments.trials, progress)
+
+
+def teach(node: Any, progress: Progress) -> None:
+    """Drive the demonstration, and keep it."""
+    from control_field.grid import Grid
+    from experience_cli.demo.path_follower import Driver, points_from_cells
+    from learner_node.reports import NEXT
+
+    node.ask('learner_node/record_demonstration', True)
+    node.drive(Driver(points_from_cells(Grid(20, 20, 0.25), WAY)),
+               lambda share: progress.show(f'demonstration: {share:.0%} of the way'))
+    # Here nobody has to press a key.
+    said = node.ask('learner_node/record_demonstration', False)
+    progress.keep(said.removesuffix(NEXT).rstrip())
+
+
+def try_it(node: Any, world: str, n_trials: int, progress: Progress) -> None:
+    """Let the world of the task appear, and the trials run."""
+    revision = int(node.learner['revision'])
+    node.set_parameter('sim_node', 'world', world)
+    node.ask('learner_node/run_trials')
+    _watch(node, n_trials, max(revision, 1) + n_trials, progress)
+
+
+def _watch(node: Any, n_trials: int, revision: int, progress: Progress) -> None:
+    """Show the trials until the learner has learnt from the last one, to a revision."""
+    told = 0
+
+    def is_done() -> bool:
+        nonlocal told
+        status, learner = node.status, node.learner
+        if status is not None and status.trial:
+            if status.outcome is None or status.trial == told:
+                progress.show(f'trial {status.trial} of {n_trials}: step {status.steps}')
+            else:
+                told = status.trial
+                progress.keep(_ending(status, learner))
+        return (int(learner.get('revision', 0)) >= revision and learner.get('phase') == 'idle'
+                and learner.get('trials_left') == '0')
+
+    node.wait_until(is_done, 'the end of the trials', patience=60.0 * n_trials + 60.0)
+
+
+def _ending(status: Any, learner: Mapping[str, str]) -> str:
+    """Say how a trial ended, and in which bag it is, as far as that is known."""
+    bag = learner.get('bag', '') if learner.get('trial') == str(status.trial) else ''
+    name = f'trial {status.trial}'
+    return status.sentence.replace(name, f'{name} ({bag})', 1) if bag else str(status.sentence)
+
+
+def _report(
+    tasks: list[str], worlds: Mapping[str, Any], arguments: argparse.Namespace, out: Path,
+    began: float,
+) -> int:
+    from episode_store.task_folder import TaskFolder
+    from experience_cli.demo.report import report_from_bags, table_lines, write_report
+    from experience_cli.figures.paper_figures import draw_figures
+
+    reports = [report_from_bags(TaskFolder(out / 'bags', task), worlds[task], arguments.seed)
+               for task in tasks]
+    write_report(out / 'report.json', reports, {
+        'trials': arguments.trials, 'profile': arguments.profile, 'seed': arguments.seed,
+        'realtime': arguments.realtime, 'seconds': round(time.monotonic() - began, 1)})
+    figures = draw_figures(out, reports)
+    print('\n'.join(table_lines(reports)))
+    print(f'\nwritten in {time.monotonic() - began:.0f} s:')
+    for path in (out / 'report.json', *figures, *(out / 'bags' / task for task in tasks)):
+        print(f'  {path}')
+    problems = [problem for report in reports for problem in report.problems()]
+    for problem in problems:
+        print(f'experience demo: {problem}', file=sys.stderr)
+    return 1 if problems else 0

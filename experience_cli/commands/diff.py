@@ -1,0 +1,121 @@
+"""`experience diff`: two fields as arrows and numbers."""
+
+import argparse
+from functools import partial
+import json
+from pathlib import Path
+from typing import Any
+
+from experience_cli.bag_argument import add_bags
+from experience_cli.commands import learn_import as foreign
+from experience_cli.errors import UserError
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'diff', help='compare what two bags, tasks or saved fields lead the robot to do',
+        description='Compare two fields of one workspace: where their courses differ, what each '
+        'is worth, which prototypes came and went. A field is a bag (what it was driven on), the '
+        'folder of a task (what its bags teach), a bag of another recorder (what it teaches '
+        'alone, in the workspace of the other field where nothing else is said) or a saved .npz.')
+    for name in ('first', 'second'):
+        parser.add_argument(name, metavar='BAG_TASK_OR_NPZ')
+    parser.add_argument('--out', type=Path, metavar='FILE.png', default=Path('out/diff.png'),
+                        help='where to draw it (%(default)s)')
+    parser.add_argument('--json', action='store_true', help='print a JSON object instead of text')
+    add_bags(parser)
+    foreign.add_options(parser)
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from experience_cli.figures.comparison_figure import comparison_figure
+    from experience_cli.figures.field_comparison import Comparison
+    from experience_cli.output import write_output
+
+    out = arguments.out
+    if out.suffix != '.png':
+        raise UserError(f'--out {out}: must end in .png')
+    found = Comparison(*_sides(arguments))
+    write_output(out, partial(comparison_figure(found).savefig, format='png'))
+    about = {**found.to_json(), 'figure': str(out)}
+    print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
+    return 0
+
+
+def _sides(arguments: argparse.Namespace) -> list[Any]:
+    """Return both fields as `comparison.Side`; what others recorded is learnt like the other."""
+    from experience_cli.bag_selection import is_foreign
+    from experience_cli.figures.field_comparison import side_from
+
+    names = arguments.first, arguments.second
+    theirs = [Path(name).suffix != '.npz' and Path(name).exists() and is_foreign(Path(name))
+              for name in names]
+    option = foreign.wanted_option(arguments)
+    if option and not any(theirs):
+        raise UserError(f'{option}: says how a bag of another recorder is to be read, and neither '
+                        f'{names[0]} nor {names[1]} is one')
+    sides = [None if foreigner else side_from(name, arguments.bags)
+             for name, foreigner in zip(names, theirs, strict=True)]
+    own = next((side for side in sides if side is not None), None)
+    return [side or _their_side(arguments, name, own)
+            for name, side in zip(names, sides, strict=True)]
+
+
+def _their_side(arguments: argparse.Namespace, name: str, other: Any) -> Any:
+    """Return what a bag of another recorder teaches alone, in the workspace of the other field."""
+    from experience_cli.bag_argument import named_path
+    from experience_cli.borrowing import borrowed
+    from experience_cli.figures.field_comparison import side_from_bags
+
+    values = vars(arguments) | {'field': other}
+    if arguments.like is not None:
+        values['like'] = named_path(arguments.like, arguments.bags)
+    with borrowed(argparse.Namespace(**values), Path(name), 'diff') as episode:
+        return side_from_bags(name, [episode])
+
+
+def lines_from(about: dict[str, Any]) -> list[str]:
+    """Return the text for a person."""
+    from experience_cli.bag_summary import table_lines
+
+    first, second = about['first'], about['second']
+    rows = [('', first['name'], second['name'])]
+    for key, title in (('revision', 'episodes learnt'), ('prototypes', 'prototypes'),
+                       ('known_cells', 'cells seen')):
+        rows.append((title, *('not saved' if side[key] is None else str(side[key])
+                              for side in (first, second))))
+    for key in ('basin', 'proven', 'fidelity'):
+        rows.append((key, *('-' if side[key] is None else f'{side[key]:.1%}'
+                            for side in (first, second))))
+    rows.append(('sinks', str(len(first['sinks'])), str(len(second['sinks']))))
+    rows.append(('goal', *('({:.2f}, {:.2f}) m'.format(*side['goal_place'])
+                           for side in (first, second))))
+    return [_plain(about), '', *table_lines(rows, (1, 2)), '', *_difference_lines(about),
+            about['figure']]
+
+
+def _plain(about: dict[str, Any]) -> str:
+    """Say in a sentence whether the robot is taught otherwise."""
+    n, total = about['courses_differ'], about['cells']
+    if n == 0:
+        return 'Both lead the robot the same way everywhere.'
+    goal = ' They lead to different goals.' if about['goal_moved'] else ''
+    return f'They lead the robot another way in {n} of {total} places.{goal}'
+
+
+def _difference_lines(about: dict[str, Any]) -> list[str]:
+    from control_field.words import counted
+
+    changes = ', '.join(f'{len(cells)} {name}' for name, cells in about['prototypes'].items())
+    n, total = about['courses_differ'], about['cells']
+    angle, most = about['mean_angle_degrees'], about['largest_angle_degrees']
+    turned = '' if angle is None else f', {angle:.1f} degrees in the mean, {most:.0f} at most'
+    equal = ' (the vectors are equal)' if about['vectors_equal'] else turned
+    return [
+        f'courses: {n} of {counted(total, "cell")} differ ({n / total:.1%}){equal}',
+        f'prototypes: {changes}',
+        f'remembered map: {about["remembered_map_differs"]} of {counted(total, "cell")} differ',
+        f'Q-matrix: at most {about["largest_q_difference"]:.3g} apart']

@@ -1,0 +1,337 @@
+"""`experience explain`: why the robot did what it did at a moment of a bag."""
+
+import argparse
+from collections.abc import Mapping
+import json
+import math
+import sys
+from typing import Any, Final
+
+from experience_cli.bag_argument import add_bag
+from experience_cli.commands import learn_import as foreign
+from experience_cli.errors import UserError
+
+#: Prototypes that the text names; JSON has all of them.
+_MOST = 12
+#: Limits of the body by the name of the controller's parameter: unit and meaning.
+_LIMITS = {
+    'v_max': ('m/s', 'greatest speed'), 'w_max': ('rad/s', 'greatest turning rate'),
+    'a_max': ('m/s^2', 'greatest change of speed'),
+    'alpha_max': ('rad/s^2', 'greatest change of turning rate'),
+    'robot_radius': ('m', 'radius')}
+_NO_SHARES = {
+    True: 'this trial was to look around: its course is the shortest way that shows unseen cells, '
+          'no prototype had a say',
+    False: 'its prototypes do not make up this vector: bags that it was learnt from are missing '
+           'or have changed'}
+#: What the robot does, by the kind of its decision.
+_DOES: Final[Mapping[str, str]] = {
+    'field': 'The robot drives {}, as it has learnt',
+    'blocked': 'The robot does not drive {}: something is in the way',
+    'avoid': 'The robot drives {}, around something in its way',
+    'explore': 'The robot tries {}, to get out of a circle',
+    'taught': 'A person drives the robot {}',
+    'detour': 'The robot drives {}: the way ahead is known to be blocked farther on'}
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'explain', help='say why the robot did what it did at a moment',
+        description='Say in a sentence what the robot did at a moment of a bag and where it has '
+        'that from. Then in numbers: the decision, which prototypes (places with the direction '
+        'learnt there) weighed how much in it by equation 7 of the paper, from which bag and '
+        'second each of them is, and what the safety gate did to the command.')
+    add_bag(parser)
+    parser.add_argument('--at', type=float, required=True, metavar='T',
+                        help='seconds from the first odometry, or a stamp past the end of that')
+    parser.add_argument('--json', action='store_true', help='print a JSON object instead')
+    for name, (unit, what) in _LIMITS.items():
+        parser.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='X',
+                            help=f"the robot's {what}, [{unit}]; a bag does not say it, and a "
+                            f"TurtleBot3 Burger's is taken")
+    foreign.add_options(parser)
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command; return 1 if the shares do not make up the field's vector."""
+    from episode_store.recording import Recording
+    from experience_cli.borrowing import bag_of
+    from experience_cli.damage_notes import say_cut
+    from experience_cli.explanation import Moment
+
+    if not math.isfinite(arguments.at):
+        raise UserError(f'--at {arguments.at}: must be a number of seconds')
+    limits = _limits(arguments)
+    with bag_of(arguments, 'explain') as episode:
+        recording = Recording(episode)
+        gaps = _gaps(recording, arguments.at)
+        about = about_moment(Moment(recording, arguments.at, limits))
+        say_cut('explain', episode)
+        if gaps:
+            print(f'experience explain: {episode.name}: {gaps}', file=sys.stderr)
+    print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
+    return 1 if about['course'] and not about['course']['adds_up'] else 0
+
+
+def _gaps(recording: Any, at: float) -> Any:
+    """Return what is missing in a bag; UserError if that is just what is asked for."""
+    from episode_store.gaps import gaps_in
+
+    gaps = gaps_in(recording.episode.path)
+    # What lies past the end of the drive may be a stamp.
+    second = at if at <= recording.duration + 1e-6 else at - recording.start
+    hole = gaps.hole_at(second)
+    if hole is not None:
+        raise UserError(f'{recording.episode.name} at {second:.2f} s: there is nothing to '
+                        f'explain, the recording is incomplete: {hole}')
+    return gaps
+
+
+def _limits(arguments: argparse.Namespace) -> Any:
+    from control_field_node.settings import Settings
+
+    given = {name: getattr(arguments, name) for name in _LIMITS
+             if getattr(arguments, name) is not None}
+    try:
+        return Settings(**given).limits
+    except ValueError as error:
+        raise UserError(f"the robot's {error}") from None
+
+
+def about_moment(moment: Any) -> dict[str, Any]:
+    """
+    Return all there is to say of a moment, ready for JSON.
+
+    Raises
+    ------
+    BagError
+        If the bag cannot be read.
+
+    """
+    status = moment.status
+    return {
+        'bag': moment.recording.episode.name, 'kind': str(moment.recording.episode.kind),
+        'at': round(moment.seconds, 6), 'stamp': moment.stamp, 'pose': list(moment.pose),
+        'robot_cell': list(moment.robot_cell), 'cell': list(moment.cell),
+        'place': list(moment.header.grid.world_from_cell(*moment.cell)),
+        'trial': None if status is None else {
+            'number': status.trial, 'state': str(status.state), 'reason': status.reason},
+        'decision': [_row(row, moment) for row in moment.decisions],
+        'command': _command(moment), 'course': _course(moment),
+        'no_course': moment.no_course if moment.course is None else None}
+
+
+def _command(moment: Any) -> dict[str, Any]:
+    gated, limits = moment.gated, moment.limits
+    return {
+        'requested': _finite(moment.requested), 'applied': _finite(moment.applied),
+        'clipped_by': moment.clipped_by, 'at_limits': moment.at_limits,
+        'limits': {name: getattr(limits, name.removeprefix('robot_')) for name in _LIMITS},
+        'gate': gated and {'velocity': list(gated.velocity), 'rule': gated.rule,
+                           'reproduces': gated.reproduces}}
+
+
+def _finite(velocity: tuple[float, float] | None) -> list[float | None] | None:
+    """Return a velocity as JSON can hold it: null for what is no number."""
+    return velocity and [value if math.isfinite(value) else None for value in velocity]
+
+
+def _row(row: Any, moment: Any) -> dict[str, Any]:
+    from control_field.records import Kind
+    from episode_store.recording import compass
+
+    return {
+        'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
+        'reward': int(row['reward']), 'at': round(float(row['stamp']) - moment.recording.start, 6),
+        'cell': [int(row['row']), int(row['col'])],
+        'place': list(moment.header.grid.world_from_cell(int(row['row']), int(row['col']))),
+        'next_cell': [int(row['next_row']), int(row['next_col'])],
+        'sight_blocked': [compass(h) for h in range(8) if int(row['blocked']) >> h & 1],
+        'sight_unknown': [compass(h) for h in range(8) if int(row['unknown']) >> h & 1],
+        'field_revision': int(row['revision'])}
+
+
+def _course(moment: Any) -> dict[str, Any] | None:
+    from control_field.headings import heading_from_vector
+    from control_field.learning.provenance import vector_at
+    from episode_store.recording import compass, COMPASS
+
+    course = moment.course
+    if course is None:
+        return None
+    field, cell, voices = course.field, moment.cell, course.voices
+    x, y = vector_at(field, *cell)
+    return {
+        'source': course.source, 'revision': field.revision, 'vector': [x, y],
+        'coherence': float(field.coherence[cell]),
+        'heading': compass(heading_from_vector(x, y) if (x, y) != (0.0, 0.0) else -1),
+        'known': int(field.known[cell]),
+        'q': {name: float(value) for name, value in zip(COMPASS, field.q[cell], strict=True)},
+        'adds_up': voices is not None or course.source == 'curious',
+        'sum': list(voices.vector) if voices else None,
+        'pull': None if voices is None or voices.pull < 0 else {
+            'heading': compass(voices.pull), 'weight': voices.pull_weight,
+            'share': voices.pull_share},
+        'prototypes': [] if voices is None else _voices(moment, course)}
+
+
+def _voices(moment: Any, course: Any) -> list[dict[str, Any]]:
+    from episode_store.recording import compass
+    from episode_store.sources import Sources
+    from episode_store.task_folder import TaskFolder
+
+    folder = moment.recording.episode.path.parent
+    sources = Sources(TaskFolder(folder.parent, folder.name))
+    voices, table = course.voices, course.prototypes
+    found = []
+    for i, distance, weight, share in zip(
+            voices.indices.tolist(), voices.distances.tolist(), voices.weights.tolist(),
+            voices.shares.tolist(), strict=True):
+        number, stamp = int(table.episodes[i]), float(table.stamps[i])
+        shown = bool(table.demonstrated[i])
+        found.append({
+            'share': share, 'weight': weight, 'distance': distance,
+            'cell': table.cells[i].tolist(),
+            'place': list(course.field.grid.world_from_cell(*table.cells[i].tolist())),
+            'heading': compass(int(table.headings[i])),
+            'q': float(table.q[i]), 'demonstrated': shown, 'episode': number,
+            'second': sources.second(number, stamp) if number > 0 else None,
+            'stamp': None if math.isnan(stamp) else stamp,
+            'from': sources.text(number, stamp, shown)})
+    return found
+
+
+def lines_from(about: dict[str, Any]) -> list[str]:
+    """Return the text for a person."""
+    x, y, yaw = about['pose']
+    where = f'robot at ({x:.3f}, {y:.3f}) m, {math.degrees(yaw):.0f} degrees'
+    lines = [
+        plain_sentence(about),
+        f'{about["bag"]} ({about["kind"]}) at {about["at"]:.2f} s, stamp {about["stamp"]:.3f} s',
+        where, *_trial_lines(about['trial']), *map(_decision_line, about['decision']),
+        *_command_lines(about['command'])]
+    if not about['decision']:
+        lines.append('no decision: a person drove' if about['kind'] == 'demo' else
+                     'no decision was made yet')
+    return lines + _course_lines(about)
+
+
+def plain_sentence(about: dict[str, Any]) -> str:
+    """Say in plain words what the robot did, and where it has that from."""
+    from episode_store.recording import DIRECTIONS
+
+    decisions, course = about['decision'], about['course']
+    if not decisions:
+        return ('A person drove here.' if about['kind'] == 'demo' else
+                'The robot had decided nothing yet.')
+    last = decisions[-1]
+    said = _DOES[last['kind']].format(DIRECTIONS[last['heading']])
+    voices = course['prototypes'] if course is not None else []
+    if last['kind'] != 'field' or not voices:
+        return f'{said}.'
+    return f'{said}: {voices[0]["share"]:.0%} of that comes from {voices[0]["from"]}.'
+
+
+def _place(thing: dict[str, Any]) -> str:
+    return '({:.2f}, {:.2f}) m'.format(*thing['place'])
+
+
+def _trial_lines(trial: dict[str, Any] | None) -> list[str]:
+    if trial is None:
+        return []
+    why = f': {trial["reason"]}' if trial['reason'] else ''
+    what = f'trial {trial["number"]}' if trial['number'] else 'demonstration'
+    return [f'{what} {trial["state"]}{why}']
+
+
+def _decision_line(row: dict[str, Any]) -> str:
+    said = {
+        'field': 'the course of the field, {heading}',
+        'blocked': 'the course {heading} was refused: the sight showed it blocked',
+        'avoid': '{heading} by the Q-matrix, instead of the blocked course',
+        'explore': '{heading} at random, to leave an oscillation',
+        'taught': '{heading}, driven by a person',
+        'detour': '{heading} by the Q-matrix: the course is free here and known to fail later'}
+    blocked = ' '.join(row['sight_blocked']) or 'nothing'
+    return (f'decision at {row["at"]:.2f} s around {_place(row)}: '
+            f'{said[row["kind"]].format(heading=row["heading"])} (reward {row["reward"]:+d}, '
+            f'blocked in sight: {blocked})')
+
+
+def _command_lines(command: dict[str, Any]) -> list[str]:
+    if command['applied'] is None:
+        return ['no command was recorded here']
+    line = f'command: {_velocity_text(command["applied"])}'
+    if command['at_limits']:
+        line += (f' (no less than {_body(command["limits"])} can: '
+                 f'{", ".join(command["at_limits"])})')
+    if command['requested'] is None:
+        return [line]
+    gated = command['gate']
+    if gated is None:
+        return [line + ', as it was asked for']
+    line += f'; {_velocity_text(command["requested"])} was asked for, '
+    if gated['reproduces']:
+        return [line + f'the last gate says: {gated["rule"]} (for {_body(command["limits"])})']
+    return [line + 'what the last gate did is not known:', _unexplained(command)]
+
+
+def _unexplained(command: dict[str, Any]) -> str:
+    gated = command['gate']
+    rule = 'as it was asked for' if gated['rule'] == 'none' else gated['rule']
+    return (f'  for {_body(command["limits"])} at the recorded pose it would have let through '
+            f'{_velocity_text(gated["velocity"])} ({rule}); the robot\'s limits may be others '
+            f'(name them: {", ".join("--" + name.replace("_", "-") for name in _LIMITS)}), or '
+            f'its pose was mended by a localisation or by anchoring')
+
+
+def _body(limits: dict[str, float]) -> str:
+    """Name the body that limits were taken of."""
+    from control_field.robot.limits import Limits
+
+    usual = Limits()
+    given = [f'{name} {value:g}' for name, value in limits.items()
+             if value != getattr(usual, name.removeprefix('robot_'))]
+    return f'a robot with {", ".join(given)}' if given else 'a TurtleBot3 Burger'
+
+
+def _velocity_text(velocity: list[float | None]) -> str:
+    v, w = ('no number' if value is None else f'{value:.3f}' for value in velocity)
+    return f'{v} m/s, {w} rad/s'
+
+
+def _course_lines(about: dict[str, Any]) -> list[str]:
+    course = about['course']
+    if course is None:
+        return [about['no_course']]
+    x, y = course['vector']
+    there = (f'field revision {course["revision"]} around {_place(about)}: vector '
+             f'({x:+.4f}, {y:+.4f}), course {course["heading"]}, coherence '
+             f'{course["coherence"]:.3f}')
+    lines = [there, 'Q there: ' + '  '.join(
+        f'{name} {q:+.3f}' for name, q in course['q'].items())]
+    if course['sum'] is None:
+        return [*lines, _NO_SHARES[course['source'] == 'curious']]
+    return lines + _share_lines(course)
+
+
+def _share_lines(course: dict[str, Any]) -> list[str]:
+    from experience_cli.bag_summary import table_lines
+
+    rows = [('share', 'weight', 'cells off', 'place', 'heading', 'Q', 'from')]
+    voices = course['prototypes']
+    rows += [(f'{voice["share"]:.1%}', f'{voice["weight"]:.4f}', f'{voice["distance"]:.2f}',
+              _place(voice), voice['heading'], f'{voice["q"]:+.3f}', voice['from'])
+             for voice in voices[:_MOST]]
+    pull = course['pull']
+    if pull:
+        rows.append((f'{pull["share"]:.1%}', f'{pull["weight"]:.4f}', '1.00', '-',
+                     pull['heading'], '-', 'the pull towards the shortest known way'))
+    lines = table_lines(rows, (0, 1, 2, 5))
+    if len(voices) > _MOST:
+        rest = sum(voice['share'] for voice in voices[_MOST:])
+        lines.append(f'{rest:>6.1%}  of {len(voices) - _MOST} more')
+    x, y = course['sum']
+    return [*lines, f"together: ({x:+.4f}, {y:+.4f}), which is the field's vector"]

@@ -1,0 +1,130 @@
+"""`experience inspect`: a picture of what was learnt."""
+
+import argparse
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from experience_cli.commands import learn_import as foreign
+from experience_cli.errors import UserError
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'inspect', help='draw what was learnt: which way the robot goes from every place',
+        description='Draw what a task, or its bags up to one, have taught, as a PNG: which '
+        'way the robot goes from every place, from where it gets to the goal, what it has seen.')
+    parser.add_argument('bag', type=Path, metavar='BAG_OR_TASK',
+                        help='task1/0003, task1, or the folder of a bag or a task')
+    parser.add_argument('--out', type=Path, metavar='FILE.png',
+                        help='where to write it (beside the bag)')
+    foreign.add_options(parser)
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from experience_cli.bag_argument import named_path
+    from experience_cli.bag_selection import episodes_from_paths
+    from experience_cli.borrowing import borrowed, is_borrowed
+
+    arguments.bag = named_path(arguments.bag)
+    if is_borrowed(arguments, arguments.bag):
+        path = arguments.bag.resolve()
+        with borrowed(arguments, arguments.bag, 'inspect') as episode:
+            _inspect(arguments, episode, path.with_name(f'{path.name}.png'))
+    else:
+        last = episodes_from_paths([arguments.bag])[-1]
+        _inspect(arguments, last, last.path.parent / f'{last.path.name}.png')
+    return 0
+
+
+def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
+    """Draw what the bags up to one have taught, and say it."""
+    from control_field.drives.breaks import place_text
+    from episode_store.relearning import fold
+    from experience_cli.bag_selection import episodes_up_to
+    from experience_cli.damage_notes import say_cuts, say_gaps
+    from experience_cli.output import write_output
+
+    episodes = episodes_up_to(last)
+    lessons, each = fold(episodes)
+    say_cuts('inspect', episodes)
+    for episode in episodes:
+        say_gaps('inspect', episode)
+    if lessons is None or lessons.refresh is None:
+        raise UserError(f'{arguments.bag}: nothing was learnt up to there')
+    lesson = [lesson for lesson in each if lesson.read is not None][-1]
+    out = arguments.out or beside
+    write_output(out, partial(inspection_figure(lesson, lessons).savefig, format='png'))
+    certificate = lessons.refresh.certificate
+    print(f'{last.name}: {certificate.sentence()}')
+    places = ', '.join(map(place_text, lessons.teach_here(3)))
+    if places:
+        print(f'One more drive to the goal would help most from (x, y) = {places} m.')
+    print(f'in numbers: {certificate.numbers()}')
+    print(out)
+
+
+def inspection_figure(lesson: Any, lessons: Any) -> Any:
+    """
+    Draw the field with basin, sinks and prototypes, the remembered map, and the way driven.
+
+    Parameters
+    ----------
+    lesson : Lesson
+        The newest one.
+    lessons : Lessons
+        That it belongs to.
+
+    """
+    from experience_cli.figures import drawing
+
+    refresh, grid = lessons.refresh, lessons.grid
+    figure = drawing.new_figure(13.0, 8.0)
+    left, right = figure.subplots(1, 2)
+    for axes, title in ((left, f'Field after {lesson.episode.name} ({lesson.episode.kind})'),
+                        (right, 'Remembered map and prototypes')):
+        drawing.draw_frame(axes, grid, title)
+    drawing.draw_basin(left, refresh.field, lessons.parameters)
+    drawing.draw_cells(left, grid, refresh.field.known == 100, drawing.WALL, 'known to be blocked')
+    drawing.draw_field(left, refresh.field)
+    drawing.draw_sinks(left, grid, refresh.certificate.sinks)
+    drawing.draw_known(right, refresh.field)
+    drawing.draw_prototypes(right, grid, refresh)
+    for axes in (left, right):
+        _draw_drive(axes, lesson)
+        drawing.draw_goal(axes, refresh.field)
+    drawing.draw_legend(figure)
+    certificate = refresh.certificate
+    figure.suptitle(f'{certificate.sentence()}\n{certificate.numbers()}', fontsize=10.5)
+    return figure
+
+
+def _draw_drive(axes: Any, lesson: Any) -> None:
+    """Draw where the robot drove, and in a style of its own what of that is not learnt."""
+    import numpy as np
+
+    from control_field.drives.plausibility import DriveLimits, whole_drive
+    from experience_cli.demo.report import driven_poses
+    from experience_cli.figures import drawing
+
+    poses = driven_poses(lesson.episode)
+    stamps, path = poses.stamps, poses.xy
+    label, report = f'driven in {lesson.episode.name}', lesson.read.report
+    if report is None:
+        drawing.draw_path(axes, path, label)
+        return
+    header = lesson.read.header
+    limits = DriveLimits(header.grid.resolution, header.speed_max)
+    kept = whole_drive(stamps, path, limits, poses.motion).kept
+    left_out = np.delete(path, kept, axis=0)
+    stamps, path = stamps[kept], path[kept]
+    loops = np.zeros(len(stamps), dtype=np.bool_)
+    for loop in report.loops:
+        loops |= (stamps >= loop.first) & (stamps <= loop.last)
+    # The last pose of a loop is the first of what goes on from there, so that no gap is drawn.
+    goes_on = loops & ~np.append(loops[1:], False)
+    drawing.draw_path(axes, np.where((loops & ~goes_on)[:, np.newaxis], np.nan, path), label)
+    drawing.draw_cut_out(axes, path, loops, left_out)

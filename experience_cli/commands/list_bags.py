@@ -1,0 +1,110 @@
+"""`experience list`: which bags there are, and what became of them."""
+
+import argparse
+from collections.abc import Iterator
+import json
+from pathlib import Path
+import sys
+from typing import Any
+
+from experience_cli.bag_argument import BAGS
+from experience_cli.errors import UserError
+
+_TITLES = ('bag', 'kind', 'state', 'began', 'seconds', 'messages', 'steps', 'outcome', 'label',
+           'size')
+_RIGHT = (4, 5, 6, 9)
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'list', help='say which bags there are',
+        description='List the bags of a task, or of all tasks: what each one holds, how it ended, '
+        'what a person said of it, and whether it is learnt from.',
+        epilog='A demo is a drive of yours, a trial a try of the robot. STATE: kept is learnt '
+        'from; not kept and aborted are not, a line below the list says why; incomplete is learnt '
+        'from where that can be, seconds of it are missing; cut was not closed, `experience '
+        'repair` mends it; recording is under way; forgotten was taken away, `experience forget '
+        '--undo` brings it back; unreadable is no bag of ours.')
+    parser.add_argument('folder', nargs='?', type=Path, default=BAGS, metavar='TASK',
+                        help='a task, a bag such as task1/0003, or the folder of all tasks '
+                        '(%(default)s)')
+    parser.add_argument('--json', action='store_true', help='print a JSON list instead')
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from experience_cli.bag_argument import named_path
+    from experience_cli.bag_summary import summary_of, table_lines
+
+    problems: list[str] = []
+    episodes = episodes_in(named_path(arguments.folder), problems)
+    summaries = [summary_of(episode) for episode in episodes]
+    if arguments.json:
+        print(json.dumps([summary.to_json() for summary in summaries], indent=2))
+    else:
+        print('\n'.join(table_lines([_TITLES, *map(_row, summaries)], _RIGHT)))
+    for summary in summaries if not arguments.json else ():
+        if summary.state in ('cut', 'unreadable', 'not kept', 'aborted', 'incomplete'):
+            print(f'{summary.bag}: {summary.note}')
+    for problem in problems:
+        print(f'not in the list: {problem}', file=sys.stderr)
+    return 0
+
+
+def episodes_in(folder: Path, problems: list[str]) -> Iterator[Any]:
+    """
+    Go through the bags of a task, or of all tasks in a folder, those forgotten among them.
+
+    Parameters
+    ----------
+    folder : Path
+    problems : list of str
+        Of all tasks: what cannot be read of one is said here, the others come all the same.
+
+    Raises
+    ------
+    UserError
+        If there are none.
+    BagError
+        If the folder, or that of the one task, cannot be read.
+
+    """
+    from episode_store.task_folder import BagError, episode_from_path, task_folders
+    from experience_cli.bag_argument import task_folder, tasks_in
+    from experience_cli.bag_selection import is_named_like_ours
+
+    if not folder.is_dir():
+        beside = BAGS if len(folder.parts) == 1 else folder.parent
+        raise UserError(f'there is no folder {folder}{tasks_in(beside)}')
+    task = task_folder(folder)
+    if task is None and is_named_like_ours(folder):
+        yield episode_from_path(folder)
+        return
+    if task:
+        yield from sorted([*task.episodes(), *task.forgotten()])
+        return
+    found = []
+    for each in task_folders(folder):
+        of_task = []
+        for read in (each.episodes, each.forgotten):
+            try:
+                of_task += read()
+            except BagError as error:
+                problems.append(str(error))
+        found += sorted(of_task)
+    if not found and not problems:
+        raise UserError(f'{folder} holds no bags, must be the folder of a task or of all tasks')
+    yield from found
+
+
+def _row(summary: Any) -> tuple[str, ...]:
+    from experience_cli.bag_summary import size_text, time_text
+
+    n = summary.steps if summary.cells is None else summary.cells - 1
+    return (
+        summary.bag, summary.kind, summary.state, time_text(summary.begun),
+        '-' if summary.duration is None else f'{summary.duration:.1f}', str(summary.messages),
+        '-' if n is None else str(n), summary.outcome or '-', summary.label or '-',
+        size_text(summary.size))

@@ -1,0 +1,222 @@
+"""`experience show`: what a bag holds."""
+
+import argparse
+from collections.abc import Mapping
+import json
+from typing import Any, Final
+
+from experience_cli.bag_argument import add_bag
+from experience_cli.commands import learn_import as foreign
+
+#: What was done in a step that did not just follow the field.
+_DONE: Final[Mapping[str, str]] = {
+    'blocked': 'the way {} is blocked', 'avoid': 'goes {} around it',
+    'explore': 'tries {} to get out of a circle', 'taught': 'a person drives {}',
+    'detour': 'goes {}: the way ahead is known to be blocked farther on'}
+
+
+def add_parser(subparsers: Any) -> argparse.ArgumentParser:
+    """Add the command."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        'show', help='say what a bag holds',
+        description='Show a bag: what it started from, its topics, and what a person drove or the '
+        'robot did in it. East is the way of x, north that of y.')
+    add_bag(parser)
+    parser.add_argument('--json', action='store_true', help='print a JSON object instead')
+    foreign.add_options(parser)
+    return parser
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the command."""
+    from pathlib import Path
+
+    from experience_cli.borrowing import bag_of, is_borrowed
+    from experience_cli.damage_notes import say_cut
+
+    with bag_of(arguments, 'show') as episode:
+        about = about_bag(episode)
+        say_cut('show', episode)
+    if is_borrowed(arguments, Path(arguments.bag)):
+        about['path'] = str(arguments.bag)
+    print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
+    return 0
+
+
+def about_bag(folder: Any) -> dict[str, Any]:
+    """
+    Return all there is to say of a bag, ready for JSON.
+
+    Raises
+    ------
+    BagError
+        If it cannot be read.
+
+    """
+    from dataclasses import asdict
+
+    from episode_store.gaps import gaps_in
+    from episode_store.recording import Recording
+    from experience_cli.bag_summary import summary_of
+
+    recording = Recording(folder)
+    header, gaps = recording.header, gaps_in(folder.path)
+    return {
+        **summary_of(folder).to_json(), 'start': recording.start,
+        'holes': gaps.to_json(), 'before_the_drive': gaps.before_the_drive(),
+        'grid': asdict(header.grid), 'parameters': asdict(header.parameters),
+        'imported': _imported(recording.reader.metadata),
+        'topics': [{'topic': topic, 'type': recording.reader.topics[topic], 'messages': n}
+                   for topic, n in recording.counts.items()],
+        **_content(folder, recording.start)}
+
+
+def _imported(metadata: list[tuple[str, dict[str, str]]]) -> str:
+    """Say from which bag of another recorder a bag was taken over, and what was made of it."""
+    from episode_store.header import HEADER_NAME
+
+    values = next((values for name, values in metadata if name == HEADER_NAME), {})
+    if 'imported_from' not in values:
+        return ''
+    try:
+        notes = json.loads(values.get('imported_notes', '[]'))
+    except (ValueError, RecursionError):
+        notes = []
+    said = [note for note in notes if isinstance(note, str)] if isinstance(notes, list) else []
+    return '; '.join([f'from {values["imported_from"]}', *said])
+
+
+def _content(folder: Any, start: float) -> dict[str, Any]:
+    from control_field.records import Demonstration
+    from episode_store.episode import NothingToLearnError, read_episode
+
+    try:
+        episode = read_episode(folder.path)
+    except NothingToLearnError:
+        return {}
+    if isinstance(episode.record, Demonstration):
+        return {'demonstration': _demonstration(episode)}
+    return {'decisions': _decisions(episode.record, start, episode.header.grid)}
+
+
+def _demonstration(episode: Any) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    cells, grid = episode.record.cells.tolist(), episode.header.grid
+    return {'start_cell': cells[0], 'goal_cell': cells[-1],
+            'start': list(grid.world_from_cell(*cells[0])),
+            'goal': list(grid.world_from_cell(*cells[-1])), 'report': asdict(episode.report)}
+
+
+def _decisions(trial: Any, start: float, grid: Any) -> dict[str, Any]:
+    from collections import Counter
+
+    from control_field.records import Kind
+
+    rows = trial.decisions
+    kinds = Counter(Kind(int(kind)).name.lower() for kind in rows['kind'])
+    return {
+        'count': len(rows), 'kinds': dict(sorted(kinds.items())),
+        'reinforcements': trial.n_reinforcements,
+        'online_reinforcements': trial.n_online_reinforcements,
+        'reward': int(rows['reward'].sum(dtype=int)),
+        'start_cell': [int(rows[name][0]) for name in ('row', 'col')] if len(rows) else None,
+        'last_cell': [int(rows[name][-1]) for name in ('next_row', 'next_col')] if (
+            len(rows)) else None,
+        'notable': [_event(row, start, grid) for row in rows if row['kind'] != Kind.FIELD]}
+
+
+def _event(row: Any, start: float, grid: Any) -> dict[str, Any]:
+    """Say what a decision was that did not just follow the field."""
+    from control_field.records import Kind
+    from episode_store.recording import compass
+
+    return {
+        'at': round(float(row['stamp']) - start, 3), 'cell': [int(row['row']), int(row['col'])],
+        'place': list(grid.world_from_cell(int(row['row']), int(row['col']))),
+        'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
+        'reward': int(row['reward'])}
+
+
+def lines_from(about: dict[str, Any]) -> list[str]:
+    """Return the text for a person."""
+    from control_field.grid import Grid
+    from experience_cli.bag_summary import grid_text, size_text, table_lines, time_text
+
+    grid, changed = about['grid'], _changed(about['parameters'])
+    facts = [
+        ('bag', f'{about["bag"]} ({about["kind"]}, {about["state"]})'),
+        ('folder', f'{about["path"]}, {size_text(about["size"])}'),
+        ('began', time_text(about['begun'])),
+        ('drive', f'{about["duration"]:.2f} s, stamps from {about["start"]:.3f} s'),
+        ('workspace', grid_text(Grid(**grid))),
+        ('parameters', ', '.join(changed) or 'defaults'),
+        *([('taken over', about['imported'])] if about['imported'] else []),
+        *([('before it', about['before_the_drive'])] if about['before_the_drive'] else []),
+        *([('outcome', about['outcome'])] if about['outcome'] else []),
+        *([('label', about['label'])] if about['label'] else []),
+        *([('note', about['note'])] if about['note'] else [])]
+    topics = [('topic', 'type', 'messages'), *(
+        (each['topic'], each['type'], str(each['messages'])) for each in about['topics'])]
+    return [*_content_lines(about), *table_lines(facts), '', *table_lines(topics, (2,))]
+
+
+def _changed(parameters: dict[str, Any]) -> list[str]:
+    """Name the parameters that are not the defaults."""
+    from dataclasses import asdict
+
+    from control_field.parameters import Parameters
+
+    defaults = asdict(Parameters())
+    return [f'{name}: {value}' for name, value in parameters.items() if value != defaults[name]]
+
+
+def _content_lines(about: dict[str, Any]) -> list[str]:
+    from control_field.words import counted
+
+    if 'demonstration' in about:
+        shown = about['demonstration']
+        loops = [f'  {loop["first"] - about["start"]:7.2f} s to '
+                 f'{loop["last"] - about["start"]:.2f} s  a loop of '
+                 f'{counted(loop["n_cells"], "cell")}, {loop["length"]:.1f} m, from '
+                 f'({loop["place"][0]:.2f}, {loop["place"][1]:.2f}) m back to it: cut out'
+                 for loop in shown['report']['loops']]
+        places = ' to '.join('({:.2f}, {:.2f})'.format(*shown[end]) for end in ('start', 'goal'))
+        cut_out = sum(loop['n_cells'] for loop in shown['report']['loops'])
+        drove = (f'{about["bag"]}: a person drove from (x, y) = {places} m, '
+                 f'{counted(max(about["cells"] - cut_out - 1, 0), "step")} to learn from')
+        return [drove, *loops,
+                f'in numbers: {_numbers(shown["report"])}', '']
+    if 'decisions' not in about:
+        return []
+    made = about['decisions']
+    kinds = ', '.join(f'{n} {kind}' for kind, n in made['kinds'].items())
+    counts = (f'in numbers: {counted(made["count"], "decision")}: {kinds or "none"}; '
+              f'{counted(made["reinforcements"], "reinforcement")} to learn from, '
+              f'{made["online_reinforcements"]} given under way, in sum {made["reward"]:+d}')
+    return [f'{about["bag"]}: {_way(about, made)}', *map(_event_line, made['notable']), counts,
+            '']
+
+
+def _numbers(report: dict[str, Any]) -> str:
+    from control_field.drives.demonstration import DemonstrationReport
+
+    return DemonstrationReport(**{**report, 'loops': (), 'cuts': ()}).numbers()
+
+
+def _way(about: dict[str, Any], made: dict[str, Any]) -> str:
+    """Say in a sentence what the robot did in a trial."""
+    from control_field.words import counted, how_it_ended
+
+    n = made['kinds'].get('blocked', 0)
+    met = f'; {counted(n, "time")} something was in its way' if n else ''
+    ended = how_it_ended(about['outcome'], about['steps']) if about['outcome'] else 'was driving'
+    return f'the robot {ended}{met}' + (':' if made['notable'] else '')
+
+
+def _event_line(event: dict[str, Any]) -> str:
+    from episode_store.recording import DIRECTIONS
+
+    x, y = event['place']
+    done = _DONE[event['kind']].format(DIRECTIONS[event['heading']])
+    return f'  {event["at"]:7.2f} s  at ({x:.2f}, {y:.2f}) m  {done} (reward {event["reward"]:+d})'

@@ -1,0 +1,273 @@
+"""What became of a demo: numbers for `report.json`, a table, and whether it is the paper's."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+import json
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.learning.grid_world import GridWorld
+from control_field.learning.learner import Refresh
+from control_field.records import ControlField, Kind, Outcome, Trial
+from control_field.words import counted
+from episode_store.episode import find_topic, read_header
+from episode_store.relearn import Lesson, Lessons
+from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.topic_tables import pose_table, PoseTable
+from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
+from experience_cli.output import write_output
+from world_maps.world import World
+
+#: From this trial on the goal is reached every time, and after it nothing is reinforced.
+MASTERED: Final = 3
+
+
+@dataclass(frozen=True, eq=False)
+class TrialReport:
+    """
+    What became of a trial.
+
+    Parameters
+    ----------
+    trial : int
+        From 1.
+    steps, hidden_neurons, reinforcements, collisions : int
+        Hidden neurons are those after it was learnt from.
+    outcome : str
+    seconds : float
+        Of simulated or real time, whatever the robot lived in.
+    path : ndarray, shape (n, 2), [m]
+        Where the robot drove.
+    corrected : ndarray, shape (m, 2), [m]
+        Centres of the cells in which the field led into something that the sight had seen.
+    home : ndarray of bool, shape (n_rows, n_cols)
+        Cells from which the field alone, without sight, then leads to the goal in the true world.
+
+    """
+
+    trial: int
+    steps: int
+    hidden_neurons: int
+    reinforcements: int
+    collisions: int
+    outcome: str
+    seconds: float
+    path: npt.NDArray[np.float64]
+    corrected: npt.NDArray[np.float64]
+    home: npt.NDArray[np.bool_]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `report.json` has of it."""
+        return {name: getattr(self, name) for name in (
+            'trial', 'steps', 'hidden_neurons', 'reinforcements', 'collisions', 'outcome',
+            'seconds')}
+
+
+@dataclass(frozen=True, eq=False)
+class TaskReport:
+    """
+    What became of a task.
+
+    Parameters
+    ----------
+    name : str
+    demonstrated, final : Refresh
+        After the demonstration and in the end.
+    demonstration : ndarray, shape (n, 2), [m]
+        Where the person drove.
+    home : ndarray of bool, shape (n_rows, n_cols)
+        As of a trial, but after the demonstration.
+    reachable : ndarray of bool, shape (n_rows, n_cols)
+        Cells of the true world from which there is a way to the goal, without the goal itself.
+    trials : sequence of TrialReport
+    n_aborted : int
+        Trials that were broken off and run again.
+    other_starts : mapping
+        What became of trials from elsewhere.
+    world : World
+        The truth.
+
+    """
+
+    name: str
+    demonstrated: Refresh
+    final: Refresh
+    demonstration: npt.NDArray[np.float64]
+    home: npt.NDArray[np.bool_]
+    reachable: npt.NDArray[np.bool_]
+    trials: Sequence[TrialReport]
+    n_aborted: int
+    other_starts: Mapping[str, Any]
+    world: World
+
+    def field_success(self) -> list[float]:
+        """
+        Return from which share of all places the field alone leads to the goal.
+
+        After the demonstration and after each trial; without sight, in the true world.
+        """
+        return [float(home[self.reachable].mean()) if self.reachable.any() else 1.0
+                for home in (self.home, *(trial.home for trial in self.trials))]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `report.json` has of it."""
+        certificate = self.final.certificate
+        return {
+            'trials': [trial.to_json() for trial in self.trials],
+            'field_success': self.field_success(),
+            'aborted': self.n_aborted,
+            'other_starts': dict(self.other_starts),
+            'certificate': {
+                'basin': certificate.basin, 'proven': certificate.proven,
+                'sinks': certificate.sinks.tolist(), 'fidelity': certificate.fidelity,
+                'prototypes': certificate.n_prototypes}}
+
+    def problems(self) -> Iterator[str]:
+        """Say in what it falls short of the paper's result."""
+        n = sum(trial.collisions for trial in self.trials)
+        if n or self.other_starts['collisions']:
+            yield (f'{self.name}: {counted(n + self.other_starts["collisions"], "collision")}, '
+                   f'must be 0')
+        for trial in self.trials:
+            if trial.trial >= MASTERED and trial.outcome != Outcome.GOAL:
+                yield (f'{self.name}: trial {trial.trial} ended with {trial.outcome}, must reach '
+                       f'the goal from trial {MASTERED} on')
+            if trial.trial > MASTERED and trial.reinforcements:
+                yield (f'{self.name}: trial {trial.trial} used '
+                       f'{counted(trial.reinforcements, "reinforcement")}, must use none after '
+                       f'trial {MASTERED}')
+
+
+def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
+    """
+    Relearn a task from its bags, and try the final field from everywhere else.
+
+    Raises
+    ------
+    BagError
+        If the bags cannot be read, or hold no demonstration.
+
+    """
+    episodes = task.episodes()
+    if not episodes:
+        raise BagError(f'{task.path} holds no bags')
+    header = read_header(episodes[0].path)
+    fold = Lessons(header.grid, header.parameters)
+    lessons = [fold.learn(episode) for episode in episodes]
+    demonstrated = next((lesson for lesson in lessons if lesson.refresh is not None), None)
+    if demonstrated is None:
+        raise BagError(f'{task.path} holds no demonstration that was kept')
+    truth = GridWorld(world.occupancy, fold.parameters)
+    trials: list[TrialReport] = []
+    for lesson in lessons:
+        if lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is not None:
+            trials.append(_trial_report(len(trials) + 1, lesson, truth))
+    assert demonstrated.refresh is not None
+    assert fold.refresh is not None
+    n_aborted = sum(lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is None
+                    for lesson in lessons)
+    start = header.grid.cell_from_world(*trials[0].path[0]) if trials else (0, 0)
+    field = fold.refresh.field
+    return TaskReport(
+        task.task, demonstrated.refresh, fold.refresh, driven_path(demonstrated.episode)[1],
+        truth.flow_home(demonstrated.refresh.field), places_of(truth, field), trials, n_aborted,
+        other_starts(field, fold, world, start, seed), world)
+
+
+def places_of(truth: GridWorld, field: ControlField) -> npt.NDArray[np.bool_]:
+    """Return the cells of the true world from which there is a way to the goal, without it."""
+    reachable = np.isfinite(truth.cost_to(field.goal))
+    reachable[field.goal] = False
+    return reachable
+
+
+def _trial_report(number: int, lesson: Lesson, truth: GridWorld) -> TrialReport:
+    assert lesson.read is not None
+    assert lesson.refresh is not None
+    trial, status = lesson.read.record, lesson.read.status
+    assert isinstance(trial, Trial)
+    stamps, path = driven_path(lesson.episode)
+    if status is not None:
+        # The robot's last tick may come before or after the word that the trial is over.
+        driven = stamps <= status.stamp
+        stamps, path = stamps[driven], path[driven]
+    blocked = trial.decisions[trial.decisions['kind'] == Kind.BLOCKED]
+    cells = np.stack([blocked['row'], blocked['col']], axis=1)
+    return TrialReport(
+        number, trial.n_steps, len(lesson.refresh.prototypes), lesson.refresh.reinforcements,
+        n_contacts(lesson.episode), str(trial.outcome),
+        round(float(stamps[-1] - stamps[0]), 3) if len(stamps) else 0.0, path,
+        lesson.refresh.field.grid.world_from_cells(cells), truth.flow_home(lesson.refresh.field))
+
+
+def driven_path(episode: EpisodeFolder) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return stamps (n,) [s] and positions (n, 2) [m] of the odometry in a bag of ours."""
+    poses = driven_poses(episode)
+    return poses.stamps, poses.xy
+
+
+def driven_poses(episode: EpisodeFolder) -> PoseTable:
+    """Return the odometry in a bag of ours."""
+    bag, header = BagReader(episode.bag), read_header(episode.path)
+    return pose_table(
+        bag.messages(find_topic(bag.topics, 'odom', header.topics)), header.grid.frame_id)
+
+
+def n_contacts(episode: EpisodeFolder) -> int:
+    """Return how often the robot of a bag of ours ran into something."""
+    bag = BagReader(episode.bag)
+    topic = find_topic(bag.topics, 'contact', {})
+    return sum(message[4] for message in bag.messages(topic))
+
+
+def other_starts(
+    field: ControlField, fold: Lessons, world: World, taught: tuple[int, int], seed: int,
+) -> dict[str, Any]:
+    """Try a field, sight on, from every free cell with a way to the goal, but for the taught."""
+    grid = GridWorld(world.occupancy, fold.parameters)
+    reachable = places_of(grid, field)
+    reachable[taught] = False
+    cells = np.argwhere(reachable)
+    runs = grid.trials(field, cells, seed)
+    reached = runs.outcome == 0
+    return {
+        'starts': len(cells), 'reached': int(reached.sum()),
+        'success': float(reached.mean()) if len(cells) else None,
+        'collisions': int((runs.outcome == 1).sum()),
+        'reinforcements': int(runs.n_reinforcements.sum()),
+        'mean_steps': float(runs.n_steps[reached].mean()) if reached.any() else None,
+        'field_success': float(grid.flow_home(field)[reachable].mean()) if len(cells) else None,
+        'failed': cells[~reached].tolist()}
+
+
+def write_report(path: Path, reports: Sequence[TaskReport], config: Mapping[str, Any]) -> None:
+    """Write `report.json`."""
+    content = {'config': dict(config), 'tasks': {
+        report.name: report.to_json() for report in reports}}
+    text = (json.dumps(content, indent=2) + '\n').encode()
+    write_output(path, lambda file: file.write(text))
+
+
+def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
+    """Return what came of it in sentences, then the lines of a table, for the terminal."""
+    yield ''
+    for report in reports:
+        other = report.other_starts
+        collisions = counted(other['collisions'], 'collision')
+        yield (f'{report.name}: {report.final.certificate.sentence()} Set down at '
+               f'{other["starts"]} other starts it reached the goal '
+               f'{counted(other["reached"], "time")}, with {collisions}.')
+    yield ''
+    yield 'task    trial   steps      prototypes  reinforcements  collisions  outcome   seconds'
+    for report in reports:
+        for trial in report.trials:
+            yield (f'{report.name:<8}{trial.trial:>5}{trial.steps:>8}{trial.hidden_neurons:>16}'
+                   f'{trial.reinforcements:>16}{trial.collisions:>12}  {trial.outcome:<9}'
+                   f'{trial.seconds:>8.1f}')
+    yield ''
+    yield ('Prototypes: places with the direction the robot has learnt there (in the paper hidden '
+           'neurons).')
+    yield 'Reinforcements: rewards and punishments that the trial was learnt from.'

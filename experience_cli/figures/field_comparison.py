@@ -1,0 +1,288 @@
+"""Two fields side by side: where they differ, and by how much."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+import math
+from pathlib import Path
+from typing import Any, BinaryIO, Final
+import zipfile
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.grid import Grid
+from control_field.headings import headings_from_vectors, N_HEADINGS, UNIT
+from control_field.learning.certificate import Certificate, certify
+from control_field.parameters import Parameters
+from control_field.records import CellFlag, ControlField, Prototypes
+from control_field.robot.policy import rules_of
+from episode_store.recording import Recording
+from episode_store.relearning import fold
+from episode_store.task_folder import EpisodeFolder
+from experience_cli.bag_argument import find_whole_bag, named_path, task_folder
+from experience_cli.bag_summary import grid_text
+from experience_cli.errors import UserError
+from msgs_bridge.untrusted.files import open_regular
+
+#: Largest saved field that is read, unpacked, [bytes]; the largest workspace has 0.8 GB.
+_MOST_UNPACKED: Final = 2**30
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """
+    One of the two fields.
+
+    Parameters
+    ----------
+    name : str
+        For people.
+    field : ControlField
+    prototypes : Prototypes
+    parameters : Parameters
+        It was made with.
+    frame_known : bool
+        Whether the frame is known (a saved field does not say).
+    revision_known : bool
+        Whether it is known from how many bags it was learnt.
+
+    """
+
+    name: str
+    field: ControlField
+    prototypes: Prototypes
+    parameters: Parameters
+    frame_known: bool = True
+    revision_known: bool = True
+
+    @property
+    def title(self) -> str:
+        """Return the name as a figure can show it, whatever the bytes of a path are."""
+        return self.name.encode(errors='replace').decode().replace('$', r'\$')
+
+    @cached_property
+    def headings(self) -> npt.NDArray[np.int8]:
+        """Return the course of every cell, -1 for none."""
+        return headings_from_vectors(self.field.vx, self.field.vy)
+
+    @cached_property
+    def centres(self) -> npt.NDArray[np.int8]:
+        """Return the heading of the prototype in every cell, -1 for none."""
+        centres = np.full(self.field.grid.shape, -1, dtype=np.int8)
+        centres[tuple(self.prototypes.cells.T)] = self.prototypes.headings
+        return centres
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """Return what the field is worth on its own remembered map."""
+        shown = np.full(self.field.grid.shape, -1, dtype=np.int8)
+        own = self.prototypes.demonstrated
+        shown[tuple(self.prototypes.cells[own].T)] = self.prototypes.headings[own]
+        return certify(self.field, shown, len(self.prototypes), rules_of(self.parameters))
+
+
+def side_from(text: str, bags: Path | None) -> Side:
+    """
+    Return the field that a person names.
+
+    Parameters
+    ----------
+    text : str
+        A saved field (``.npz``), the folder of a task (what its bags teach), or a bag (what it
+        was driven on).
+    bags : Path or None
+        The folder of all tasks.
+
+    Raises
+    ------
+    UserError
+        If it is none of these, or holds no field.
+    BagError
+        If it cannot be read.
+
+    """
+    path = Path(text)
+    if path.suffix == '.npz':
+        return _side_from_file(path)
+    path = named_path(path, bags)
+    task = task_folder(path)
+    if task is not None:
+        return side_from_bags(text, task.episodes())
+    recording = Recording(find_whole_bag(text, bags))
+    field, prototypes = recording.field(), recording.prototypes()
+    if field is None or prototypes is None:
+        raise UserError(f'{text} holds no field: none was in force when it was recorded')
+    return Side(recording.episode.name, field, prototypes, recording.header.parameters)
+
+
+def side_from_bags(text: str, episodes: Sequence[EpisodeFolder]) -> Side:
+    """
+    Return what some bags teach.
+
+    Parameters
+    ----------
+    text : str
+        As a person named them.
+    episodes : sequence of EpisodeFolder
+
+    Raises
+    ------
+    UserError
+        If there is no demonstration among them.
+    BagError
+        If one cannot be read.
+
+    """
+    lessons, _ = fold(episodes)
+    if lessons is None or lessons.refresh is None:
+        raise UserError(f'{text} holds no demonstration: there is no field to compare')
+    return Side(text, lessons.refresh.field, lessons.refresh.prototypes, lessons.parameters)
+
+
+def _side_from_file(path: Path) -> Side:
+    try:
+        with open_regular(path) as stream:
+            _check_unpacked(stream)
+            with np.load(stream, allow_pickle=False) as file:
+                return _side_from_arrays(path, dict(file))
+    except OSError as error:
+        raise UserError(f'cannot read {path}: {error.strerror or error}') from None
+    except Exception as error:
+        # Unpacking raises what it runs into, of many types, on a file that is damaged.
+        text = f'it has no {error}' if isinstance(error, KeyError) else str(error)
+        raise UserError(f'{path} is no saved field: {text or type(error).__name__}') from None
+
+
+def _check_unpacked(stream: BinaryIO) -> None:
+    """Refuse a file that becomes too much: a few kB of it may become all that memory holds."""
+    with zipfile.ZipFile(stream) as packed:
+        n_bytes = sum(member.file_size for member in packed.infolist())
+    if n_bytes > _MOST_UNPACKED:
+        raise ValueError(f'it has {n_bytes} bytes unpacked, must be at most {_MOST_UNPACKED}')
+    stream.seek(0)
+
+
+def _side_from_arrays(path: Path, arrays: Mapping[str, npt.NDArray[Any]]) -> Side:
+    """Read what `experience learn --save` and `evaluate --save-field` write."""
+    vx = arrays['vx']
+    origin = arrays['origin'].tolist()
+    grid = Grid(*vx.shape, float(arrays['resolution']), *origin)
+    cells = grid.cells_from_world(arrays['centres'].reshape(-1, 2)).astype(np.int32)
+    order = np.lexsort((cells[:, 1], cells[:, 0]))
+    n = len(cells)
+    actions = arrays['actions'].reshape(-1, 2)
+    prototypes = Prototypes(
+        cells=cells[order], headings=headings_from_vectors(actions[:, 0], actions[:, 1])[order],
+        q=arrays['q'].astype(np.float64)[order], episodes=np.zeros(n, dtype=np.int32),
+        stamps=np.full(n, np.nan),
+        demonstrated=arrays.get('demonstrated', np.zeros(n)).astype(np.bool_)[order])
+    length = np.hypot(vx, arrays['vy'])
+    flags = np.zeros(grid.shape, dtype=np.uint8)
+    flags[tuple(prototypes.cells.T)] = CellFlag.PROTOTYPE
+    field = ControlField(
+        grid=grid, revision=int(arrays.get('revision', 0)), goal=_goal(grid, arrays),
+        vx=vx.astype(np.float32), vy=arrays['vy'].astype(np.float32),
+        coherence=np.minimum(length, 1.0).astype(np.float32),
+        q=arrays.get('q_matrix', np.zeros((*grid.shape, N_HEADINGS))).astype(np.float32),
+        known=arrays.get('known', np.full(grid.shape, -1)).astype(np.int8), flags=flags)
+    return Side(str(path), field, prototypes, Parameters(), frame_known=False,
+                revision_known='revision' in arrays)
+
+
+def _goal(grid: Grid, arrays: Mapping[str, npt.NDArray[Any]]) -> tuple[int, int]:
+    """Return the goal's cell: `learn` writes row and column, `evaluate` a place in metres."""
+    goal = arrays.get('goal', np.zeros(2, dtype=np.int64))
+    if np.issubdtype(goal.dtype, np.floating):
+        return grid.cell_from_world(float(goal[0]), float(goal[1]))
+    return int(goal[0]), int(goal[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """
+    What differs between two fields of the same workspace.
+
+    Parameters
+    ----------
+    first, second : Side
+
+    Raises
+    ------
+    UserError
+        If they are of different workspaces; the message names both.
+
+    """
+
+    first: Side
+    second: Side
+
+    def __post_init__(self) -> None:
+        """Refuse fields that cannot be compared."""
+        one, other = self.first.field.grid, self.second.field.grid
+        same = one == other
+        if not (self.first.frame_known and self.second.frame_known):
+            same = (one.shape, one.resolution, one.origin_x, one.origin_y) == (
+                other.shape, other.resolution, other.origin_x, other.origin_y)
+        if not same:
+            raise UserError(f'{self.first.name} is of {grid_text(one)}, {self.second.name} of '
+                            f'{grid_text(other)}: they cannot be compared')
+
+    @cached_property
+    def turned(self) -> npt.NDArray[np.bool_]:
+        """Tell in which cells the courses differ."""
+        return self.first.headings != self.second.headings
+
+    @cached_property
+    def angle(self) -> npt.NDArray[np.float64]:
+        """Return by how much the courses differ, [rad], 0 to pi; NaN where one has none."""
+        a, b = self.first, self.second
+        inner = (a.field.vx.astype(np.float64) * b.field.vx
+                 + a.field.vy.astype(np.float64) * b.field.vy)
+        angle = np.arccos(np.clip(inner, -1.0, 1.0))
+        return np.where((a.headings >= 0) & (b.headings >= 0), angle, np.nan)
+
+    def prototypes(self) -> dict[str, npt.NDArray[np.int64]]:
+        """Return the cells, shape (k, 2), of prototypes removed, added and turned."""
+        a, b = self.first.centres, self.second.centres
+        return {'removed': np.argwhere((a >= 0) & (b < 0)),
+                'added': np.argwhere((a < 0) & (b >= 0)),
+                'turned': np.argwhere((a >= 0) & (b >= 0) & (a != b))}
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the numbers."""
+        a, b = self.first.field, self.second.field
+        known = ~np.isnan(self.angle)
+        return {
+            'first': _side_json(self.first), 'second': _side_json(self.second),
+            'cells': int(self.turned.size),
+            'courses_differ': int(self.turned.sum()),
+            'courses_differ_cells': np.argwhere(self.turned).tolist(),
+            'mean_angle_degrees': (
+                math.degrees(float(self.angle[known].mean())) if known.any() else None),
+            'largest_angle_degrees': (
+                math.degrees(float(self.angle[known].max())) if known.any() else None),
+            'vectors_equal': bool(np.array_equal(a.vx, b.vx) and np.array_equal(a.vy, b.vy)),
+            'largest_q_difference': float(np.abs(a.q - b.q).max()),
+            'remembered_map_differs': int((a.known != b.known).sum()),
+            'goal_moved': a.goal != b.goal,
+            'prototypes': {name: cells.tolist() for name, cells in self.prototypes().items()}}
+
+
+def _side_json(side: Side) -> dict[str, Any]:
+    certificate = side.certificate
+    judged = bool((side.field.known == 0).any())
+    return {
+        'name': side.name, 'revision': side.field.revision if side.revision_known else None,
+        'goal': list(side.field.goal),
+        'goal_place': list(side.field.grid.world_from_cell(*side.field.goal)),
+        'prototypes': len(side.prototypes),
+        'basin': certificate.basin if judged else None,
+        'proven': certificate.proven if judged else None, 'sinks': certificate.sinks.tolist(),
+        'fidelity': None if math.isnan(certificate.fidelity) else certificate.fidelity,
+        'known_cells': int((side.field.known >= 0).sum())}
+
+
+def unit_vectors(headings: npt.NDArray[np.int8]) -> npt.NDArray[np.float64]:
+    """Return the unit vector of headings, (0, 0) for none; shape (..., 2)."""
+    return np.where(headings[..., np.newaxis] >= 0, UNIT[headings], 0.0)

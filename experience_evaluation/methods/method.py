@@ -1,0 +1,198 @@
+"""What every method under evaluation can do, and the methods made of control fields."""
+
+from dataclasses import dataclass, replace
+import time
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.grid import Grid
+from control_field.headings import headings_from_vectors
+from control_field.learning.grid_world import GridWorld, Runs
+from control_field.learning.learner import Learner, Refresh
+from control_field.parameters import Parameters
+from control_field.records import ControlField, Demonstration, Outcome
+
+#: Proposals of the learner among which a start is looked for that is free in the true world.
+_N_PROPOSALS = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """
+    A world, a goal in it, and how trials start.
+
+    Parameters
+    ----------
+    world : GridWorld
+        The true map and the rules of a step.
+    grid : Grid
+    goal : tuple of int
+        ``(row, col)``
+    first_start : tuple of int
+        Where the (first) demonstration starts: the start of all trials if ``spread`` is false.
+    spread : bool
+        Whether the method may choose where its trials start.
+    reachable : ndarray of bool, shape (n_rows, n_cols)
+        Free cells with a way to the goal.
+    parameters : Parameters
+
+    """
+
+    world: GridWorld
+    grid: Grid
+    goal: tuple[int, int]
+    first_start: tuple[int, int]
+    spread: bool
+    reachable: npt.NDArray[np.bool_]
+    parameters: Parameters
+
+    def random_start(self, rng: np.random.Generator) -> tuple[int, int]:
+        """Return where a trial starts that nobody chose a start for."""
+        if not self.spread:
+            return self.first_start
+        away = self.reachable.copy()
+        away[self.goal] = False
+        cells = np.argwhere(away)
+        row, col = cells[int(rng.integers(len(cells)))]
+        return int(row), int(col)
+
+
+@dataclass(frozen=True)
+class Practice:
+    """
+    What a trial came to.
+
+    Parameters
+    ----------
+    steps : int
+        Cell-to-cell steps.
+    collisions : int
+        With what is blocked.
+    reinforcements : int
+        Rewards other than zero.
+    seconds : float, [s]
+        Spent learning, on this machine.
+
+    """
+
+    steps: int
+    collisions: int
+    reinforcements: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Notes:
+    """
+    What a method says of itself.
+
+    Parameters
+    ----------
+    hidden_neurons : int
+        Prototypes, or cells that a table holds something for.
+    fidelity : float
+        On the map it remembers; NaN if it remembers none.
+    basin : float
+        On the map it remembers; NaN if it remembers none.
+
+    """
+
+    hidden_neurons: int
+    fidelity: float = float('nan')
+    basin: float = float('nan')
+
+
+class Method(Protocol):
+    """Something that is taught, practises, and can be judged at any time."""
+
+    def teach(self, demonstration: Demonstration) -> None:
+        """Learn from a demonstration."""
+
+    def practise(self, number: int) -> Practice | None:
+        """Run trial ``number`` (from 1) and learn from it; None if it does not learn by trying."""
+
+    def headings(self) -> npt.NDArray[np.int8]:
+        """Return the course of every cell without sight, -1 for none."""
+
+    def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+        """Run from every start with sight, learning nothing."""
+
+    def notes(self) -> Notes:
+        """Return what it says of itself."""
+
+
+class FieldMethod:
+    """
+    The control field: taught, practising, in either profile.
+
+    Parameters
+    ----------
+    task : Task
+    rng : numpy.random.Generator
+        Of starts and exploration.
+    practises : bool
+        Whether it learns from trials; eq. 7 alone does not.
+
+    """
+
+    def __init__(self, task: Task, rng: np.random.Generator, practises: bool = True) -> None:
+        self.task = task
+        self.learner = Learner(task.grid, task.parameters)
+        self._rng = rng
+        self._practises = practises
+        self._n_taught = 0
+
+    @property
+    def refresh(self) -> Refresh:
+        """Return the field in force with what was made of it."""
+        refresh = self.learner.refresh
+        assert refresh is not None, 'taught before anything else'
+        return refresh
+
+    def teach(self, demonstration: Demonstration) -> None:
+        """Learn from a demonstration."""
+        self._n_taught += 1
+        self.learner.add_demonstration(demonstration)
+
+    def practise(self, number: int) -> Practice | None:
+        """Run a trial from where it teaches most (or from the fixed start) and learn from it."""
+        if not self._practises:
+            return None
+        field = self.learner.trial_field(self.task.spread)
+        start = self._start(field) if self.task.spread else self.task.first_start
+        seed = int(self._rng.integers(2**62))
+        trial, _ = self.task.world.trial(field, start, seed, self._n_taught + number)
+        began = time.perf_counter()
+        self.learner.add_trial(trial)
+        return Practice(trial.n_steps, int(trial.outcome == Outcome.COLLISION),
+                        self.refresh.reinforcements, time.perf_counter() - began)
+
+    def _start(self, field: ControlField) -> tuple[int, int]:
+        """Return the first proposed start that is free in the true world."""
+        for cell in self.learner.next_starts(_N_PROPOSALS, self._rng, field):
+            if self.task.reachable[cell] and cell != self.task.goal:
+                return cell
+        return self.task.random_start(self._rng)
+
+    def headings(self) -> npt.NDArray[np.int8]:
+        """Return the field's courses."""
+        field = self.refresh.field
+        return headings_from_vectors(field.vx, field.vy)
+
+    def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+        """Run from every start with sight and exploration."""
+        return self.task.world.trials(self.refresh.field, starts, seed)
+
+    def notes(self) -> Notes:
+        """Return size and certificate."""
+        certificate = self.refresh.certificate
+        return Notes(len(self.refresh.prototypes), certificate.fidelity, certificate.basin)
+
+
+def equation_7(task: Task, rng: np.random.Generator) -> FieldMethod:
+    """Return the paper's field of the demonstrations alone."""
+    parameters = replace(task.parameters, profile='paper')
+    world = GridWorld(task.world.truth, parameters)
+    return FieldMethod(replace(task, parameters=parameters, world=world), rng, practises=False)

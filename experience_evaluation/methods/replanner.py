@@ -1,0 +1,97 @@
+"""The honest opponent: an optimistic replanner that knows the goal and keeps its map."""
+
+import time
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
+from control_field.kernels import compiled
+from control_field.learning.grid_world import GridWorld, Runs
+from control_field.records import Demonstration
+from experience_evaluation.methods.method import Notes, Practice, Task
+
+Known = npt.NDArray[np.int8]
+
+
+class Replanner:
+    """
+    Drives the shortest way on its map, unseen cells taken as free, and replans on what it sees.
+
+    What D* Lite (Koenig and Likhachev 2002) does, without its bookkeeping: the paths are the same.
+
+    Parameters
+    ----------
+    task : Task
+    rng : numpy.random.Generator
+        Of the starts.
+
+    """
+
+    def __init__(self, task: Task, rng: np.random.Generator) -> None:
+        self.task = task
+        self._rng = rng
+        self.known = np.full(task.grid.shape, -1, dtype=np.int8)
+
+    def teach(self, demonstration: Demonstration) -> None:
+        """Take what was seen during a demonstration into the map."""
+        cells = demonstration.cells.tolist()
+        for (row, col), blocked, unknown in zip(
+                cells, demonstration.blocked, demonstration.unknown, strict=True):
+            compiled.remember_sight(self.known, row, col, int(blocked), int(unknown))
+
+    def practise(self, number: int) -> Practice:
+        """Drive to the goal from a random start (or the fixed one), keeping what is seen."""
+        del number
+        start, began = self.task.random_start(self._rng), time.perf_counter()
+        _, n_steps, _ = self._run(self.known, start)
+        return Practice(n_steps, 0, 0, time.perf_counter() - began)
+
+    def _cost(self, known: Known) -> npt.NDArray[np.float64]:
+        return GridWorld(np.maximum(known, 0), self.task.parameters).cost_to(self.task.goal)
+
+    def _headings(self, known: Known) -> npt.NDArray[np.int8]:
+        cost, ones = self._cost(known), np.ones(known.shape)
+        still = np.zeros(known.shape)
+        headings: npt.NDArray[np.int8] = compiled.pull_from_cost(
+            known, cost, ones, still, still, self.task.world.rules)
+        return headings
+
+    def _run(self, known: Known, start: tuple[int, int],
+             headings: npt.NDArray[np.int8] | None = None) -> tuple[int, int, float]:
+        """Run once, writing what is seen into ``known``."""
+        (row, col), length = start, 0.0
+        world, limit = self.task.world, self.task.parameters.step_limit
+        if headings is None:
+            headings = self._headings(known)
+        for step in range(limit):
+            if (row, col) == self.task.goal:
+                return 0, step, length
+            if compiled.remember_sight(known, row, col, world.sight(row, col), 0):
+                headings = self._headings(known)
+            heading = int(headings[row, col])
+            if heading < 0:
+                return 2, step, length
+            length += float(STEP_LENGTH[heading])
+            row, col = row + int(STEP_ROW[heading]), col + int(STEP_COL[heading])
+        return 0 if (row, col) == self.task.goal else 2, limit, length
+
+    def headings(self) -> npt.NDArray[np.int8]:
+        """Return the first step of the shortest way on the map as it is."""
+        return self._headings(self.known)
+
+    def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+        """Run from every start, each on a copy of the map."""
+        del seed
+        headings = self._headings(self.known)
+        table = np.array([self._run(self.known.copy(), (int(row), int(col)), headings)
+                          for row, col in starts], dtype=np.float64).reshape(-1, 3)
+        return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
+                    np.zeros(len(table), dtype=np.int64), table[:, 2])
+
+    def notes(self) -> Notes:
+        """Return the basin on its own map."""
+        judged = (self.known == 0) & np.isfinite(self._cost(self.known))
+        home = compiled.flow_basin(
+            self.known, self._headings(self.known), *self.task.goal, self.task.world.rules) == 1
+        return Notes(0, basin=float(home[judged].mean()) if judged.any() else float('nan'))

@@ -1,0 +1,113 @@
+"""Q-learning, Sarsa, Dyna-Q and prioritised sweeping on the cells, for comparison."""
+
+import time
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.headings import heading_from_step
+from control_field.kernels import compiled
+from control_field.learning.grid_world import Runs
+from control_field.records import Demonstration
+from experience_evaluation.methods import tabular_kernels as kernels
+from experience_evaluation.methods.method import Notes, Practice, Task
+
+#: Share of random actions, and backups after every step of the methods that plan.
+EPSILON: Final = 0.1
+N_PLANNING: Final = 10
+#: How often a demonstration is replayed, last step first.
+_N_REPLAYS: Final = 20
+KINDS: Final = {'q_learning': kernels.Q_LEARNING, 'sarsa': kernels.SARSA,
+                'dyna_q': kernels.DYNA_Q, 'prioritised_sweeping': kernels.SWEEPING}
+
+
+class TabularMethod:
+    """
+    A table of values over cells and headings.
+
+    Learning rate, discount and step limit are those of the task's parameters. Without sight while
+    it practises: it learns what is blocked by bumping into it.
+
+    Parameters
+    ----------
+    task : Task
+    rng : numpy.random.Generator
+    kind : int
+        Of `KINDS`.
+    with_demonstration : bool
+        Whether it learns from demonstrations, as experience replayed before the first trial.
+
+    """
+
+    def __init__(self, task: Task, rng: np.random.Generator, kind: int,
+                 with_demonstration: bool) -> None:
+        self.task = task
+        self._rng = rng
+        self._kind = kind
+        self._with_demonstration = with_demonstration
+        n_places = task.grid.n_rows * task.grid.n_cols
+        self.q = np.zeros((n_places, 8))
+        self._model = np.full((n_places, 8), -1, dtype=np.int64)
+        self._order = np.zeros(n_places * 8, dtype=np.int64)
+        self._n_seen = 0
+        self._tie_break = rng.random((n_places, 8))
+        parameters = task.parameters
+        self._numbers = (float(parameters.learning_rate), float(parameters.discount), EPSILON,
+                         N_PLANNING)
+        self._goal = self._place(task.goal)
+        truth, rules = task.world.truth, task.world.rules
+        self._allowed = np.array([
+            compiled.allowed_steps(truth, *cell, rules) for cell in np.ndindex(truth.shape)],
+            dtype=np.int64)
+
+    def _place(self, cell: tuple[int, int]) -> int:
+        return cell[0] * self.task.grid.n_cols + cell[1]
+
+    def teach(self, demonstration: Demonstration) -> None:
+        """Replay a demonstration, last step first, as often as values need to come through."""
+        if not self._with_demonstration:
+            return
+        steps = np.diff(demonstration.cells, axis=0)
+        actions = np.array([heading_from_step(row, col) for row, col in steps], dtype=np.int64)
+        places = (demonstration.cells @ [self.task.grid.n_cols, 1]).astype(np.int64)
+        self._n_seen = kernels.replay(
+            self._kind, self.q, self._model, self._order, self._n_seen, self.task.grid.n_cols,
+            places, actions, self._goal, self._numbers, self._mask(), _N_REPLAYS, self._rng)
+
+    def _mask(self) -> int:
+        return 0b01010101 if self.task.parameters.moves == 4 else 0b11111111
+
+    def practise(self, number: int) -> Practice:
+        """Run an episode from a random start (or the fixed one)."""
+        del number
+        start = self.task.random_start(self._rng)
+        began = time.perf_counter()
+        n_steps, n_bumps, n_rewards, self._n_seen = kernels.run_episode(
+            self._kind, self._allowed, self.task.grid.n_cols, self.q, self._model, self._order,
+            self._n_seen, self._place(start), self._goal, self._numbers, self._mask(),
+            self.task.parameters.step_limit, self._rng)
+        return Practice(int(n_steps), int(n_bumps), int(n_rewards), time.perf_counter() - began)
+
+    def headings(self) -> npt.NDArray[np.int8]:
+        """Return the greedy action of every cell; equals are settled by lot, once for all."""
+        allowed = np.array([self._mask() >> action & 1 for action in range(8)], dtype=np.bool_)
+        values = np.where(allowed, self.q, -np.inf)
+        best = values == values.max(axis=1, keepdims=True)
+        chosen = np.where(best, self._tie_break, -1.0).argmax(axis=1)
+        headings: npt.NDArray[np.int8] = chosen.astype(np.int8).reshape(self.task.grid.shape)
+        return headings
+
+    def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+        """Follow the greedy policy from every start, leaving out what the sight shows blocked."""
+        results = [kernels.greedy_run(
+            self._allowed, self.task.grid.n_cols, self.q, self._place((int(row), int(col))),
+            self._goal, self.task.parameters.step_limit, np.random.default_rng([seed, index]))
+            for index, (row, col) in enumerate(starts)]
+        table = np.array(results, dtype=np.float64).reshape(-1, 3)
+        return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
+                    np.zeros(len(table), dtype=np.int64), table[:, 2])
+
+    def notes(self) -> Notes:
+        """Return how many cells the table holds something for."""
+        return Notes(int((self.q != 0.0).any(axis=1).sum()))

@@ -1,0 +1,210 @@
+"""Seeds in processes of their own, and what becomes of those whose process was killed."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import as_completed, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from functools import partial
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from typing import Any, Final, TYPE_CHECKING, TypeAlias
+import warnings
+
+from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
+
+from experience_cli.interrupts import ENDING
+from msgs_bridge.untrusted.text import own_stream, printable
+
+if TYPE_CHECKING:
+    from experience_evaluation.experiment import Course, Experiment
+
+Task: TypeAlias = tuple[Any, ...]
+#: How often a process looks whether its parent still lives, [s].
+_LOOK_EVERY: Final = 0.5
+#: How often a task that may have killed its process gets another for itself alone.
+_TRIES: Final = 2
+
+
+class LostError(RuntimeError):
+    """
+    Some tasks kill whatever process they are given.
+
+    Parameters
+    ----------
+    lost : sequence of int
+        Which of the tasks.
+    courses : sequence of Course
+        What the others came to, in their order.
+
+    """
+
+    def __init__(self, lost: Sequence[int], courses: Sequence[Any]) -> None:
+        super().__init__(f'{len(lost)} tasks were killed again and again, perhaps for want of '
+                         f'memory')
+        self.lost, self.courses = tuple(lost), list(courses)
+
+
+def run_all(tasks: 'Sequence[tuple[Experiment, int]]', n_jobs: int, title: str) -> 'list[Course]':
+    """
+    Run experiments with their seeds, with a progress bar where somebody looks.
+
+    Parameters
+    ----------
+    tasks : sequence of (Experiment, int)
+        Experiments, each with a seed.
+    n_jobs : int
+        Processes at once; what comes out does not depend on it, nor on processes that are killed.
+    title : str
+        Stands before the bar.
+
+    Returns
+    -------
+    list of Course
+        In the tasks' order.
+
+    Raises
+    ------
+    NoWayError
+        If a teacher finds no way.
+    LostError
+        If some were killed, whatever was done; it holds what is finished.
+
+    """
+    from experience_evaluation.experiment import run_seed
+    courses: dict[int, Course] = {}
+    # disable=None: no bar where standard error is no terminal.
+    with tqdm(total=len(tasks), desc=printable(title), unit='run', file=own_stream(sys.stderr),
+              disable=None) as bar:
+        for index, course in run(run_seed, tasks, n_jobs, partial(_say, title)):
+            courses[index] = course
+            bar.update()
+    finished = [courses[index] for index in sorted(courses)]
+    if len(finished) < len(tasks):
+        raise LostError([index for index in range(len(tasks)) if index not in courses], finished)
+    return finished
+
+
+def _say(title: str, line: str) -> None:
+    print(f'{title}: {line}', file=sys.stderr)
+
+
+def run(
+    work: Callable[..., Any], tasks: Sequence[Task], n_jobs: int, say: Callable[[str], None],
+) -> Iterator[tuple[int, Any]]:
+    """
+    Do some work for each task, in processes of their own if there are several jobs.
+
+    A pool loses all that is under way when one of its processes is killed. One of those tasks may
+    have been the reason: each is done again alone, so that one that always dies takes no other
+    with it. The others go on side by side.
+
+    Yields
+    ------
+    index : int
+        Of the task; that of a task whose processes are always killed does not come.
+    result
+        In whatever order they end.
+
+    """
+    if n_jobs <= 1 or len(tasks) <= 1:
+        for index, task in enumerate(tasks):
+            yield index, work(*task)
+        return
+    left = dict(enumerate(tasks))
+    while left:
+        for index, result in _side_by_side(work, dict(left), n_jobs):
+            del left[index]
+            yield index, result
+        # Tasks are begun in their order, and one more than there are processes is handed out.
+        suspects = list(left)[:n_jobs + 1]
+        if suspects:
+            say(f'a working process was killed, perhaps for want of memory: the '
+                f'{len(suspects)} runs under way are begun again, one by one')
+        for index in suspects:
+            yield from _alone(work, index, left.pop(index))
+
+
+def _alone(work: Callable[..., Any], index: int, task: Task) -> Iterator[tuple[int, Any]]:
+    """Do the work for one task in a process of its own; nothing comes if that always dies."""
+    for _ in range(_TRIES):
+        done = list(_side_by_side(work, {index: task}, 1))
+        if done:
+            yield from done
+            return
+
+
+def _side_by_side(
+    work: Callable[..., Any], tasks: Mapping[int, Task], n_jobs: int,
+) -> Iterator[tuple[int, Any]]:
+    """Do the work with one pool; yield what is finished until the pool breaks."""
+    with _quiet_tracker():
+        # Fresh processes: a fork would take over whatever threads and locks this one has.
+        pool = ProcessPoolExecutor(
+            min(n_jobs, len(tasks)), multiprocessing.get_context('spawn'),
+            initializer=_die_with, initargs=(os.getpid(),))
+    waiting = {}
+    try:
+        with _quiet_tracker(), _interrupted_later(), suppress(BrokenProcessPool):
+            for index, task in tasks.items():
+                waiting[pool.submit(work, *task)] = index
+        for future in as_completed(waiting):
+            with suppress(BrokenProcessPool):
+                result = future.result()
+                yield waiting[future], result
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for child in multiprocessing.active_children():
+            child.terminate()
+        raise
+    pool.shutdown()
+
+
+@contextmanager
+def _quiet_tracker() -> Iterator[None]:
+    """
+    Keep multiprocessing's tracker of resources from complaining, if it starts meanwhile.
+
+    It tidies up what a killed process leaves, and warns of each thing: nobody can do anything
+    about that, and whoever pressed Ctrl-C reads it as a mistake.
+    """
+    before = list(sys.warnoptions)
+    sys.warnoptions.append('ignore:resource_tracker:UserWarning')
+    with warnings.catch_warnings():
+        warnings.filterwarnings('ignore', 'resource_tracker')
+        try:
+            yield
+        finally:
+            sys.warnoptions[:] = before
+
+
+@contextmanager
+def _interrupted_later() -> Iterator[None]:
+    """
+    Keep Ctrl-C waiting while processes are started.
+
+    One that is half started has not been told everything, or does not listen yet: it would die of
+    it with a traceback. What is started meanwhile keeps it waiting until it is in `_die_with`.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
+
+
+def _die_with(parent: int) -> None:
+    """End at Ctrl-C without a word, for the parent says what is to be said; and end with it."""
+    for number in ENDING:
+        signal.signal(number, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+
+
+def _watch(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(_LOOK_EVERY)
+    os._exit(1)

@@ -1,0 +1,294 @@
+"""The bags of a task, and what they have taught so far."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import Final
+
+from control_field.drives.plausibility import SPEED_MAX
+from control_field.grid import Grid
+from control_field.learning.learner import Refresh
+from control_field.parameters import Parameters
+from control_field.records import ControlField
+from control_field.words import counted, sentences
+from episode_store.episode import read_header
+from episode_store.gaps import note_gaps
+from episode_store.header import EpisodeHeader
+from episode_store.judgement import judge_bag
+from episode_store.relearn import goal_moved, Lesson, Lessons
+from episode_store.repair import repair_task
+from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
+from episode_store.undo import bring_back, names_of, take_away, UNDO
+from learner_node.settings import StartPose
+from msgs_bridge.messages.memory_identity import memory_of, NOTHING
+from msgs_bridge.messages.trial_status import Label
+from msgs_bridge.untrusted.files import draft_beside
+
+#: Places to teach from that are told of.
+_N_PLACES: Final = 5
+
+
+class Library:
+    """
+    The bags of a task and what they have taught so far.
+
+    Parameters
+    ----------
+    task : TaskFolder
+    grid : Grid
+    parameters : Parameters
+    starts : sequence of StartPose
+        Where trials start, in turn; empty: where the demonstrations started.
+    fresh : bool
+        Whether to set the bags that are there aside.
+
+    Raises
+    ------
+    BagError
+        If the folder cannot be written.
+
+    """
+
+    def __init__(
+        self, task: TaskFolder, grid: Grid, parameters: Parameters,
+        starts: tuple[StartPose, ...] = (), fresh: bool = False,
+    ) -> None:
+        self.task = task
+        self.topics: Mapping[str, str] = {}
+        #: What is written into new bags: no drive that is faster is learnt, [m/s].
+        self.speed_max = SPEED_MAX
+        #: Lines for people to heed, of the last time that all bags were learnt from.
+        self.doubts: list[str] = []
+        #: Where trials start, ``x y yaw``, and where to teach next, ``x y; x y``, [m, rad].
+        self.places: Mapping[str, str] = {}
+        self._has_compared = False
+        self.lessons = Lessons(grid, parameters)
+        #: Whose field is in force, see `memory_identity`.
+        self.memory = NOTHING
+        self._starts = starts
+        self._n_asked = 0
+        _check_writable(task)
+        self.aside = set_aside(task) if fresh else ''
+
+    @property
+    def grid(self) -> Grid:
+        """Return the workspace."""
+        return self.lessons.grid
+
+    @property
+    def refresh(self) -> Refresh | None:
+        """Return what is in force; None before the first demonstration."""
+        return self.lessons.refresh
+
+    @property
+    def n_trials(self) -> int:
+        """Return how many trials there are that were not aborted."""
+        return self.lessons.n_trials
+
+    def field(self, curious: bool = False) -> ControlField:
+        """Return the field for the next trial, see `Learner.trial_field`."""
+        return self.lessons.field(curious)
+
+    def header(self, kind: EpisodeKind) -> Mapping[str, str]:
+        """Return the header of a bag that is recorded now."""
+        return EpisodeHeader(kind, self.task.task, self.grid, self.lessons.parameters,
+                             self.topics, self.speed_max,
+                             self.memory if kind is EpisodeKind.TRIAL else '').to_mapping()
+
+    def relearn(self) -> list[str]:
+        """
+        Mend bags that were not closed, and learn from all of them.
+
+        Returns
+        -------
+        list of str
+            Lines for people: what was found.
+
+        Raises
+        ------
+        BagError
+            If a bag cannot be read, or is of another grid, frame or version. What is in force
+            stays so.
+
+        """
+        lines, self.aside = [self.aside] if self.aside else [], ''
+        lines += self._mend()
+        self._compare()
+        fold = Lessons(self.grid, self.lessons.parameters)
+        lessons = [fold.learn(episode) for episode in self.task.episodes()]
+        # Only now: until all of them are learnt from, and if that fails, the field stays.
+        self.lessons, self._n_asked = fold, 0
+        self._name_memory()
+        lines += [f'{lesson.episode.name}: {lesson.note}'
+                  for lesson in lessons if lesson.refresh is None]
+        if lessons:
+            learnt = [lesson.episode.kind for lesson in lessons if lesson.refresh is not None]
+            n_demos = learnt.count(EpisodeKind.DEMO)
+            lines.append(f'{self.task.path}: relearnt from {counted(n_demos, "demonstration")} '
+                         f'and {counted(len(learnt) - n_demos, "trial")}')
+        return lines
+
+    def _mend(self) -> list[str]:
+        """Mend what was cut, and say so; where the disk does not take it, it is read as it is."""
+        self.doubts = []
+        try:
+            return [f'found {report}' for report in repair_task(self.task)]
+        except BagError as error:
+            if not isinstance(error.__context__, OSError):
+                raise
+            self.doubts = [f'{error}; what is readable of it is learnt from as it is']
+            return []
+
+    def _compare(self) -> None:
+        """Note, at the start, which parameters are not those that the last bag was made with."""
+        if self._has_compared:
+            return
+        self._has_compared = True
+        for episode in reversed(self.task.episodes()):
+            try:
+                theirs = asdict(read_header(episode.path).parameters)
+            except BagError:  # said where it is learnt from
+                continue
+            ours = asdict(self.lessons.parameters)
+            changes = [f'{name}: {theirs[name]} -> {value}' for name, value in ours.items()
+                       if theirs[name] != value]
+            if changes:
+                self.doubts.append(f'{episode.name} was recorded with other parameters, the bags '
+                                   f'are learnt anew with those set now: {", ".join(changes)}')
+            return
+
+    def learn(self, episode: EpisodeFolder) -> Lesson:
+        """Learn from one bag that was just recorded, see `Lessons.learn`; note what is missing."""
+        self._n_asked = 0
+        gaps = note_gaps(episode.path)
+        lesson = self.lessons.learn(episode)
+        self._name_memory()
+        return replace(lesson, note='; '.join(filter(None, [lesson.note, str(gaps)])),
+                       missing=str(gaps))
+
+    def _name_memory(self) -> None:
+        refresh = self.refresh
+        self.memory = NOTHING if refresh is None else memory_of(
+            self.task.task, refresh.field, refresh.prototypes)
+
+    def drop_last(self) -> str:
+        """
+        Take the newest bag away and relearn from the others; return what to tell people.
+
+        Raises
+        ------
+        BagError
+            If there is none, it cannot be moved, or the others cannot be relearnt from.
+
+        """
+        last = self._last()
+        take_away(self.task, [last.number])
+        return self._relearn_after(f'{last.name} is dropped ({UNDO})')
+
+    def find_places(self) -> None:
+        """Note where trials start and where one more demonstration would help most."""
+        starts = [*self._starts, *self.lessons.shown_starts][:1]
+        spots = self.lessons.teach_here(_N_PLACES) if self.refresh is not None else []
+        self.places = {
+            'start': ' '.join(f'{value:.3f}' for pose in starts
+                              for value in (pose.x, pose.y, pose.yaw)),
+            'teach_here': '; '.join(f'{x:.3f} {y:.3f}' for x, y in spots)}
+
+    def undo(self) -> str:
+        """
+        Bring back what was taken away last, and relearn; return what to tell people.
+
+        Raises
+        ------
+        BagError
+            If nothing was taken away, it cannot be moved, or the bags cannot be relearnt from.
+
+        """
+        back = bring_back(self.task)
+        return self._relearn_after(
+            f'{names_of(back)} {"is" if len(back) == 1 else "are"} back')
+
+    def label_last(self, label: Label) -> str:
+        """
+        Note what a person says of the newest bag, and relearn; return what to tell people.
+
+        Raises
+        ------
+        BagError
+            If there is none, it cannot be noted, or the bags cannot be relearnt from.
+
+        """
+        last = self._last()
+        judge_bag(last.path, label)
+        return self._relearn_after(f'{last.name} is labelled {label}')
+
+    def _relearn_after(self, change: str) -> str:
+        before = self.refresh
+        try:
+            self.relearn()
+        except BagError as error:
+            raise BagError(f'{change}, but the control field stays as it was: {error}') from None
+        moved = goal_moved(before, self.refresh)
+        return sentences([change, self._standing(), moved])
+
+    def _last(self) -> EpisodeFolder:
+        episodes = self.task.episodes()
+        if not episodes:
+            raise BagError(f'there is no bag in {self.task.path}')
+        return episodes[-1]
+
+    def _standing(self) -> str:
+        if self.refresh is None:
+            return 'Nothing is left that was demonstrated: show the way again'
+        return self.refresh.certificate.sentence()
+
+    def next_start(self, spread: bool) -> StartPose:
+        """
+        Return where the next trial starts; asked again before it was learnt from, another place.
+
+        Parameters
+        ----------
+        spread : bool
+            Whether to start where a trial teaches most.
+
+        Raises
+        ------
+        ValueError
+            If nothing was demonstrated yet and no start is set.
+
+        """
+        asked, self._n_asked = self._n_asked, self._n_asked + 1
+        promising = self.lessons.promising_start(asked) if spread else None
+        if promising is not None:
+            return promising
+        poses = self._starts or tuple(self.lessons.shown_starts)
+        if not poses:
+            raise ValueError('nothing was demonstrated yet')
+        return poses[(self.n_trials + asked) % len(poses)]
+
+
+def set_aside(task: TaskFolder) -> str:
+    """
+    Take all bags of a task away, so that it begins anew; return what to tell people.
+
+    Raises
+    ------
+    BagError
+        If they cannot be moved.
+
+    """
+    aside = take_away(task, [episode.number for episode in task.episodes()])
+    if not aside:
+        return ''
+    return (f'fresh: {names_of(aside)} {"is" if len(aside) == 1 else "are"} set aside in '
+            f'{aside[0].path.parent} ({UNDO})')
+
+
+def _check_writable(task: TaskFolder) -> None:
+    probe = task.path / '.writable'
+    try:
+        task.path.mkdir(parents=True, exist_ok=True)
+        with draft_beside(probe):
+            pass
+    except OSError as error:
+        raise BagError(error_line('record into', task.path, error)
+                       + '; set the parameter bags to a folder that can be written') from None

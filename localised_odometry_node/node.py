@@ -1,0 +1,114 @@
+"""The node `localised_odometry_node`: odometry in the frame of a localisation's map."""
+
+import time
+from typing import Any, Final
+
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+
+from control_field.robot.stop_rules import Freshness
+from localised_odometry_node.fusion import FIXED, LocalisedOdometry, LocalisedSettings
+from msgs_bridge.messages.poses import (
+    odometry_from_pose, pose_from_initialpose, pose_from_odometry)
+from msgs_bridge.node import qos
+from msgs_bridge.node.command_line import check_names, names_of, Program
+from msgs_bridge.node.parameters import declare_parameters_from
+from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.run import run_node
+from msgs_bridge.node.throttled_log import Complaints
+
+_LOOK_PERIOD: Final = 1.0
+#: Time without odometry after which none arrives, [s].
+_SILENCE: Final = 2.0
+
+PROGRAM: Final = Program(
+    'localised_odometry_node', 'carries odometry to where a localisation sees the robot.',
+    '-p pose_topic:=amcl_pose -p frame_id:=map', names_of(LocalisedSettings))
+
+
+class LocalisedOdometryNode(Node):
+    """
+    Publishes `localised_odom` for every `odom`, as soon as `pose_topic` tells where the robot is.
+
+    Stamp, speeds and covariances are the odometry's. Every parameter is described in
+    `localised_odometry_node.fusion`.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is wrong: one line that names it.
+
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Declare, subscribe, wait."""
+        super().__init__('localised_odometry_node', **options)
+        settings = declare_parameters_from(
+            self, LocalisedSettings, fixed=FIXED, on_change=self._on_settings)
+        check_names(self)
+        self._company = CompanyWatch(self)
+        self._localised = LocalisedOdometry(settings)
+        self._complaints = Complaints(self)
+        self._odometry = Freshness(_SILENCE)
+        self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)
+        self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
+        qos.hear_all(self, PoseWithCovarianceStamped, settings.pose_topic, self._on_pose,
+                     qos.LOCALISATIONS)
+        self.create_timer(_LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        logger, named = self.get_logger(), self.resolve_topic_name  # type: ignore[no-untyped-call]
+        logger.info(f'{named("localised_odom")} is made from {named("odom")} and '
+                    f'{named(settings.pose_topic)}, in {settings.frame_id}')
+
+    def _on_settings(self, settings: LocalisedSettings) -> None:
+        self._localised.settings = settings
+
+    def _on_pose(self, msg: PoseWithCovarianceStamped) -> None:
+        try:
+            self._localised.saw_pose(
+                pose_from_initialpose(msg, self._localised.settings.pose_topic))
+            self._localised.pose_refusal = ''
+        except ValueError as error:
+            self._localised.pose_refusal = str(error)
+            self._complaints.refused(error)
+
+    def _on_odometry(self, msg: Odometry) -> None:
+        self._odometry.saw(time.monotonic())
+        try:
+            pose = self._localised.place(pose_from_odometry(msg))
+            self._localised.odometry_refusal = ''
+        except ValueError as error:
+            self._localised.odometry_refusal = str(error)
+            self._complaints.refused(error)
+            return
+        if pose is not None:
+            out = odometry_from_pose(pose, msg.child_frame_id)
+            out.header.stamp, out.twist = msg.header.stamp, msg.twist
+            out.pose.covariance = msg.pose.covariance
+            self._publisher.publish(out)
+
+    def _look(self) -> None:
+        problem, now = self._localised.problem, time.monotonic()
+        if self._odometry.has_come and self._odometry.is_stale(now):
+            problem = self._odometry.absence(now, 'odometry')
+        self._complaints.look(
+            f'nothing is published: {problem}' if problem else '', 'the robot is localised')
+
+
+def main(args: list[str] | None = None) -> None:
+    """
+    Run the node until SIGINT or SIGTERM.
+
+    Raises
+    ------
+    SystemExit
+        With code 2, after one line on stderr, if an argument or a parameter is wrong.
+
+    """
+    run_node(PROGRAM, LocalisedOdometryNode, args)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,162 @@
+"""Hearing topics in a thread of its own, so that what arrives waits for nobody's work."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from threading import Event, Thread
+import time
+from typing import Any, Final
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+
+from msgs_bridge.node.merged_subscription import Ear
+from msgs_bridge.node.remaps import note_heard
+
+#: Gets a message's bytes, and when it arrived, [ns].
+Heard = Callable[[bytes, int], None]
+
+#: Longest time until the end is noticed, and between two calls of who is to be called, [s].
+_PERIOD: Final = 0.2
+#: Time that the middleware may take to hand over what it received, [ns].
+_MOST_DELAY: Final = 600 * 1_000_000_000
+#: Longer between two looks, by a clock that goes on in a suspended computer, and this process
+#: was asleep; others may have forgotten it meanwhile, [s].
+_ASLEEP: Final = 5.0
+
+
+class _AskFirst(MutuallyExclusiveCallbackGroup):
+    """Asks before a message is taken from the middleware: that holds all of Python up."""
+
+    def __init__(self, ask: Callable[[], None]) -> None:
+        super().__init__()  # type: ignore[no-untyped-call]
+        self._ask = ask
+
+    def beginning_execution(self, entity: Any) -> bool:
+        """Wait for leave; the executor takes the message next."""
+        if isinstance(entity, Subscription):
+            self._ask()
+        may: bool = super().beginning_execution(entity)  # type: ignore[no-untyped-call]
+        return may
+
+
+class Listener:
+    """
+    Hears topics through a node, an executor and a thread of its own.
+
+    The middleware receives in threads that Python does not hold up; the queues of its
+    subscriptions are as deep as the profiles say, and bridge what holds all of Python up.
+
+    Parameters
+    ----------
+    owner : Node
+        In whose name and namespace, and on whose kind of clock.
+    lost : counter
+        Counts the messages that the middleware says were lost, by topic.
+    again : callable
+        Is called in the thread of the listener every now and then.
+    part : str
+        What its node, its thread are called, behind the owner's name.
+    ask : callable
+        Is called in the thread of the listener before each message is taken, and may wait.
+
+    """
+
+    def __init__(
+        self, owner: Node, lost: Counter[str], again: Callable[[], None] = lambda: None,
+        part: str = 'recorder', ask: Callable[[], None] = lambda: None,
+    ) -> None:
+        is_simulated = owner.get_parameter('use_sim_time').value
+        # With the global arguments it would be renamed like its owner, and have the same name.
+        self._node = Node(
+            f'{owner.get_name()}_{part}', namespace=owner.get_namespace(),
+            context=owner.context, use_global_arguments=False, start_parameter_services=False,
+            enable_rosout=False, parameter_overrides=[
+                Parameter(  # type: ignore[no-untyped-call]
+                    'use_sim_time', Parameter.Type.BOOL, is_simulated)])
+        self._is_simulated = is_simulated
+        self._again = again
+        self._is_over = Event()
+        self._lost = lost
+        self._thread = Thread(target=self._work, name=part, daemon=True)
+        self._group = _AskFirst(ask)
+        self._ears: list[Ear] = []
+
+    def hear(
+        self, kind: type, topic: str, callback: Heard, profiles: Sequence[QoSProfile],
+        spare: QoSProfile | None = None, kept: QoSProfile | None = None,
+    ) -> None:
+        """
+        Hear a topic, serialised; before `start`.
+
+        Parameters
+        ----------
+        kind : type
+            Of its messages.
+        topic : str
+            Its full name, after remapping.
+        callback : callable
+            Gets the bytes and the time of arrival, [ns], in the listener's thread.
+        profiles : sequence of QoSProfile
+            It is heard once through each.
+        spare : QoSProfile, optional
+            The same for publishers that offer less: heard once there is one, and then too.
+        kept : QoSProfile, optional
+            How what publishers keep is fetched after this process was asleep, or a publisher was
+            taken for gone: in the place of the first of the profiles.
+
+        """
+        note_heard(topic)
+        ear = Ear(self._node, kind, topic, lambda cdr, info: callback(cdr, self._arrived(info)),
+                  self._lost, self._group, spare, kept)
+        ear.subscribe(profiles)
+        self._ears.append(ear)
+
+    def _arrived(self, info: Any) -> int:
+        """Return when the middleware got a message: a thread that was held up comes later."""
+        now = int(self._node.get_clock().now().nanoseconds)
+        received = int(info.get('received_timestamp') or 0)
+        if self._is_simulated or not now - _MOST_DELAY < received < now:
+            return now
+        return received
+
+    def start(self) -> None:
+        """Begin to hear."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Hear no more; what was being heard is done when this returns."""
+        self._is_over.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        with suppress(rcl.InvalidHandle, rcl.RCLError):
+            self._node.destroy_node()  # type: ignore[no-untyped-call]
+
+    def _work(self) -> None:
+        executor: Any = SingleThreadedExecutor(context=self._node.context)
+        executor.add_node(self._node)
+        last, looked = time.monotonic(), _awake()
+        try:
+            while not self._is_over.is_set() and self._node.context.ok():
+                executor.spin_once(_PERIOD)
+                before, looked = looked, _awake()
+                for ear in self._ears:
+                    if ear.has_lost_sight or looked - before > _ASLEEP:
+                        ear.fetch()
+                if time.monotonic() - last >= _PERIOD:
+                    last = time.monotonic()
+                    self._again()
+        except ExternalShutdownException:
+            pass
+        finally:
+            executor.shutdown()
+
+
+def _awake() -> float:
+    """Return the time by a clock that goes on while the computer is suspended, [s]."""
+    return time.clock_gettime(getattr(time, 'CLOCK_BOOTTIME', time.CLOCK_MONOTONIC))

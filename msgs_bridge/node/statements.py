@@ -1,0 +1,255 @@
+"""
+What the nodes of a suite say of themselves on `/diagnostics`, and what of it does not fit.
+
+Simulator, sight and learner have a workspace each, learner and controller the parameters of the
+method; nothing on the topics between them would tell that they differ. And two nodes of one role
+in one namespace are of two suites that have met.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+import itertools
+import json
+import math
+from typing import Any, Final
+
+from control_field.grid import Grid
+from msgs_bridge.untrusted.text import printable
+
+#: Roles, as they stand in the names of diagnostics, and what people call them.
+ROLES: Final[Mapping[str, str]] = {
+    'learner': 'learners', 'controller': 'controllers', 'robot': 'simulated robots',
+    'sight': 'nodes that make the sight'}
+#: How to keep suites apart.
+REMEDY: Final = (
+    'give each suite a ROS_DOMAIN_ID of its own (export ROS_DOMAIN_ID=... in all its terminals), '
+    'or a namespace (-r __ns:=/...)')
+#: Of a workspace, as parameters are called.
+_WORKSPACE: Final = ('rows', 'cols', 'resolution', 'origin_x', 'origin_y', 'frame_id')
+_MOST: Final = 4000
+#: No parameter is greater; it is well within what a float can be.
+_GREATEST: Final = 2.0**64
+#: How far off each other's cells may lie, [cells].
+_SLACK: Final = 1e-3
+
+Values = Mapping[str, Any]
+
+
+class Deed(StrEnum):
+    """What people ask a suite for."""
+
+    TEACH = 'teach'
+    DRIVE = 'drive'    #: a trial
+    CHANGE = 'change'  #: what the bags say
+
+
+@dataclass(frozen=True)
+class Statement:
+    """
+    What a node says of itself.
+
+    Parameters
+    ----------
+    name : str
+        Full name of the node.
+    role : str
+        One of `ROLES`.
+    instance : str
+        Which process: machine, number, and a random part.
+    workspace, method : mapping or None
+        Parameters by name; None where it has none.
+    phase : str
+        What a learner is doing, such as ``demonstration``; it stands there by itself.
+
+    """
+
+    name: str
+    role: str
+    instance: str
+    workspace: Values | None = None
+    method: Values | None = None
+    phase: str = ''
+
+    @property
+    def namespace(self) -> str:
+        """Return the namespace of the node, with a slash at its end."""
+        return self.name.rpartition('/')[0] + '/'
+
+    @property
+    def called(self) -> str:
+        """Return the name of the node for people."""
+        return printable(self.name.rpartition('/')[2])
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """
+    What does not fit, in words that hold the remedy.
+
+    Parameters
+    ----------
+    text : str
+    stops : frozenset of Deed
+        Of what nothing good can come.
+    subject : str
+        What is said once; the text where it is empty.
+
+    """
+
+    text: str
+    stops: frozenset[Deed] = frozenset()
+    subject: str = ''
+
+
+def workspace_from_grid(grid: Grid) -> dict[str, Any]:
+    """Return a workspace as parameters by name."""
+    return dict(zip(_WORKSPACE, (grid.n_rows, grid.n_cols, grid.resolution, grid.origin_x,
+                                 grid.origin_y, grid.frame_id), strict=True))
+
+
+def method_from_parameters(parameters: Any, names: Iterable[str] | None = None) -> dict[str, Any]:
+    """Return the parameters of the method by name."""
+    values = asdict(parameters)
+    return values if names is None else {name: values[name] for name in names}
+
+
+def values_from_statement(statement: Statement) -> dict[str, str]:
+    """Return what a statement adds to the values of a DiagnosticStatus."""
+    told = {'workspace': statement.workspace, 'method': statement.method}
+    return {'instance': statement.instance, **{
+        key: json.dumps(dict(value)) for key, value in told.items() if value is not None}}
+
+
+def statement_from_status(status: Any) -> Statement | None:
+    """Read a statement; None if a status holds none, or makes no sense."""
+    name, _, role = status.name.rpartition(': ')
+    values = {pair.key: pair.value for pair in status.values}
+    if role not in ROLES or not values.get('instance'):
+        return None
+    return Statement(f'/{name.lstrip("/")}', role, values['instance'][:200],
+                     _workspace(_mapping(values.get('workspace', ''))),
+                     _mapping(values.get('method', '')), values.get('phase', '')[:40])
+
+
+def _mapping(text: str) -> dict[str, Any] | None:
+    if not text or len(text) > _MOST:
+        return None
+    try:
+        values = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    simple = isinstance(values, dict) and all(
+        isinstance(value, str) or (isinstance(value, (int, float)) and abs(value) < _GREATEST)
+        for value in values.values())
+    return values if simple else None
+
+
+def _workspace(values: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Return a workspace that one can reckon with; None if it is none."""
+    if values is None or set(values) != set(_WORKSPACE) or not isinstance(
+            values['frame_id'], str):
+        return None
+    numbers = [values[name] for name in _WORKSPACE[:-1]]
+    sound = not any(isinstance(number, str) for number in numbers)
+    return values if sound and values['resolution'] > 0.0 else None
+
+
+def misfits(statements: Iterable[Statement]) -> list[Misfit]:
+    """
+    Return what does not fit among the nodes of one namespace.
+
+    Parameters
+    ----------
+    statements : iterable of Statement
+        The newest of each process that is alive.
+
+    """
+    by_role: dict[str, list[Statement]] = {role: [] for role in ROLES}
+    for statement in statements:
+        by_role[statement.role].append(statement)
+    found = [_met(role, those) for role, those in by_role.items() if len(those) > 1]
+    for first, second in (('learner', 'robot'), ('learner', 'sight'), ('robot', 'sight')):
+        if first == 'robot' and by_role['learner']:
+            continue
+        found += [misfit for one, other in itertools.product(by_role[first], by_role[second])
+                  for misfit in _of_workspaces(one, other)]
+    found += [misfit for one, other in itertools.product(
+        by_role['learner'], by_role['controller']) for misfit in _of_methods(one, other)]
+    return found
+
+
+def _met(role: str, statements: list[Statement]) -> Misfit:
+    names = ' and '.join(sorted(f'{printable(each.name)} ({_process(each.instance)})'
+                                for each in statements)[:4])
+    return Misfit(f'{len(statements)} {ROLES[role]} in one namespace: {names}. Two suites have '
+                  f'met: {REMEDY}', frozenset(Deed), f'{ROLES[role]} meet')
+
+
+def _process(instance: str) -> str:
+    machine, _, number = instance.rpartition('-')[0].rpartition('-')
+    return printable(f'process {number} on {machine}', 80) if machine else 'another process'
+
+
+def _of_workspaces(learner: Statement, other: Statement) -> list[Misfit]:
+    ours, theirs = learner.workspace, other.workspace
+    if ours is None or theirs is None or not (differing := _differing(ours, theirs)):
+        return []
+    fits = _shares_cells(ours, theirs)
+    text = (f'{other.called} and {learner.called} have different workspaces, {_grid_text(theirs)} '
+            f'and {_grid_text(ours)}: restart {learner.called} with '
+            f'{_arguments(theirs, differing)}, or ')
+    text += (f'{other.called} with another world' if other.role == 'robot'
+             else f'{other.called} with {_arguments(ours, differing)}')
+    if fits:
+        text += '; until then only what both have is of use'
+    return [Misfit(text, frozenset() if fits else frozenset((Deed.TEACH, Deed.DRIVE)))]
+
+
+def _of_methods(learner: Statement, controller: Statement) -> list[Misfit]:
+    ours, theirs = learner.method or {}, controller.method or {}
+    differing = _differing(ours, theirs)
+    if not differing:
+        return []
+    have = ', '.join(f'{name} {printable(theirs[name], 40)} and {printable(ours[name], 40)}'
+                     for name in differing)
+    return [Misfit(
+        f'{controller.called} and {learner.called} have different parameters of the method, '
+        f'{have}: restart {controller.called} with {_arguments(ours, differing)}, or '
+        f'{learner.called} with {_arguments(theirs, differing)}', frozenset((Deed.DRIVE,)))]
+
+
+def _differing(ours: Values, theirs: Values) -> list[str]:
+    return [name for name in ours if name in theirs and not _is_same(ours[name], theirs[name])]
+
+
+def _is_same(one: Any, other: Any) -> bool:
+    if isinstance(one, str) or isinstance(other, str):
+        return bool(one == other)
+    return math.isclose(one, other, rel_tol=1e-6, abs_tol=1e-9)
+
+
+def _shares_cells(ours: Values, theirs: Values) -> bool:
+    """Tell whether what one calls a cell is one of the other's, too, or would be."""
+    if not all(_is_same(ours[name], theirs[name]) for name in ('frame_id', 'resolution')):
+        return False
+    offsets = [(ours[name] - theirs[name]) / ours['resolution']
+               for name in ('origin_x', 'origin_y')]
+    return all(abs(offset - round(offset)) < _SLACK for offset in offsets)
+
+
+def _grid_text(values: Values) -> str:
+    return (f'{values["rows"]} x {values["cols"]} cells of {values["resolution"]:g} m from '
+            f'({values["origin_x"]:g}, {values["origin_y"]:g}) m in '
+            f'{printable(values["frame_id"], 40)}')
+
+
+def _arguments(values: Values, names: Iterable[str]) -> str:
+    return ' '.join(f'-p {name}:={_ros_text(values[name])}' for name in names)
+
+
+def _ros_text(value: Any) -> str:
+    """Write a value as ROS reads it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return printable(value, 40) if isinstance(value, str) else repr(value)

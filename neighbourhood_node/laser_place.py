@@ -1,0 +1,111 @@
+"""Hearing on `/tf_static` where the laser sits, and saying what is made of it."""
+
+import math
+from typing import Any, Final
+
+from rclpy.node import Node
+
+from msgs_bridge.node import qos
+from msgs_bridge.sensing.laser_mount import Mount
+from neighbourhood_node.neighbourhood import NeighbourhoodMaker
+from neighbourhood_node.static_frames import StaticFrames
+
+_TOPIC: Final = '/tf_static'
+_PARAMETERS: Final = 'laser_x, laser_y, laser_z, laser_roll, laser_pitch and laser_yaw'
+#: How far parameters and frames may be apart, [m] and [rad].
+_NEAR, _ALIKE = 0.02, 0.1
+#: A name of a frame that is longer is cut off, [characters].
+_LONGEST: Final = 80
+
+
+def frames_type() -> Any:
+    """Return the type of `/tf_static`; None where tf2_msgs is not installed."""
+    try:
+        from tf2_msgs.msg import TFMessage  # type: ignore[import-not-found, unused-ignore]
+    except ImportError:
+        return None
+    return TFMessage
+
+
+class LaserPlace:
+    """
+    Finds out where the laser sits.
+
+    Parameters
+    ----------
+    node : Node
+    maker : NeighbourhoodMaker
+        Is told.
+
+    """
+
+    def __init__(self, node: Node, maker: NeighbourhoodMaker) -> None:
+        """Subscribe, if there is a type to subscribe with."""
+        self._logger = node.get_logger()  # type: ignore[no-untyped-call]
+        self._maker, self._frames = maker, StaticFrames()
+        self._laser = self._base = ''
+        #: What was said last.
+        self.said = ''
+        kind = frames_type()
+        self._why_not = '' if kind else f'{_TOPIC} is not heard, tf2_msgs is not installed'
+        if kind:
+            node.create_subscription(kind, _TOPIC, self.heard, qos.STATIC_FRAMES, raw=True)
+
+    def heard(self, message: bytes) -> None:
+        """Take in what came on `/tf_static`."""
+        try:
+            self._frames.saw(message)
+        except ValueError as error:
+            self._say(f'{error}; it is left out')
+        self._find()
+
+    def saw(self, laser: str = '', base: str = '') -> None:
+        """Take in the frame of a scan, or that of the robot's middle in odometry."""
+        before = self._laser, self._base
+        self._laser = laser[:_LONGEST] or self._laser
+        self._base = base[:_LONGEST] or self._base
+        if (self._laser, self._base) != before:
+            self._find()
+
+    def _find(self) -> None:
+        if self._laser:
+            self._maker.found = self._frames.mount(self._laser, self._base)
+
+    def tell(self) -> None:
+        """Say, once, what the laser's place is taken from, and what does not fit."""
+        if not (self._laser and self._base):
+            return
+        found, said = self._maker.found, self._maker.settings.laser
+        if found is None and said == Mount() and self._laser != self._base:
+            why = self._why_not or f'nothing says on {_TOPIC} where it sits'
+            self._say(f"the laser {self._laser!r} is taken to sit in the robot's middle: {why}; "
+                      f'if it does not, set {_PARAMETERS}')
+        elif found is not None and said == Mount() != found:
+            self._say(f'the laser {self._laser!r} sits at {text_of(found)}, as {_TOPIC} says',
+                      is_well=True)
+        elif found is not None and not are_alike(found, said):
+            self._say(f'{_PARAMETERS} say that the laser sits at {text_of(said)}, {_TOPIC} says '
+                      f'at {text_of(found)}: the parameters count')
+
+    def _say(self, what: str, is_well: bool = False) -> None:
+        if what != self.said:
+            self.said = what
+            if is_well:
+                self._logger.info(what)
+            else:
+                self._logger.warning(what)
+
+
+def text_of(mount: Mount) -> str:
+    """Return a laser's place as people read it."""
+    turn = ', '.join(f'{round(math.degrees(angle))}' for angle in (
+        mount.roll, mount.pitch, mount.yaw))
+    return (f'({mount.x:.3f}, {mount.y:.3f}, {mount.z:.3f}) m, turned by {turn} degrees (roll, '
+            f'pitch, yaw)')
+
+
+def are_alike(first: Mount, second: Mount) -> bool:
+    """Tell whether two places of a laser are the same, but for its height and rounding."""
+    turned = math.acos(min(max(
+        (float((first.rotation * second.rotation).sum()) - 1.0) / 2.0, -1.0), 1.0))
+    return math.hypot(first.x - second.x, first.y - second.y) <= _NEAR and turned <= _ALIKE

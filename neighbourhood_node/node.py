@@ -1,0 +1,156 @@
+"""The node `neighbourhood_node`: the 3x3 sight of a robot that has a laser or a costmap."""
+
+from collections import deque
+import time
+from typing import Any, Final
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import LaserScan
+
+from control_field.robot.stop_rules import Freshness
+from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood
+from msgs_bridge.node import qos
+from msgs_bridge.node.command_line import check_names, names_of, Program
+from msgs_bridge.node.parameters import declare_parameters_from
+from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.run import run_node
+from msgs_bridge.node.statements import workspace_from_grid
+from msgs_bridge.node.throttled_log import Complaints
+from neighbourhood_node.laser_place import LaserPlace
+from neighbourhood_node.neighbourhood import NeighbourhoodMaker
+from neighbourhood_node.settings import FIXED, SightSettings
+
+_TELL_PERIOD: Final = 1.0
+#: Time without odometry after which none arrives, [s].
+_SILENCE: Final = 2.0
+
+PROGRAM: Final = Program(
+    'neighbourhood_node', 'makes the 3x3 sight of a robot from its laser scan or a costmap.',
+    '-p source:=costmap -r costmap:=local_costmap/costmap', names_of(SightSettings))
+
+#: Costmaps that are known again when they come through another subscription.
+_N_HEARD: Final = 8
+
+
+class NeighbourhoodNode(Node):
+    """
+    Publishes `neighbourhood` for every `odom`, from `scan` or `costmap`.
+
+    The stamp is the odometry's, the cells are those of the workspace. What is stale or was never
+    seen is unknown. Every parameter is described in `neighbourhood_node.settings`.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is wrong: one line that names it.
+
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Declare, subscribe, wait."""
+        super().__init__('neighbourhood_node', **options)
+        self._maker = NeighbourhoodMaker(declare_parameters_from(
+            self, SightSettings, fixed=FIXED, on_change=self._on_settings))
+        check_names(self)
+        self._complaints = Complaints(self)
+        self._neighbourhoods = qos.tell_all(self, OccupancyGrid, 'neighbourhood', qos.SENSOR)
+        #: What came last, as it was sent: a costmap is heard through several subscriptions.
+        self._heard: deque[int] = deque(maxlen=_N_HEARD)
+        self._place = None
+        if self._maker.settings.source == 'scan':
+            self._place = LaserPlace(self, self._maker)
+            self.create_subscription(LaserScan, 'scan', self._on_sight, qos.SENSOR)
+        else:
+            qos.hear_all(
+                self, OccupancyGrid, 'costmap', self._on_costmap, qos.COSTMAPS, raw=True)
+        self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
+        self._problem, self._odometry = '', Freshness(_SILENCE)
+        self._company = CompanyWatch(self, 'sight')
+        self._company.state(workspace_from_grid(self._maker.grid))
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_timer(_TELL_PERIOD, self._tell, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._say_what_is_here()
+
+    def _say_what_is_here(self) -> None:
+        settings, named = self._maker.settings, self.resolve_topic_name
+        logger = self.get_logger()  # type: ignore[no-untyped-call]
+        logger.info(
+            f'{named("neighbourhood")} is made from {named(settings.source)} and {named("odom")}, '
+            f'in {settings.rows} x {settings.cols} cells of {settings.resolution:g} m from '
+            f'({settings.origin_x:g}, {settings.origin_y:g}) m in {settings.frame_id} on')
+
+    def _tell(self) -> None:
+        """Publish how the sight stands, and what this node says of itself."""
+        if self._place is not None:
+            self._place.tell()
+        now = time.monotonic()
+        problem = self._problem
+        if self._odometry.is_stale(now):
+            problem = f'nothing is published: {self._odometry.absence(now, "odometry")}'
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if problem else DiagnosticStatus.OK,
+            name=f'{self.get_fully_qualified_name().lstrip("/")}: sight',
+            message=problem or 'all well', hardware_id='sight',
+            values=[KeyValue(key='refused', value=str(self._complaints.n_refused))])
+        self._company.add_to(status)
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(array)
+
+    def _on_settings(self, settings: SightSettings) -> None:
+        self._maker.settings = settings
+
+    def _on_costmap(self, raw: bytes) -> None:
+        """Take in a costmap that was not heard yet; only then is it worth to be decoded."""
+        mark = hash(raw)
+        if mark not in self._heard:
+            self._heard.append(mark)
+            self._on_sight(deserialize_message(raw, OccupancyGrid))
+
+    def _on_sight(self, msg: Any) -> None:
+        if self._place is not None:
+            self._place.saw(laser=msg.header.frame_id)
+        try:
+            self._maker.saw(msg)
+        except ValueError as error:
+            self._maker.refusal = str(error)
+            self._complaints.refused(error)
+
+    def _on_odometry(self, msg: Odometry) -> None:
+        now = time.monotonic()
+        if self._place is not None:
+            self._place.saw(base=msg.child_frame_id)
+        try:
+            neighbourhood = self._maker.neighbourhood(msg)
+        except ValueError as error:
+            self._odometry.pass_over(now, str(error))
+            self._complaints.refused(error)
+            return
+        self._odometry.saw(now)
+        self._neighbourhoods.publish(grid_from_neighbourhood(neighbourhood, self._maker.grid))
+        self._problem = self._maker.problem(neighbourhood.stamp)
+        self._complaints.look(
+            self._problem,
+            f'{self._maker.settings.source} has come, all is well', self._maker.has_seen)
+
+
+def main(args: list[str] | None = None) -> None:
+    """
+    Run the node until SIGINT or SIGTERM.
+
+    Raises
+    ------
+    SystemExit
+        With code 2, after one line on stderr, if an argument or a parameter is wrong.
+
+    """
+    run_node(PROGRAM, NeighbourhoodNode, args)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,97 @@
+"""What can be set about the node that makes neighbourhoods: workspace, sensor, body."""
+
+from dataclasses import dataclass
+import math
+from typing import Final
+
+from control_field.grid import Grid
+from control_field.parameters import check_fields, parameter
+from msgs_bridge.sensing.laser_mount import Mount
+from msgs_bridge.sensing.local_grid_from_scan import Body
+
+#: Settings that topics and cells are made from: they hold from start to end.
+FIXED: Final = ('source', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y')
+
+
+@dataclass(frozen=True)
+class SightSettings:
+    """
+    Settings of `neighbourhood_node`; see the metadata of each field for unit, range and meaning.
+
+    The workspace is named as the learner names it: one parameter file does for both.
+
+    Raises
+    ------
+    ValueError
+        If a value is of the wrong type or out of range; the message names it.
+
+    """
+
+    source: str = parameter(
+        'scan', 'scan: LaserScan on `scan`; costmap: OccupancyGrid on `costmap`',
+        choices=('scan', 'costmap'))
+    frame_id: str = parameter('odom', 'frame of the workspace, of odometry and of the costmap')
+    rows: int = parameter(20, 'rows of the workspace', unit='cells', low=1, high=2000)
+    cols: int = parameter(20, 'columns of the workspace', unit='cells', low=1, high=2000)
+    resolution: float = parameter(0.25, 'side of a cell', unit='m', low=0.01, high=100.0)
+    origin_x: float = parameter(
+        0.0, 'x of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
+    origin_y: float = parameter(
+        0.0, 'y of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
+    timeout: float = parameter(
+        0.5, 'age of scan or costmap, by its stamp, from which nothing is known', unit='s',
+        low=0.05, high=60.0)
+    robot_radius: float = parameter(0.105, 'radius of the body', unit='m', low=0.0, high=2.0)
+    seen_share: float = parameter(
+        0.5, 'share of a cell that must be seen before it is called free', low=0.01, high=1.0)
+    laser_x: float = parameter(
+        0.0, 'where the laser sits, ahead of the middle of the robot', unit='m', low=-10.0,
+        high=10.0)
+    laser_y: float = parameter(
+        0.0, 'where the laser sits, left of the middle of the robot', unit='m', low=-10.0,
+        high=10.0)
+    laser_z: float = parameter(
+        0.0, 'where the laser sits, above the floor; 0 where that is not known (only a tilted one '
+        'needs it, to tell the floor from what stands on it)', unit='m', low=0.0, high=10.0)
+    laser_roll: float = parameter(
+        0.0, 'how the laser is turned about the x axis of the robot; pi is upside down, left and '
+        'right are swapped then. Tilted by more than 10 degrees it is refused', unit='rad',
+        low=-math.tau, high=math.tau)
+    laser_pitch: float = parameter(
+        0.0, 'how the laser is turned about the y axis of the robot, after its roll', unit='rad',
+        low=-math.tau, high=math.tau)
+    laser_yaw: float = parameter(
+        0.0, 'which way the laser looks: how it is turned about the z axis, after roll and pitch',
+        unit='rad', low=-math.tau, high=math.tau)
+    accuracy: float = parameter(
+        0.02, 'how far a range may be off; what is so near before the edge of a cell is taken to '
+        'lie beyond it', unit='m', low=0.0, high=1.0)
+    zero_is_no_return: bool = parameter(
+        False, 'the driver writes 0 where it measured nothing up to the greatest range (against '
+        'REP-117, where 0 says nothing)')
+    lethal_threshold: int = parameter(
+        65, 'least value of a costmap that blocks; for an inflated one 100, which is where '
+        'something really is', low=1, high=100)
+
+    def __post_init__(self) -> None:
+        """Validate every value against its declaration."""
+        check_fields(self)
+        if self.laser.problem:
+            raise ValueError(f'laser_roll and laser_pitch: {self.laser.problem}')
+
+    @property
+    def grid(self) -> Grid:
+        """Return the workspace."""
+        return Grid(self.rows, self.cols, self.resolution, self.origin_x, self.origin_y,
+                    self.frame_id)
+
+    @property
+    def laser(self) -> Mount:
+        """Return where the laser sits on the robot."""
+        return Mount(self.laser_x, self.laser_y, self.laser_yaw, self.laser_z, self.laser_roll,
+                     self.laser_pitch)
+
+    @property
+    def body(self) -> Body:
+        """Return the robot's size, and how far a scan is trusted."""
+        return Body(self.robot_radius, self.accuracy, self.seen_share)

@@ -1,0 +1,159 @@
+"""The pull and the averaging of eq. 7, cell by cell, against what the words say."""
+
+import math
+
+from hypothesis import given
+import numpy as np
+import pytest
+
+from control_field.headings import heading_from_vector, STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
+from control_field.kernels import interpolation as field_kernels
+from control_field.kernels import repair as mending_kernels
+from control_field.kernels import steps as kernels
+from kernel_scenes import Scene
+from oracles import turn_between
+from strategies import knowns, rules, seeds, steady
+
+BODY = (False, False, 8)
+
+
+def steps(known, cell, rule):
+    """Return the allowed steps from a cell: heading and the cell they lead to."""
+    return [(h, (cell[0] + int(STEP_ROW[h]), cell[1] + int(STEP_COL[h])))
+            for h in range(8) if kernels.step_allowed(known, *cell, h, rule)]
+
+
+@given(knowns, rules, seeds)
+@steady
+def test_the_pull_is_the_cheapest_step_and_of_equals_the_nearest_to_the_course(known, rule, seed):
+    scene = Scene(known, rule, seed)
+    pull = field_kernels.pull_from_cost(known, scene.cost, scene.factor, *scene.totals[:2], rule)
+    for cell in np.ndindex(known.shape):
+        ways = {h: scene.cost[to] + STEP_LENGTH[h] * scene.factor[to]
+                for h, to in steps(known, cell, rule) if np.isfinite(scene.cost[to])}
+        if kernels.is_barred(known, *cell, rule[1]) or scene.cost[cell] == 0.0 or not ways:
+            assert pull[cell] == -1
+            continue
+        cheapest = [h for h, cost in ways.items() if cost <= min(ways.values()) + 1e-9]
+        assert pull[cell] in cheapest
+        course = heading_from_vector(scene.totals[0][cell], scene.totals[1][cell])
+        assert turn_between(int(pull[cell]), course) == min(
+            turn_between(h, course) for h in cheapest)
+
+
+@given(knowns, rules, seeds)
+@steady
+def test_without_rehearsal_the_pull_points_straight_to_the_nearest_centre(known, rule, seed):
+    scene = Scene(known, rule, seed)
+    pull = field_kernels.pull_to_nearest(known, scene.cells, rule)
+    for row, col in np.ndindex(known.shape):
+        off = scene.cells - (row, col)
+        d_row, d_col = off[int(np.hypot(*off.T).argmin())]
+        heading = heading_from_vector(float(d_col), float(d_row))
+        allowed = heading >= 0 and kernels.step_allowed(known, row, col, heading, rule)
+        assert pull[row, col] == (heading if allowed else -1)
+
+
+@given(knowns, seeds)
+@steady
+def test_the_pull_is_one_more_voice_in_the_average(known, seed):
+    scene = Scene(known, BODY, seed)
+    weights = scene.totals[2] + 1.0
+    for cell in np.ndindex(known.shape):
+        vector = np.array([scene.totals[0][cell], scene.totals[1][cell]])
+        weight, heading = weights[cell], scene.headings[cell]
+        if heading >= 0:
+            vector, weight = vector + 2.5 * UNIT[heading], weight + 2.5
+        assert field_kernels.course_at(
+            *cell, *scene.totals[:2], weights, scene.headings, 2.5) == pytest.approx(
+            tuple(vector / weight))
+
+
+def test_where_nobody_has_a_say_there_is_no_course():
+    nothing = np.zeros((1, 2))
+    silent = np.full((1, 2), -1, np.int8)
+    assert field_kernels.course_at(0, 0, nothing, nothing, nothing, silent, 2.0) == (0.0, 0.0)
+    centre = np.array([[3, -1]], np.int8)
+    vx, vy, headings = field_kernels.courses(nothing, nothing, nothing, centre, silent, 2.0)
+    assert headings.tolist() == [[3, -1]]
+    assert (vx[0, 0], vy[0, 0]) == tuple(UNIT[3])
+    assert (vx[0, 1], vy[0, 1]) == (0.0, 0.0)
+
+
+@given(knowns, seeds)
+@steady
+def test_a_window_holds_what_is_near_and_in_sight_and_what_is_taken_away_is_gone(known, seed):
+    scene = Scene(known, BODY, seed)
+    for visible in (False, True):
+        totals = tuple(np.zeros(known.shape) for _ in range(3))
+        field_kernels.spread(*totals, known, scene.row, scene.col, scene.heading, 0.7,
+                             scene.window, 2.0, visible)
+        for row, col in np.ndindex(known.shape):
+            d = math.hypot(row - scene.row, col - scene.col)
+            reached = 0.0 < d <= scene.window and not (
+                visible and not field_kernels.sees(known, scene.row, scene.col, row, col))
+            weight = 0.7 / d ** 2 if reached else 0.0
+            assert totals[2][row, col] == pytest.approx(weight)
+            assert (totals[0][row, col], totals[1][row, col]) == pytest.approx(
+                tuple(weight * UNIT[scene.heading]))
+        field_kernels.spread(*totals, known, scene.row, scene.col, scene.heading, -0.7,
+                             scene.window, 2.0, visible)
+        assert not any(total.any() for total in totals)
+
+
+@pytest.mark.parametrize(('course', 'expected'), [(0, 0), (2, 2), (1, 0), (7, 0), (3, 2), (-1, 0)])
+def test_of_two_ways_of_one_length_the_one_nearer_to_the_course_is_taken(course, expected):
+    known = np.full((3, 3), 0, np.int8)
+    known[2, 2] = 100  # the goal lies behind it, as far one way as the other
+    known[1, 1] = 100
+    cost = np.full((3, 3), 5.0)
+    cost[0, 1] = cost[1, 0] = 1.0
+    assert kernels.best_step(known, cost, np.ones((3, 3)), 0, 0, course, BODY) == expected
+
+
+def loops_from(cell, known, headings, rule):
+    """Tell whether following the courses from a cell leads back to it."""
+    at = cell
+    for _ in range(known.size):
+        heading = int(headings[at])
+        if heading < 0 or not kernels.step_allowed(known, *at, heading, rule):
+            return False
+        at = at[0] + int(STEP_ROW[heading]), at[1] + int(STEP_COL[heading])
+        if at == cell:
+            return True
+    return False
+
+
+@given(knowns, rules, seeds)
+@steady
+def test_what_is_mended_is_a_barred_course_or_a_cell_of_a_loop(known, rule, seed):
+    scene = Scene(known, rule, seed)
+    headings, state = scene.headings, scene.state
+    mended = mending_kernels.mending_cells(
+        known, scene.cost, scene.factor, headings, state, scene.fixed, rule)
+    chosen = [tuple(cell) for cell in np.argwhere(mended).tolist()]
+    failing = [cell for cell in np.ndindex(known.shape)
+               if state[cell] >= 2 and np.isfinite(scene.cost[cell])]
+    stuck = [cell for cell in failing if headings[cell] < 0 or not kernels.step_allowed(
+        known, *cell, headings[cell], rule)]
+    assert set(chosen) <= set(failing)
+    for cell in chosen:
+        assert cell in stuck or loops_from(cell, known, headings, rule)
+    for cell in stuck:
+        beside = [c for c in chosen if c != cell and max(
+            abs(cell[0] - c[0]), abs(cell[1] - c[1])) == 1]
+        assert cell in chosen or beside
+        assert cell not in chosen or not set(beside) & set(stuck)
+    for cell in failing:
+        if state[cell] == 2 and loops_from(cell, known, headings, rule):
+            assert sum(c in chosen for c in loop_of(cell, headings)) == 1
+
+
+def loop_of(cell, headings):
+    loop = [cell]
+    while True:
+        heading = int(headings[loop[-1]])
+        after = loop[-1][0] + int(STEP_ROW[heading]), loop[-1][1] + int(STEP_COL[heading])
+        if after == cell:
+            return loop
+        loop.append(after)

@@ -1,0 +1,182 @@
+"""The index of a file and its records tell the same; no file makes the reader stumble."""
+
+from io import BytesIO
+import struct
+import tracemalloc
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.writer import CompressionType, IndexType, Writer
+import numpy as np
+import pytest
+
+from bridge_helpers import refusal
+from episode_store.rosbag2.mcap_index import message_heads, read_index, take
+from episode_store.rosbag2.mcap_scan import CompressedError, MAGIC, MESSAGE, scan
+from episode_store.task_folder import BagError
+
+
+def mcap_file(messages, chunk_size=200, **options):
+    """Return an MCAP file of (channel, time, bytes)."""
+    stream = BytesIO()
+    writer = Writer(stream, chunk_size=chunk_size,
+                    **{'compression': CompressionType.NONE, **options})
+    writer.start('ros2')
+    schema = writer.register_schema('a/msg/B', 'ros2msg', b'int32 x')
+    channels = [writer.register_channel(f'/t{i}', 'cdr', schema, {'i': str(i)}) for i in range(3)]
+    writer.add_metadata('first', {'key': 'wörld'})
+    for channel, time, data in messages:
+        writer.add_message(channels[channel], time, data, time + 1)
+    writer.add_metadata('last', {})
+    writer.finish()
+    return stream.getvalue()
+
+
+messages = st.lists(
+    st.tuples(st.integers(0, 2), st.integers(0, 2**63), st.binary(max_size=90)), max_size=40)
+SAMPLE = mcap_file([(i % 3, i, bytes([i]) * i) for i in range(40)])
+
+
+def contents(data, found):
+    """Return times and bytes of all messages by channel."""
+    view = memoryview(data)
+    read = {}
+    for number in found.channels:
+        starts = found.starts.get(number, np.zeros(0, dtype=np.int64))
+        heads = message_heads(view, starts, [number])
+        read[number] = [
+            (int(head['log_time']), int(head['publish_time']),
+             data[at + MESSAGE:at + 9 + int(head['length'])])
+            for at, head in zip(starts.tolist(), heads, strict=True)]
+    return read
+
+
+@given(messages, st.integers(1, 500), st.booleans())
+def test_index_and_scan_find_what_was_written(messages, chunk_size, use_chunking):
+    data = mcap_file(messages, chunk_size, use_chunking=use_chunking)
+    indexed, scanned = read_index(memoryview(data)), scan(memoryview(data))
+    wanted = {number: [(time, time + 1, raw) for channel, time, raw in messages
+                       if channel + 1 == number] for number in (1, 2, 3)}
+    if messages or not use_chunking:
+        assert contents(data, indexed) == contents(data, scanned) == wanted
+        assert indexed.channels == scanned.channels
+    assert indexed.metadata == scanned.metadata == [('first', {'key': 'wörld'}), ('last', {})]
+    assert indexed.complete
+    assert scanned.complete
+    assert indexed.damage == ''
+    assert indexed.channels[1].schema == ('a/msg/B', 'ros2msg', b'int32 x')
+    assert indexed.channels[2].metadata == {'i': '1'}
+
+
+@pytest.mark.parametrize('options', [
+    {'index_types': IndexType.NONE}, {'use_statistics': False},
+    {'repeat_channels': False, 'repeat_schemas': False}, {'use_summary_offsets': False},
+    {'enable_crcs': False}, {'index_types': IndexType.CHUNK}], ids=str)
+def test_files_of_other_writers(options):
+    sent = [(i % 3, i, bytes(i)) for i in range(40)]
+    found = read_index(memoryview(mcap_file(sent, **options)))
+    assert sum(map(len, found.starts.values())) == 40
+
+
+@pytest.mark.parametrize('kind', [CompressionType.LZ4, CompressionType.ZSTD])
+def test_compressed_chunks_are_left_to_others(kind):
+    data = memoryview(mcap_file([(0, 1, b'x')], compression=kind))
+    for read in (read_index, scan):
+        with pytest.raises(CompressedError, match=f'compressed with {kind.name.lower()}'):
+            read(data)
+
+
+@pytest.mark.parametrize('data', [b'x', b'SQLite format 3\0', b'\x89MCAP0\r\x00', b'#ROSBAG V2.0'])
+def test_what_is_no_mcap_file(data):
+    with pytest.raises(BagError, match='it is no MCAP file'):
+        read_index(memoryview(data))
+
+
+@given(st.integers(0, len(SAMPLE) - 1))
+def test_a_cut_file_gives_all_that_is_before_the_cut(cut):
+    data, sample = SAMPLE[:cut], read_index(memoryview(SAMPLE))
+    found = read_index(memoryview(data))
+    assert found.damage
+    kept, is_whole = contents(data, found), True
+    for number, sent in contents(SAMPLE, sample).items():
+        before = [message for at, message in zip(sample.starts[number].tolist(), sent, strict=True)
+                  if at + MESSAGE + len(message[2]) <= cut]
+        assert kept.get(number, []) == before
+        is_whole &= before == sent
+    # A file may be cut right behind its last message: nobody can tell that it was the last.
+    assert is_whole or not found.complete
+
+
+def test_a_chunk_that_does_not_match_its_checksum_is_left_out():
+    starts = read_index(memoryview(SAMPLE)).starts[3]
+    spoilt = bytearray(SAMPLE)
+    spoilt[int(starts[-1]) + MESSAGE] ^= 1
+    found = scan(memoryview(bytes(spoilt)))
+    assert 'does not match its checksum' in found.damage
+    assert not found.complete
+    assert found.n_lost > 30
+    assert sum(map(len, found.starts.values())) < 40
+
+
+def record(opcode, content):
+    return struct.pack('<BQ', opcode, len(content)) + content
+
+
+def chunk(records):
+    return record(6, struct.pack('<QQQII', 0, 0, len(records), 0, 0)
+                  + struct.pack('<Q', len(records)) + records)
+
+
+def test_chunks_in_chunks_go_no_deeper():
+    data = b''
+    for _ in range(3000):
+        data = chunk(data)
+        if len(data) > 200_000:
+            break
+    found = scan(memoryview(MAGIC + data))
+    assert 'cut or makes no sense' in found.damage
+
+
+@pytest.mark.parametrize('claim', [2**32 - 1, 2**62, 2**64 - 1])
+@pytest.mark.parametrize('opcode', [1, 3, 4, 5, 6, 7, 12])
+def test_claims_of_great_sizes_cost_no_memory(opcode, claim):
+    tracemalloc.start()
+    found = read_index(memoryview(MAGIC + struct.pack('<BQ', opcode, claim) + bytes(100)))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found.damage
+    assert peak < 100_000
+
+
+@settings(max_examples=500)
+@given(st.lists(st.tuples(st.integers(0, len(SAMPLE) - 1), st.integers(0, 255)), max_size=6),
+       st.integers(len(SAMPLE) // 2, len(SAMPLE)))
+def test_spoilt_bytes_never_break_the_reader(changes, cut):
+    """Whatever the bytes: messages lie within the file and do not overlap, or it is refused."""
+    data = bytearray(SAMPLE)
+    for at, value in changes:
+        data[at] = value
+    raw = bytes(data[:cut])
+    if refusal(lambda: read_index(memoryview(raw)), BagError):
+        return
+    found = read_index(memoryview(raw))
+    for number, starts in found.starts.items():
+        heads = message_heads(memoryview(raw), starts, [number])
+        if heads is not None:
+            sizes = heads['length'].astype(np.int64) + 9
+            assert (starts + sizes <= len(raw)).all()
+            assert sizes.sum() <= len(raw)
+
+
+@settings(max_examples=300)
+@given(st.binary(max_size=400))
+def test_any_bytes_after_the_magic(data):
+    read_index(memoryview(MAGIC + data))
+    read_index(memoryview(MAGIC + data + MAGIC))
+
+
+def test_take_copies_windows():
+    buffer = np.arange(10, dtype=np.uint8)
+    assert take(buffer, np.array([0, 7, 3]), 3).tolist() == [[0, 1, 2], [7, 8, 9], [3, 4, 5]]
+    assert take(buffer, np.array([10]), 0).shape == (1, 0)
+    assert take(buffer, np.zeros(0, dtype=np.int64), 4).shape == (0, 4)

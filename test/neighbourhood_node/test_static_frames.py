@@ -1,0 +1,178 @@
+"""Where the laser sits, as `/tf_static` says live; and what is said where nobody can hear that."""
+
+from contextlib import suppress
+from functools import cache
+import math
+import struct
+import sys
+from types import ModuleType
+
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+from sensor_msgs.msg import LaserScan
+from visualization_msgs.msg import MarkerArray
+
+from borrowed_type import borrowed_type
+from control_field.local_grid import BLOCKED, FREE
+from msgs_bridge.messages.poses import odometry_from_pose, Pose, stamp_from_seconds
+from msgs_bridge.node import qos
+from msgs_bridge.sensing.laser_mount import Mount
+from neighbourhood_node.laser_place import are_alike, frames_type, LaserPlace
+from neighbourhood_node.neighbourhood import NeighbourhoodMaker
+from neighbourhood_node.settings import SightSettings
+from neighbourhood_node.static_frames import StaticFrames
+from robot_bags import LASER, quaternion, RobotBag
+import ros_helpers
+from strategies import few
+
+
+def odometry(stamp):
+    return odometry_from_pose(Pose(stamp, 2.625, 2.625, 0.0))
+
+
+def scan(stamp):
+    """Return what a laser in the middle of a cell sees of a wall 0.175 m ahead of it."""
+    angles = 2.0 * math.pi / 360 * np.arange(360)
+    with np.errstate(divide='ignore'):
+        ranges = 0.175 / np.cos(angles)
+    msg = LaserScan(angle_min=0.0, angle_max=float(angles[-1]), angle_increment=angles[1],
+                    range_min=0.05, range_max=3.5)
+    msg.ranges = np.where((ranges < 0.0) | (ranges > 3.5), np.inf, ranges).astype(np.float32)
+    msg.header.stamp = stamp_from_seconds(stamp)
+    msg.header.frame_id = 'base_scan'
+    return msg
+
+
+@pytest.fixture(scope='module')
+def frames_message(tmp_path_factory):
+    """Return what makes a TFMessage of edges: parent, child, x y z, roll pitch yaw."""
+    bag = RobotBag(tmp_path_factory.mktemp('bag') / 'bag')
+    bag.__exit__()
+
+    def of(*edges):
+        msg = bag.make_tf([bag.make(
+            'geometry_msgs/TransformStamped', bag.header(1.0, parent), child,
+            bag.make('geometry_msgs/Transform', bag.make('geometry_msgs/Vector3', x, y, z),
+                     bag.make('geometry_msgs/Quaternion', *quaternion(*turn))))
+            for parent, child, x, y, z, *turn in edges])
+        return bytes(bag.store.serialize_cdr(msg, bag.tf_type))
+
+    return of
+
+
+@cache
+def _borrowed():
+    return borrowed_type('tf2_msgs', 'TFMessage', MarkerArray)
+
+
+FOOT = 'base_footprint', 'base_link', 0.0, 0.0, 0.01, 0.0, 0.0, 0.0
+LEFT = 'base_link', 'base_scan', 0.0, 0.0, 0.16, 0.0, 0.0, math.pi / 2
+UPSIDE_DOWN = 'base_link', 'base_scan', 0.0, 0.0, 0.16, math.pi, 0.0, 0.0
+
+
+def test_a_chain_of_joints_in_any_order_is_the_place(frames_message):
+    frames = StaticFrames()
+    assert frames.mount('base_scan', 'base_footprint') is None
+    frames.saw(frames_message(('base_link', '/base_scan', *LASER[:2], LASER.z - 0.01, *LASER[4:],
+                               LASER.yaw)))
+    frames.saw(frames_message(FOOT))
+    for base in 'base_footprint', '/base_link', '':
+        found = frames.mount('/base_scan', base)
+        assert are_alike(found, LASER)
+        assert found.z == pytest.approx(LASER.z)
+    assert frames.mount('base_link', 'base_link') == Mount()
+    assert frames.mount('camera', 'base_link') is None
+
+
+@given(st.binary(max_size=300))
+@few
+def test_whatever_comes_is_taken_or_refused(data):
+    frames = StaticFrames()
+    for message in data, b'\0\1\0\0' + struct.pack('<I', 2) + data:
+        with suppress(ValueError):
+            frames.saw(message)
+    assert frames.mount('base_scan', 'base_link') is None
+
+
+def test_a_place_that_is_none_is_refused(frames_message):
+    frames = StaticFrames()
+    with pytest.raises(ValueError, match=r'base_scan.* is no place'):
+        frames.saw(frames_message(('base_link', 'base_scan', math.nan, *LEFT[3:])))
+
+
+class TestMaker:
+    def made(self, message, **settings):
+        """Return the sight of a wall ahead of the laser, with what the frames say."""
+        maker, frames = NeighbourhoodMaker(SightSettings(**settings)), StaticFrames()
+        frames.saw(message)
+        maker.found = frames.mount('base_scan', 'base_footprint')
+        maker.saw(scan(1.0))
+        return maker, maker.neighbourhood(odometry(1.02)).cells
+
+    def test_the_frames_count_where_no_parameter_does(self, frames_message):
+        # The laser looks to the left: what is ahead of it is in the row above.
+        _, cells = self.made(frames_message(FOOT, LEFT))
+        np.testing.assert_array_equal(cells, [[FREE] * 3, [FREE] * 3, [BLOCKED] * 3])
+        _, cells = self.made(frames_message(FOOT, LEFT), laser_yaw=math.pi)
+        np.testing.assert_array_equal(cells, [[BLOCKED, FREE, FREE]] * 3)
+
+    def test_a_laser_that_is_tilted_too_far_shows_nothing(self, frames_message):
+        maker, cells = self.made(frames_message(FOOT, (*LEFT[:5], 0.0, 0.6, 0.0)))
+        assert maker.problem(1.02).startswith('as /tf_static says, the laser is tilted by 34')
+        assert (cells != FREE).all()
+
+
+class TestNode:
+    def place(self, node, **settings):
+        maker = NeighbourhoodMaker(SightSettings(**settings))
+        return LaserPlace(node, maker), maker
+
+    def test_what_it_makes_of_the_place_is_said(self, ros_node, frames_message):
+        place, maker = self.place(ros_node)
+        place.saw(laser='base_scan')
+        place.tell()
+        assert not place.said  # no odometry yet
+        place.saw(base='base_footprint')
+        place.tell()
+        assert "'base_scan' is taken to sit in the robot's middle: " in place.said
+        assert 'set laser_x, laser_y, laser_z, laser_roll' in place.said
+        assert ('tf2_msgs is not installed' in place.said) == (frames_type() is None)
+        place.heard(frames_message(FOOT, UPSIDE_DOWN))
+        place.tell()
+        assert 'turned by 180, 0, 0 degrees' in place.said
+        assert are_alike(maker.laser, Mount(roll=math.pi))
+        place.heard(b'nonsense')
+        assert 'no transforms; it is left out' in place.said
+
+    def test_parameters_that_say_otherwise_count_and_are_called_so(
+            self, ros_node, frames_message):
+        place, maker = self.place(ros_node, laser_x=0.1)
+        place.saw('base_scan', 'base_footprint')
+        place.heard(frames_message(FOOT, LEFT))
+        place.tell()
+        assert place.said.endswith('the parameters count')
+        assert maker.laser == Mount(0.1)
+
+    @pytest.fixture
+    def with_type(self, monkeypatch):
+        """Let tf2_msgs be there, if need be as a type of that name which packs nothing."""
+        if frames_type() is None:
+            package, messages = ModuleType('tf2_msgs'), ModuleType('tf2_msgs.msg')
+            messages.TFMessage = _borrowed()
+            monkeypatch.setitem(sys.modules, 'tf2_msgs', package)
+            monkeypatch.setitem(sys.modules, 'tf2_msgs.msg', messages)
+        return frames_type()
+
+    def test_it_is_heard_on_the_topic_from_who_said_it_before(
+            self, ros_node, with_type, frames_message):
+        frames = ros_node.create_publisher(with_type, '/tf_static', qos.STATIC_FRAMES)
+        frames.publish(frames_message(FOOT, UPSIDE_DOWN))
+        place, maker = self.place(ros_node)
+        place.saw('base_scan', 'base_footprint')
+        ros_helpers.wait_until(
+            lambda: maker.found is not None, node=ros_node, what='the place of the laser')
+        assert maker.laser.roll == pytest.approx(math.pi)
+        assert dict(ros_node.get_topic_names_and_types())['/tf_static'] == [
+            'tf2_msgs/msg/TFMessage']
