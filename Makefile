@@ -3,8 +3,8 @@
 
 VENV := .venv
 BIN := $(VENV)/bin
-ROOMS := control_field msgs_bridge sim_node control_field_node learner_node teleop_node experience_cli
-CODE := $(ROOMS) launch test benchmarks tools setup.py
+# Every package of the top folder.
+CODE := $(patsubst %/__init__.py,%,$(wildcard */__init__.py)) launch test tools setup.py
 DEMO_ARGS ?=
 TEST_ARGS ?=
 BENCH_ARGS ?=

@@ -2,16 +2,12 @@
 
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import find_packages, setup
 
 PACKAGE = 'experience_controller'
 NODES = (
     'sim_node', 'control_field_node', 'learner_node', 'teleop_node', 'neighbourhood_node',
     'localised_odometry_node')
-ROOMS = [
-    'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
-    'teleop_node', 'experience_cli', 'experience_evaluation',
-]
 DATA = ['launch', 'config', 'config/robots', 'config/worlds']
 
 
@@ -33,7 +29,7 @@ def files_in(folder):
 setup(
     name=PACKAGE,
     version='0.1.0',
-    packages=ROOMS,
+    packages=find_packages(exclude=['benchmarks', 'test*', 'tools*']),
     data_files=data_files(),
     install_requires=['setuptools'],
     # colcon runs pytest only if this says so.

@@ -19,11 +19,12 @@ from episode_store.episode import read_episode
 from episode_store.header import EpisodeHeader
 from episode_store.repair import repair_bag
 from episode_store.rosbag2.columns import read_columns
+from episode_store.rosbag2.errors import mcap_path
 from episode_store.rosbag2.metadata import custom_data, with_custom_data
 from episode_store.rosbag2.reader import BagReader, RawMessages
 from episode_store.rosbag2.topic_tables import decision_table, pose_table, sight_table, statuses
 from episode_store.rosbag2.writer import BagWriter
-from episode_store.task_folder import EpisodeKind, mcap_path
+from episode_store.task_folder import EpisodeKind
 from msgs_bridge.messages.cdr import DESCRIBED, struct_from_cdr
 from msgs_bridge.messages.neighbourhoods import (
     grid_from_neighbourhood, map_from_occupancy, Neighbourhood, neighbourhood_from_grid,

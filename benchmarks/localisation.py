@@ -28,8 +28,8 @@ from control_field_node.answer import Answer
 from control_field_node.placing import take_place
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
-from experience_cli.commands.demo import WAY
 from experience_cli.demo.path_follower import Driver, points_from_cells
+from experience_cli.demo.show_and_try import WAY
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
 from sim_node.clearance import Clearance

@@ -8,8 +8,8 @@ import numpy as np
 from control_field.grid import Grid
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
-from experience_cli.commands.demo import WAY
 from experience_cli.demo.path_follower import cells_along
+from experience_cli.demo.show_and_try import WAY
 from experience_evaluation.experiment import Course, Experiment
 from experience_evaluation.teachers import demonstration_from_path
 from experience_evaluation.workers import run_all

@@ -20,11 +20,12 @@ from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Trial
 from episode_store.header import EpisodeHeader
-from episode_store.rosbag2.writer import BagWriter, start_bag
+from episode_store.making import start_bag
+from episode_store.rosbag2.writer import BagWriter
 from episode_store.task_folder import EpisodeKind, TaskFolder
-from experience_cli.commands.demo import WAY
 from experience_cli.commands.learn import digest
 from experience_cli.demo.path_follower import cells_along
+from experience_cli.demo.show_and_try import WAY
 from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.tables import (

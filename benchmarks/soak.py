@@ -26,10 +26,10 @@ from episode_store.episode import read_episode
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.topic_tables import statuses
 from episode_store.task_folder import EpisodeKind, TaskFolder
-from experience_cli.commands.demo import WAY
 from experience_cli.demo.client_node import DemoNode
 from experience_cli.demo.path_follower import Driver, points_from_cells
 from experience_cli.demo.processes import Children, own_domain
+from experience_cli.demo.show_and_try import WAY
 from msgs_bridge.messages.poses import seconds_from_stamp
 
 NODES: Final = ('sim_node', 'control_field_node', 'learner_node')

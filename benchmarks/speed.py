@@ -28,8 +28,8 @@ from control_field.records import Trial
 from control_field.robot.policy import TrialPolicy
 from episode_store.episode import open_bag
 from episode_store.header import EpisodeHeader
+from episode_store.making import start_bag
 from episode_store.rosbag2.topic_tables import pose_table, sight_table
-from episode_store.rosbag2.writer import start_bag
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_evaluation.teachers import demonstration_from_path, shortest_path
 from experience_evaluation.worlds import generate

@@ -9,7 +9,7 @@ from typing import Any, Final
 from sensor_msgs.msg import PointCloud2
 
 from control_field.records import ControlField
-from msgs_bridge.messages.raw_messages import cloud_from_cdr
+from msgs_bridge.messages.raw_cloud import cloud_from_cdr
 from msgs_bridge.messages.tables import field_from_cloud
 from msgs_bridge.node import qos
 from msgs_bridge.node.listener import Listener

@@ -6,10 +6,10 @@ from typing import Final
 
 from control_field.words import counted
 from episode_store.repair import needs_repair
+from episode_store.rosbag2.errors import BagError, error_line, mcap_path
 from episode_store.rosbag2.mcap_scan import MAGIC
 from episode_store.rosbag2.metadata import NAME
 from episode_store.rosbag2.reader import BagReader
-from episode_store.task_folder import BagError, error_line, mcap_path
 from msgs_bridge.untrusted.files import open_regular, read_bytes
 
 #: How many messages a bag held when it was closed: in ``metadata.yaml``, of all topics and files.

@@ -1,6 +1,5 @@
 """Drives: what the poses and sights of a bag show, if a robot can have driven so."""
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -12,9 +11,10 @@ from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
 from control_field.records import Demonstration
 from control_field.words import counted
+from episode_store.rosbag2.errors import BagError, NothingToLearnError
 from episode_store.rosbag2.reader import RawMessages
 from episode_store.rosbag2.topic_tables import pose_table, PoseTable, sight_table
-from episode_store.task_folder import BagError
+from msgs_bridge.sensing.frame_tree import Lost
 
 #: Seconds that stamps of sights may step back before a clock that jumped is assumed.
 CLOCK_JUMP: Final = 1.0
@@ -29,10 +29,6 @@ _ROUNDED: Final = 1e-4
 
 #: A demonstration, what was dropped of it, and sentences on what was passed over.
 Drive = tuple[Demonstration, DemonstrationReport, tuple[str, ...]]
-
-
-class NothingToLearnError(BagError):
-    """The bag is readable, but there is nothing in it to learn from."""
 
 
 def read_drive(
@@ -75,44 +71,30 @@ def read_drive(
     return record, report, notes
 
 
-@dataclass(frozen=True, eq=False)
-class Lost:
+def check_placed(lost: Lost, since: float = -np.inf, until: float = np.inf) -> None:
     """
-    Messages before the first, or behind the last, that says where the robot was.
+    Refuse a drive that begins or ends where no place is known.
 
     Parameters
     ----------
-    why : str
-        They say nothing of it.
-    next_to : int, [ns]
-        When the first, or the last, that does was recorded.
-    log_times : ndarray of int64, shape (n,), [ns]
-        When they were.
+    lost : Lost
+    since, until : float, [ns]
+        The part of the recording that counts.
+
+    Raises
+    ------
+    BagError
 
     """
-
-    why: str
-    next_to: int
-    log_times: npt.NDArray[np.int64]
-
-    def check(self, since: float = -np.inf, until: float = np.inf) -> None:
-        """
-        Refuse a drive that begins or ends among them, between two times of the recording, [ns].
-
-        Raises
-        ------
-        BagError
-
-        """
-        times = self.log_times[(self.log_times >= since) & (self.log_times <= until)]
-        if not len(times):
-            return
-        seconds = float(np.abs(times - self.next_to).max()) * 1e-9
-        what, which = ('ends', 'last') if times[0] > self.next_to else ('begins', 'first')
-        try:
-            check_end(what, which, len(times), seconds, self.why)
-        except ValueError as error:
-            raise BagError(str(error)) from None
+    times = lost.log_times[(lost.log_times >= since) & (lost.log_times <= until)]
+    if not len(times):
+        return
+    seconds = float(np.abs(times - lost.next_to).max()) * 1e-9
+    what, which = ('ends', 'last') if times[0] > lost.next_to else ('begins', 'first')
+    try:
+        check_end(what, which, len(times), seconds, lost.why)
+    except ValueError as error:
+        raise BagError(str(error)) from None
 
 
 def _check_ends(poses: PoseTable) -> None:

@@ -11,16 +11,16 @@ from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.words import counted
-from episode_store.drives import (
-    Drive, NothingToLearnError, read_drive, remedy_for_foreign, remedy_for_own)
-from episode_store.header import EpisodeHeader, HEADER_NAME
+from episode_store.drives import Drive, read_drive, remedy_for_foreign, remedy_for_own
+from episode_store.header import EpisodeHeader
 from episode_store.label import read_label
 from episode_store.rosbag2.any_reader import InLogOrder, notes_on, open_bag
 from episode_store.rosbag2.bag_files import storage_files
+from episode_store.rosbag2.errors import BagError, mcap_path, NothingToLearnError
 from episode_store.rosbag2.reader import Bag, BagReader, RawMessages
 from episode_store.rosbag2.topic_tables import decision_table, statuses
-from episode_store.task_folder import (
-    BagError, episode_from_path, EpisodeFolder, EpisodeKind, mcap_path, TaskFolder)
+from episode_store.rosbag2.writer import HEADER_NAME
+from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.trials import doubt_about, judged, own_trial
 from msgs_bridge.messages.memory_identity import difference
 from msgs_bridge.messages.trial_status import Label, State, TrialStatus

@@ -16,10 +16,11 @@ from episode_store.first_move import first_move
 from episode_store.header import EpisodeHeader, LOST_NAME
 from episode_store.lock import WHOLE
 from episode_store.rosbag2.columns import read_columns
+from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.metadata import NAME, with_note, write_atomically
 from episode_store.rosbag2.reader import BagReader, RawMessages
 from episode_store.rosbag2.topic_tables import decision_table, statuses
-from episode_store.task_folder import BagError, EpisodeKind, mcap_path
+from episode_store.task_folder import EpisodeKind
 from episode_store.trials import own_trial
 from msgs_bridge.messages.cdr import DESCRIBED
 from msgs_bridge.untrusted.files import read_text

@@ -10,10 +10,9 @@ from typing import Any, Final
 from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from episode_store.task_folder import BagError, EpisodeKind
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import EpisodeKind
 
-#: Name of the MCAP metadata record that a bag of ours begins with.
-HEADER_NAME: Final = 'experience_controller'
 #: Name of the one, at its end, with the messages that the middleware has lost, by topic.
 LOST_NAME: Final = 'experience_controller_lost'
 #: Version of the bags' own layout.

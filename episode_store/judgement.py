@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from episode_store.drives import NothingToLearnError
 from episode_store.episode import find_topic, last_of_demonstration, read_header
 from episode_store.label import write_label
+from episode_store.rosbag2.errors import mcap_path, NothingToLearnError
 from episode_store.rosbag2.reader import BagReader, RawMessages
 from episode_store.rosbag2.topic_tables import decision_table
-from episode_store.task_folder import EpisodeKind, mcap_path
+from episode_store.task_folder import EpisodeKind
 from episode_store.trials import own_trial
 from msgs_bridge.messages.trial_status import Label, TrialStatus
 

@@ -4,8 +4,8 @@ from pathlib import Path
 import re
 from typing import Final
 
+from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.metadata import NAME, with_note, write_atomically
-from episode_store.task_folder import BagError, error_line
 from msgs_bridge.messages.trial_status import Label
 from msgs_bridge.untrusted.files import read_bytes, read_text
 
@@ -74,7 +74,7 @@ def write_label(folder: Path | str, label: Label | None) -> None:
         The bag's folder, whose recording was closed.
     label : Label or None
         `Label.NONE` takes back what was said while it was recorded; None leaves no trace of what
-        was said afterwards. `bag_judgement.judge_bag` knows which is called for.
+        was said afterwards. `judgement.judge_bag` knows which is called for.
 
     Raises
     ------

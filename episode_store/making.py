@@ -1,14 +1,15 @@
 """Making bags beside their places, which they take together once all of them are whole."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 import os
 from pathlib import Path
 import shutil
 
 from episode_store.lock import MAKING
+from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.writer import BagWriter
-from episode_store.task_folder import (
-    BagError, episode_from_path, EpisodeFolder, EpisodeKind, error_line, TaskFolder)
+from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.untrusted.files import sync_folder
 
 
@@ -22,7 +23,7 @@ class NewBags:
     Parameters
     ----------
     task : TaskFolder
-        Its folder is held by this process, see `bag_folder.changing`.
+        Its folder is held by this process, see `task_folder.changing`.
 
     """
 
@@ -92,3 +93,23 @@ class NewBags:
         except OSError as error:
             raise BagError(error_line('make', path, error)) from None
         return episode
+
+
+def start_bag(task: TaskFolder, kind: EpisodeKind | str, header: Mapping[str, str]) -> BagWriter:
+    """
+    Begin the next bag of a task; if that fails, no folder is left behind.
+
+    Raises
+    ------
+    BagError
+        If it cannot be made.
+
+    """
+    episode = task.new_episode(kind)
+    try:
+        return BagWriter(episode.path, header)
+    except BagError:
+        with suppress(OSError):
+            episode.bag.unlink(missing_ok=True)
+            episode.path.rmdir()
+        raise

@@ -12,8 +12,9 @@ from control_field.records import ControlField, Prototypes
 from episode_store.episode import find_topic, read_header
 from episode_store.header import EpisodeHeader
 from episode_store.rosbag2.columns import read_columns
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader, RawMessages
-from episode_store.task_folder import BagError, EpisodeFolder
+from episode_store.task_folder import EpisodeFolder
 from msgs_bridge.messages.cdr import POINT_CLOUD, struct_from_cdr
 from msgs_bridge.messages.tables import field_from_cloud, prototypes_from_cloud
 
@@ -107,11 +108,13 @@ class Recording:
             If what was recorded is no field.
 
         """
-        return self._table('control_field', field_from_cloud, before)
+        field: ControlField | None = self._table('control_field', field_from_cloud, before)
+        return field
 
     def prototypes(self, before: int | None = None) -> Prototypes | None:
         """Return the newest prototypes, see `field`."""
-        return self._table('prototypes', prototypes_from_cloud, before)
+        prototypes: Prototypes | None = self._table('prototypes', prototypes_from_cloud, before)
+        return prototypes
 
     def _table(self, role: str, read: Any, before: int | None) -> Any:
         messages = self.messages(role)

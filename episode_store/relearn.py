@@ -11,12 +11,12 @@ from control_field.grid import Grid
 from control_field.headings import heading_from_step
 from control_field.learning.learner import Learner, Refresh
 from control_field.parameters import Parameters
+from control_field.poses import StartPose
 from control_field.records import ControlField, Demonstration, Outcome, Trial
 from control_field.words import how_it_ended
-from episode_store.drives import NothingToLearnError
 from episode_store.episode import Episode, read_episode
-from episode_store.task_folder import BagError, EpisodeFolder
-from learner_node.settings import StartPose
+from episode_store.rosbag2.errors import BagError, NothingToLearnError
+from episode_store.task_folder import EpisodeFolder
 from msgs_bridge.messages.frame_hints import with_remedy
 
 #: What a note begins with where a bag taught nothing.

@@ -1,14 +1,17 @@
 """What the bags of a task teach once something about them has changed."""
 
+from collections.abc import Sequence
+
 from control_field.learning.learner import Refresh
-from episode_store.episode import NothingToLearnError, read_header
+from episode_store.episode import read_header
 from episode_store.header import EpisodeHeader
 from episode_store.relearn import Lesson, Lessons
-from episode_store.task_folder import BagError, EpisodeFolder, TaskFolder
+from episode_store.rosbag2.errors import BagError, NothingToLearnError
+from episode_store.task_folder import EpisodeFolder, TaskFolder
 from episode_store.workspace import odd_one_named
 
 
-def fold(episodes: list[EpisodeFolder]) -> tuple[Lessons | None, list[Lesson]]:
+def fold(episodes: Sequence[EpisodeFolder]) -> tuple[Lessons | None, list[Lesson]]:
     """
     Learn from bags in their order, with the parameters of the last one.
 
@@ -32,7 +35,7 @@ def fold(episodes: list[EpisodeFolder]) -> tuple[Lessons | None, list[Lesson]]:
         return lessons, [lessons.learn(episode) for episode in episodes]
 
 
-def last_header(episodes: list[EpisodeFolder]) -> EpisodeHeader | None:
+def last_header(episodes: Sequence[EpisodeFolder]) -> EpisodeHeader | None:
     """
     Return what the last of some bags says of itself, leaving out those that hold nothing.
 

@@ -9,14 +9,15 @@ from typing import Final
 
 from control_field.words import counted
 from episode_store.gaps import note_gaps
-from episode_store.header import HEADER_NAME, LOST_NAME
+from episode_store.header import LOST_NAME
+from episode_store.rosbag2.errors import BagError, error_line, mcap_path
 from episode_store.rosbag2.mcap_scan import Channel
 from episode_store.rosbag2.metadata import (
     BagSummary, has_metadata, is_qos, known_qos, NAME, TopicSummary, write_metadata)
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.type_definitions import message_definition
-from episode_store.rosbag2.writer import McapFile, TOPIC
-from episode_store.task_folder import BagError, EpisodeFolder, error_line, mcap_path, TaskFolder
+from episode_store.rosbag2.writer import HEADER_NAME, McapFile, TOPIC
+from episode_store.task_folder import EpisodeFolder, TaskFolder
 from msgs_bridge.untrusted.files import new_name_beside, sync_folder
 
 #: Ending of the file as it was found, where bytes of it had to be dropped.

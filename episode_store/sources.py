@@ -11,8 +11,9 @@ import numpy.typing as npt
 from control_field.records import Kind
 from control_field.words import counted
 from episode_store.recording import Recording
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.topic_tables import decision_table
-from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
+from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +61,7 @@ class Sources:
         if number not in self._drives:
             episode = self._episodes.get(number)
             try:
-                self._drives[number] = episode and _Drive.from_bag(episode)
+                self._drives[number] = _Drive.from_bag(episode) if episode else None
             except BagError:
                 self._drives[number] = None
         return self._drives[number]

@@ -17,21 +17,13 @@ from typing import Final
 
 from episode_store.lock import (
     IN_USE, is_in_use, LOCK, lock, numbering, open_lock, REMOVED, sweep, taken)
+from episode_store.rosbag2.errors import BagError, error_line, mcap_path
 from msgs_bridge.untrusted.files import check_folder, OddFileError
-from msgs_bridge.untrusted.text import printable
 
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
 _EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
 #: Folder within a task's folder for the bags that were forgotten.
 _FORGOTTEN: Final = '.forgotten'
-
-
-class BagError(ValueError):
-    """A bag cannot be read or written; the message is one line that says what and why."""
-
-    def __init__(self, message: str) -> None:
-        """Keep it to one line without codes, whatever names from a bag or of files are in it."""
-        super().__init__(printable(message))
 
 
 class EpisodeKind(StrEnum):
@@ -80,19 +72,6 @@ class EpisodeFolder:
     def is_forgotten(self) -> bool:
         """Tell whether the bag was taken out of the memory."""
         return self.path.parent.name == _FORGOTTEN
-
-
-def mcap_path(folder: Path) -> Path:
-    """Return where the MCAP file of a bag's folder is."""
-    return folder / f'{folder.name}_0.mcap'
-
-
-def error_line(action: str, path: Path, error: OSError) -> str:
-    """Say in one line what could not be done, where and why."""
-    if isinstance(error, OddFileError):
-        path = Path(error.filename)
-        return f'cannot {action} {path}: {error.strerror}'
-    return f'cannot {action} {path}: {(error.strerror or str(error)).lower()}'
 
 
 def check_task_name(task: str) -> str:

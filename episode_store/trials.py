@@ -13,7 +13,7 @@ from control_field.words import counted
 from episode_store.header import EpisodeHeader
 from episode_store.rosbag2.reader import RawMessages
 from episode_store.rosbag2.topic_tables import pose_table, statuses
-from msgs_bridge.messages.raw_messages import cloud_from_cdr
+from msgs_bridge.messages.raw_cloud import cloud_from_cdr
 from msgs_bridge.messages.tables import goal_from_cloud
 from msgs_bridge.messages.trial_status import Label, State, TrialStatus
 

@@ -7,14 +7,15 @@ from pathlib import Path
 import shutil
 from typing import Final
 
-from episode_store.header import HEADER_NAME, LOST_NAME
+from episode_store.header import LOST_NAME
 from episode_store.lock import WHOLE
 from episode_store.repair import summary_of_file
+from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.mcap_scan import Channel
 from episode_store.rosbag2.metadata import BagSummary, NAME, write_metadata
 from episode_store.rosbag2.reader import BagReader
-from episode_store.rosbag2.writer import McapFile
-from episode_store.task_folder import BagError, EpisodeFolder, error_line
+from episode_store.rosbag2.writer import HEADER_NAME, McapFile
+from episode_store.task_folder import EpisodeFolder
 from msgs_bridge.untrusted.files import draft_beside, read_bytes, sync_folder
 
 #: Topics that say what a drive started from and how it ended: they hold whatever is cut.

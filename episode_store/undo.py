@@ -14,7 +14,8 @@ import time
 from typing import Final
 
 from episode_store.judgement import judge_bag, recorded_status
-from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
+from episode_store.rosbag2.errors import BagError, error_line
+from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.messages.trial_status import Label
 
 #: Why a demonstration was not kept that a person has thrown away while it was recorded.

@@ -5,9 +5,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 import shlex
 
-from episode_store.episode import NothingToLearnError, read_header
+from episode_store.episode import read_header
 from episode_store.header import EpisodeHeader, WorkspaceError
-from episode_store.task_folder import BagError, EpisodeFolder
+from episode_store.rosbag2.errors import BagError, NothingToLearnError
+from episode_store.task_folder import EpisodeFolder
 
 
 @contextmanager
@@ -45,7 +46,8 @@ def common_header(episodes: Sequence[EpisodeFolder]) -> EpisodeHeader | None:
         See `check_workspaces`.
 
     """
-    return (list(check_workspaces(episodes).values()) or [None])[-1]
+    headers = list(check_workspaces(episodes).values())
+    return headers[-1] if headers else None
 
 
 def check_workspaces(episodes: Sequence[EpisodeFolder]) -> dict[EpisodeFolder, EpisodeHeader]:

@@ -1,3 +1,6 @@
-"""The command line `experience`: a module a command, listed in `main.COMMANDS`."""
+"""
+The command line `experience`.
 
-import experience_cli.quiet_start  # noqa: F401 - Ctrl-C is heard before anything heavy is there
+A module a command in `commands`, imported when it is called; `demo` runs real nodes, `figures`
+draws. On top lies what commands share: how a bag is named, how a file is written, Ctrl-C.
+"""

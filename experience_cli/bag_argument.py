@@ -68,7 +68,7 @@ def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
 
 
 def _is_foreign(path: Path) -> bool:
-    from episode_store.task_folder import BagError
+    from episode_store.rosbag2.errors import BagError
     from experience_cli.bag_selection import is_foreign
 
     try:
@@ -139,7 +139,8 @@ def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
 
 def tasks_in(folder: Path) -> str:
     """Name the tasks there are in a folder, as the end of a sentence; empty if there are none."""
-    from episode_store.task_folder import BagError, tasks
+    from episode_store.rosbag2.errors import BagError
+    from episode_store.task_folder import tasks
 
     try:
         names = tasks(folder) if folder.is_dir() else []

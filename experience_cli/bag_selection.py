@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from episode_store.header import HEADER_NAME
 from episode_store.rosbag2.bag_files import is_storage_file, storage_files
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
-from episode_store.task_folder import BagError, episode_from_path, EpisodeFolder, TaskFolder
+from episode_store.rosbag2.writer import HEADER_NAME
+from episode_store.task_folder import episode_from_path, EpisodeFolder, TaskFolder
 from experience_cli.errors import UserError
 
 

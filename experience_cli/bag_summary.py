@@ -7,13 +7,14 @@ from typing import Any
 
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
-from episode_store.episode import Episode, NothingToLearnError, read_episode
+from episode_store.episode import Episode, read_episode
 from episode_store.gaps import gaps_in
 from episode_store.label import read_label
 from episode_store.lock import is_in_use
 from episode_store.recording import Recording
 from episode_store.repair import needs_repair
-from episode_store.task_folder import BagError, EpisodeFolder, error_line
+from episode_store.rosbag2.errors import BagError, error_line, NothingToLearnError
+from episode_store.task_folder import EpisodeFolder
 from msgs_bridge.untrusted.text import printable
 
 

@@ -7,7 +7,8 @@ import sys
 from episode_store.cut import has_its_end, missing_of_bag
 from episode_store.gaps import gaps_in
 from episode_store.lock import is_in_use
-from episode_store.task_folder import BagError, EpisodeFolder
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import EpisodeFolder
 
 
 def say_cuts(command: str, episodes: Iterable[EpisodeFolder]) -> None:

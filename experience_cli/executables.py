@@ -10,6 +10,8 @@ import os
 import signal
 from types import FrameType
 
+from msgs_bridge.node.environment import ENDING_SIGNALS
+
 
 def sim_node() -> None:
     """Run the simulated robot."""
@@ -43,7 +45,7 @@ def localised_odometry_node() -> None:
 
 def _run(module: str) -> None:
     """Import a node and run its `main`, which begins by listening to signals itself."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    for number in ENDING_SIGNALS:
         # With nohup the end of the terminal is nobody's end.
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _leave)

@@ -13,11 +13,11 @@ from control_field.learning.provenance import Voices, voices_at
 from control_field.records import ControlField, Kind, Prototypes
 from control_field.robot.collision_monitor import gate, Sight, sight_from_cells
 from control_field.robot.limits import Limits, STANDSTILL, Velocity
-from episode_store.header import HEADER_NAME
 from episode_store.recording import Recording
 from episode_store.relearn import Lessons
 from episode_store.rosbag2.columns import read_columns
 from episode_store.rosbag2.topic_tables import decision_table, sight_table, statuses
+from episode_store.rosbag2.writer import HEADER_NAME
 from episode_store.task_folder import TaskFolder
 from experience_cli.errors import UserError
 from msgs_bridge.messages.trial_status import TrialStatus
@@ -41,7 +41,7 @@ class Gated:
     ----------
     velocity : tuple of float, [m/s] and [rad/s]
     rule : str
-        `gate.GateReason`.
+        `collision_monitor.GateReason`.
     reproduces : bool
         Whether that is the command that went to the wheels.
 
@@ -166,7 +166,7 @@ class Moment:
     @property
     def clipped_by(self) -> str:
         """
-        Return what the last gate did to the requested command, `gate.GateReason`.
+        Return what the last gate did to the requested command, `collision_monitor.GateReason`.
 
         Empty if none was recorded, ``unknown`` if the gate does not make the one of the other
         with the limits taken and the recorded pose (a localisation or anchoring may have mended

@@ -8,14 +8,13 @@ from types import FrameType
 from typing import Final
 
 from experience_cli.quiet_start import end_at_once, ours
+from msgs_bridge.node.environment import ENDING_SIGNALS
 
 #: How long until it is looked again whether an import is over, and whether anybody has taken the
 #: exception to heart, [s].
 _SOON: Final = 0.02
 _LATER: Final = 0.5
 _IMPORTS: Final = '<frozen importlib'
-#: Ctrl-C, `kill`, and a window that is closed.
-ENDING: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Stopped(KeyboardInterrupt):
@@ -53,7 +52,7 @@ def heard(on_command_line: bool) -> Iterator[None]:
     if not on_command_line:
         yield
         return
-    for number in ENDING:
+    for number in ENDING_SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, interrupt)
     usual, sys.unraisablehook = sys.unraisablehook, _lost

@@ -1,7 +1,7 @@
 """
 The command `experience`.
 
-Every subcommand is a module of this package with two functions: ``add_parser(subparsers)``, which
+Every subcommand is a module of `commands` with two functions: ``add_parser(subparsers)``, which
 is cheap, and ``run(arguments) -> int``, which imports what it needs. It is added to `COMMANDS`.
 """
 
@@ -15,7 +15,7 @@ from pathlib import Path
 import sys
 from typing import Final, NoReturn
 
-from episode_store.task_folder import BagError
+from episode_store.rosbag2.errors import BagError
 from experience_cli.errors import UserError
 from experience_cli.interrupts import heard, Stopped
 from msgs_bridge.node.environment import folder_without_home, has_home, prepare
@@ -23,7 +23,7 @@ from msgs_bridge.untrusted.text import safe_output
 
 #: Modules of the subcommands, in the order of the help.
 COMMANDS: Final = (
-    'demo', 'learn', 'evaluate', 'inspection', 'explain', 'diff', 'list_command', 'show', 'label',
+    'demo', 'learn', 'evaluate', 'inspect_field', 'explain', 'diff', 'list_bags', 'show', 'label',
     'trim', 'forget', 'repair')
 
 
@@ -45,7 +45,7 @@ def parser() -> argparse.ArgumentParser:
         'A field says which way the robot goes from every place.')
     subparsers = top.add_subparsers(dest='command', metavar='COMMAND', required=True)
     for name in COMMANDS:
-        module = importlib.import_module(f'experience_cli.{name}')
+        module = importlib.import_module(f'experience_cli.commands.{name}')
         module.add_parser(subparsers).set_defaults(run=module.run)
     return top
 

@@ -11,7 +11,7 @@ it take a tenth of a second before our first line; that is why only what is comp
 is imported here. It heeds only processes that run our commands.
 """
 
-import _signal as signals
+import _signal as signals  # type: ignore[import-not-found]
 from posix import _exit, environ, write
 import sys
 

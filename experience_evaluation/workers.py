@@ -16,7 +16,7 @@ import warnings
 
 from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
-from experience_cli.interrupts import ENDING
+from msgs_bridge.node.environment import ENDING_SIGNALS
 from msgs_bridge.untrusted.text import own_stream, printable
 
 if TYPE_CHECKING:
@@ -189,18 +189,18 @@ def _interrupted_later() -> Iterator[None]:
     One that is half started has not been told everything, or does not listen yet: it would die of
     it with a traceback. What is started meanwhile keeps it waiting until it is in `_die_with`.
     """
-    signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDING_SIGNALS)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING_SIGNALS)
 
 
 def _die_with(parent: int) -> None:
     """End at Ctrl-C without a word, for the parent says what is to be said; and end with it."""
-    for number in ENDING:
+    for number in ENDING_SIGNALS:
         signal.signal(number, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING_SIGNALS)
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
 
 

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from control_field.poses import StartPose
 from episode_store.task_folder import EpisodeKind
-from learner_node.settings import StartPose
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,8 @@ from std_msgs.msg import Empty
 from control_field.parameters import Parameters
 from episode_store.gaps import BagGaps, note_gaps
 from episode_store.relearn import Lesson
-from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.task_names import check_is_meant
 from learner_node import effects as to
 from learner_node.field_in_force import FieldInForce

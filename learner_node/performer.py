@@ -5,7 +5,8 @@ from functools import partial
 from typing import Any
 
 from control_field.records import Outcome
-from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import EpisodeFolder, EpisodeKind
 from episode_store.undo import THROWN_AWAY, UNDO
 from learner_node import effects as to
 from learner_node.publications import Publications

@@ -11,8 +11,8 @@ from visualization_msgs.msg import MarkerArray
 
 from control_field.grid import Grid
 from control_field.learning.learner import Refresh
+from control_field.poses import StartPose
 from control_field.records import ControlField, Prototypes
-from learner_node.settings import StartPose
 from msgs_bridge.messages.markers import markers_from_field
 from msgs_bridge.messages.poses import initialpose_from_pose, Pose
 from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes

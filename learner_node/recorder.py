@@ -10,9 +10,10 @@ import time
 from typing import Final
 
 from episode_store.header import LOST_NAME
-from episode_store.rosbag2.writer import BagWriter, start_bag
-from episode_store.task_folder import (
-    BagError, episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder)
+from episode_store.making import start_bag
+from episode_store.rosbag2.errors import BagError
+from episode_store.rosbag2.writer import BagWriter
+from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.trim import drop_messages
 from episode_store.undo import take_away
 from learner_node.waiting import Arrival, Raw, Waiting

@@ -7,14 +7,13 @@ from typing import Any, Final
 from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from control_field.parameters import check_fields, parameter
+from control_field.poses import StartPose
 from episode_store.task_folder import check_task_name
 
 #: Settings that the memory or the topics are made from: they hold from start to end.
 FIXED: Final = (
     'task', 'bags', 'new_task', 'fresh', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x',
     'origin_y', 'simulation', 'lockstep', 'enable_stamped_cmd_vel', 'controller')
-#: How far from its start a placed robot may stand, [m] and [rad].
-PLACE_TOLERANCE: Final = 0.02
 
 
 @dataclass(frozen=True)
@@ -88,20 +87,6 @@ class Settings:
     def is_stamped(self) -> bool:
         """Tell whether cmd_vel is a TwistStamped."""
         return self.lockstep or self.enable_stamped_cmd_vel
-
-
-@dataclass(frozen=True)
-class StartPose:
-    """Where a trial starts: ``x``, ``y`` in metres, ``yaw`` in radians."""
-
-    x: float
-    y: float
-    yaw: float = 0.0
-
-    def is_near(self, x: float, y: float, yaw: float) -> bool:
-        """Tell whether a robot stands here."""
-        return (math.hypot(x - self.x, y - self.y) <= PLACE_TOLERANCE
-                and abs(math.remainder(yaw - self.yaw, math.tau)) <= PLACE_TOLERANCE)
 
 
 def start_poses_from_list(values: Any, grid: Grid) -> tuple[StartPose, ...]:

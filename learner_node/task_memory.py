@@ -8,6 +8,7 @@ from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from control_field.learning.learner import Refresh
 from control_field.parameters import Parameters
+from control_field.poses import StartPose
 from control_field.records import ControlField
 from control_field.words import counted, sentences
 from episode_store.episode import read_header
@@ -16,9 +17,9 @@ from episode_store.header import EpisodeHeader
 from episode_store.judgement import judge_bag
 from episode_store.relearn import goal_moved, Lesson, Lessons
 from episode_store.repair import repair_task
-from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind, error_line, TaskFolder
+from episode_store.rosbag2.errors import BagError, error_line
+from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.undo import bring_back, names_of, take_away, UNDO
-from learner_node.settings import StartPose
 from msgs_bridge.messages.memory_identity import memory_of, NOTHING
 from msgs_bridge.messages.trial_status import Label
 from msgs_bridge.untrusted.files import draft_beside

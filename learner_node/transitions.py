@@ -3,6 +3,7 @@
 from collections.abc import Callable
 import math
 
+from control_field.poses import StartPose
 from learner_node.absence import Absence
 from learner_node.arrived_decisions import Intruder, is_running, Tally
 from learner_node.attendance import Attendance
@@ -10,7 +11,7 @@ from learner_node.effects import Abandon, Close, Discard, Effect, Effects, Place
 from learner_node.phases import (
     Arrival, ASLEEP, IN_TRIAL, obstacle, Peers, Phase, RECORDING, remedy, RETRY, SessionError,
     WORDS)
-from learner_node.settings import Settings, StartPose
+from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import TrialStatus
 from msgs_bridge.node.statements import Deed
 

@@ -8,7 +8,7 @@ from threading import Thread
 import traceback
 from typing import Any
 
-from episode_store.task_folder import BagError
+from episode_store.rosbag2.errors import BagError
 
 Job = Callable[[], Any]
 Done = Callable[['Future[Any]'], None]

@@ -1,0 +1,1 @@
+"""The node that brings odometry into the frame of a map."""

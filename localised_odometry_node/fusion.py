@@ -12,8 +12,8 @@ import math
 from typing import Final
 
 from control_field.parameters import check_fields, parameter
+from control_field.poses import Placement
 from msgs_bridge.messages.poses import check_frame, Pose
-from msgs_bridge.sensing.local_grid_from_scan import Placement
 
 #: Settings that topics are made from: they hold from start to end.
 FIXED: Final = ('pose_topic', 'frame_id')

@@ -8,13 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.local_grid import UNKNOWN
+from control_field.poses import Placement
 from msgs_bridge.messages.neighbourhoods import Neighbourhood, occupancy_from_map
 from msgs_bridge.messages.poses import (
     check_frame, FRAME_OWNERS, Pose, pose_from_odometry, seconds_from_stamp)
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.local_grid_from_costmap import neighbourhood_from_costmap
 from msgs_bridge.sensing.local_grid_from_scan import (
-    bounded, neighbourhood_from_scan, Placement, scan_from_message)
+    bounded, neighbourhood_from_scan, scan_from_message)
 from neighbourhood_node.settings import SightSettings
 
 #: Poses that are remembered: scans come later than the odometry of their time.

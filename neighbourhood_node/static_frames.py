@@ -4,8 +4,8 @@ import struct
 
 import numpy as np
 
-from episode_store.external.transforms import BASES, Edge, Transforms, transforms_in
 from msgs_bridge.messages.poses import MAX_PLACE, QUATERNION_TOLERANCE
+from msgs_bridge.sensing.frame_tree import BASES, Edge, Transforms, transforms_in
 from msgs_bridge.sensing.laser_mount import Mount, mount_from_transform
 from msgs_bridge.sensing.rigid_motions import Motions
 

@@ -16,7 +16,8 @@ from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.records import CellFlag, ControlField, DECISION_DTYPE, Outcome, Prototypes
 from episode_store.header import EpisodeHeader
-from episode_store.rosbag2.writer import BagWriter, start_bag
+from episode_store.making import start_bag
+from episode_store.rosbag2.writer import BagWriter
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
 from msgs_bridge.messages.poses import odometry_from_pose, Pose

@@ -1,7 +1,8 @@
 """A learner's session that a test tells what happens."""
 
+from control_field.poses import StartPose
 from learner_node.session import Session
-from learner_node.settings import Settings, StartPose
+from learner_node.settings import Settings
 
 START = StartPose(0.625, 0.875, 0.0)
 HERE = (START.x, START.y, START.yaw)

@@ -112,7 +112,7 @@ def _stopped_everywhere(
 def main() -> None:
     """Stop the commands at every operation."""
     # What the children need, so that each of them loads it in no time.
-    import episode_store.relearn  # noqa: F401
+    import episode_store.relearn
     import episode_store.relearning  # noqa: F401
     from episode_store.rosbag2 import writer as bag_file
 

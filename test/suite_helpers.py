@@ -10,9 +10,9 @@ from control_field.grid import Grid
 from episode_store.episode import read_header
 from episode_store.relearn import Lessons
 from episode_store.task_folder import TaskFolder
-from experience_cli.commands.demo import WAY
 from experience_cli.demo.client_node import DemoNode
 from experience_cli.demo.path_follower import Driver, points_from_cells
+from experience_cli.demo.show_and_try import WAY
 from msgs_bridge.messages.tables import field_from_cloud
 from msgs_bridge.node import qos
 from ros_helpers import Process, start_node

@@ -14,10 +14,8 @@ from typing import NamedTuple
 import xml.etree.ElementTree as ET
 
 ROOT = Path(__file__).resolve().parent.parent
-ROOMS = (
-    'control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
-    'teleop_node', 'experience_cli',
-)
+ROOMS = tuple(sorted(
+    path.parent.name for path in ROOT.glob('*/__init__.py') if path.parent.name != 'benchmarks'))
 RUN_CODE = (*ROOMS, 'launch')
 TEST_CODE = ('test', 'benchmarks')
 OURS = frozenset((

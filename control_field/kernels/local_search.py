@@ -55,7 +55,7 @@ def look_around(
     n_backups: int, rules: StepRules,
 ) -> tuple[Masks, Places, int, int]:
     """
-    Look at the cells nearest to the robot on the way, at most ``n_backups``; `kernels.look_ahead`.
+    Look at the cells nearest to the robot on the way, at most ``n_backups``; `steps.look_ahead`.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def rehearse_locally(
     known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, goal_row: int,
     goal_col: int, n_backups: int, rules: StepRules,
 ) -> None:
-    """Mend the cost to go around the robot, in place; `kernels.rehearse_locally`."""
+    """Mend the cost to go around the robot, in place; `steps.rehearse_locally`."""
     noted, touched, top, left = look_around(
         known, factor, row, col, goal_row, goal_col, n_backups, rules)
     height, width = noted.shape

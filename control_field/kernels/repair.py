@@ -94,7 +94,7 @@ def mending_cells(
     Parameters
     ----------
     state : ndarray of int8
-        Of `flow_kernels.flow_basin`.
+        Of `rollout.flow_basin`.
     fixed : ndarray of bool
         Cells that keep their course (demonstrated, not proven blocked) if another one can mend.
 

@@ -146,7 +146,8 @@ def gate(
     limits : Limits
         What the robot can do.
     slowed : callable
-        Looks at what is in the way; `control_field.robot.late_collision_monitor` has one for poses that come late.
+        Looks at what is in the way; `control_field.robot.late_collision_monitor` has one for
+        poses that come late.
 
     Returns
     -------

@@ -19,11 +19,11 @@ from episode_store.external.poses import (
     brought_to_frame, DrivePoses, poses_from_frames, poses_from_messages)
 from episode_store.external.span import cut, Span
 from episode_store.external.topic_roles import roles_of_topics, scans_in
-from episode_store.external.transforms import (
-    BASES, read_transforms, TF_TYPE, topics_of, Transforms)
+from episode_store.external.transforms import read_transforms, topics_of
 from episode_store.rosbag2.any_reader import notes_on, open_bag
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import Bag, RawMessages
-from episode_store.task_folder import BagError
+from msgs_bridge.sensing.frame_tree import BASES, TF_TYPE, Transforms
 from msgs_bridge.sensing.laser_mount import Mount, mount_from_transform
 from msgs_bridge.sensing.local_grid_from_scan import Body
 
@@ -36,7 +36,7 @@ class Reading:
     Parameters
     ----------
     names : mapping of str to str
-        Topics by role, see `bag_roles.ROLES`.
+        Topics by role, see `topic_roles.ROLES`.
     base_frame : str
         The frame of the robot's middle; empty: the one that is called so.
     mount : Mount or None
@@ -131,7 +131,7 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
     Parameters
     ----------
     path : Path
-        See `any_bag.open_bag`.
+        See `any_reader.open_bag`.
     grid : Grid
         The workspace, whose frame the poses are taken to where `/tf` says how.
     reading : Reading, optional

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.local_grid import UNKNOWN
+from control_field.poses import Placement
 from control_field.words import counted
 from episode_store.external.poses import DrivePoses
 from episode_store.rosbag2.reader import RawMessages
@@ -16,7 +17,7 @@ from msgs_bridge.messages.cdr import LASER_SCAN, struct_from_cdr
 from msgs_bridge.messages.cdr_write import neighbourhood_to_cdr
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.local_grid_from_scan import (
-    Body, bounded, neighbourhood_from_scan, Placement, Scan, scan_from_message)
+    Body, bounded, neighbourhood_from_scan, Scan, scan_from_message)
 
 #: Age from which a scan tells nothing any more, [s]; that of `neighbourhood_node`.
 _TIMEOUT: Final = 0.5

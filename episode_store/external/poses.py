@@ -8,15 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.words import counted
-from episode_store.drives import Lost, sets_off
+from episode_store.drives import check_placed, sets_off
 from episode_store.external.span import Span
-from episode_store.external.transforms import Edge, Transforms
 from episode_store.rosbag2.columns import read_columns
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import RawMessages
-from episode_store.task_folder import BagError
 from msgs_bridge.messages.cdr_write import pose_stamped_to_cdr
 from msgs_bridge.messages.poses import QUATERNION_TOLERANCE
 from msgs_bridge.sensing.corrections import said_of
+from msgs_bridge.sensing.frame_tree import Edge, Lost, Transforms
 from msgs_bridge.sensing.rigid_motions import Motions
 
 _PLACE: Final = ('x', 'y', 'z')
@@ -77,7 +77,7 @@ class DrivePoses:
             if not (is_end or begun):
                 continue
             try:
-                lost.check(since, until)
+                check_placed(lost, since, until)
             except BagError as error:
                 cut = (f'before that (--to {math.floor(seconds[-1] * 100.0 + 1e-4) / 100.0:.2f})'
                        if is_end else 'after that (--from '
@@ -218,7 +218,7 @@ def _brought(
 
 def _lost(chain: list[Edge], topic: str) -> tuple[Lost, ...]:
     """Return what is said of frames that in the end are under another one than before."""
-    return tuple(replace(lost, why=f'{topic}: {lost.why}')
+    return tuple(lost._replace(why=f'{topic}: {lost.why}')
                  for edge in chain for lost in edge.lost)
 
 

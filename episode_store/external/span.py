@@ -7,8 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import RawMessages
-from episode_store.task_folder import BagError
 
 
 @dataclass(frozen=True)

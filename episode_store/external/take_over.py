@@ -43,7 +43,7 @@ def check_drive(
     Parameters
     ----------
     path : Path
-        The foreign bag, see `any_bag.open_bag`.
+        The foreign bag, see `any_reader.open_bag`.
     grid : Grid
     reading : Reading
         How it is to be read.

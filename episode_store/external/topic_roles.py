@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Final
 
-from episode_store.external.transforms import TF_TYPE
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import Bag
-from episode_store.task_folder import BagError
+from msgs_bridge.sensing.frame_tree import TF_TYPE
 
 #: Types that a topic may have to stand for a role, the most likely first.
 ROLES: Final = {

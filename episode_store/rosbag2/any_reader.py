@@ -8,9 +8,9 @@ import numpy as np
 
 from episode_store.rosbag2.bag_files import (
     BagFiles, differing_count, files_of_file, files_of_folder, is_cut)
+from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.mcap_scan import CompressedError
 from episode_store.rosbag2.reader import Bag, BagReader, MOST_IN_MEMORY, RawMessages
-from episode_store.task_folder import BagError, error_line
 from msgs_bridge.untrusted.files import open_regular
 
 

@@ -12,9 +12,9 @@ import re
 from typing import Any, Final
 
 from control_field.words import counted
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.mcap_scan import MAGIC
 from episode_store.rosbag2.metadata import NAME
-from episode_store.task_folder import BagError
 from msgs_bridge.untrusted.files import BoundlessYamlError, open_regular, read_text, yaml_from_text
 
 #: How the files end that hold messages, those that are read first of several copies before others.

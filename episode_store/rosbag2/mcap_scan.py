@@ -13,7 +13,7 @@ import zlib
 import numpy as np
 import numpy.typing as npt
 
-from episode_store.task_folder import BagError
+from episode_store.rosbag2.errors import BagError
 
 MAGIC: Final = b'\x89MCAP0\r\n'
 #: Bytes of a record's opcode and length, and of a message's channel, sequence and two times.

@@ -8,7 +8,7 @@ from pathlib import Path
 import re
 from typing import Any, Final
 
-from episode_store.task_folder import BagError, error_line
+from episode_store.rosbag2.errors import BagError, error_line
 from msgs_bridge.untrusted.files import read_text, replace_file, yaml_from_text
 
 NAME: Final = 'metadata.yaml'

@@ -9,9 +9,9 @@ from typing import Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.mcap_index import message_heads, read_index, take
 from episode_store.rosbag2.mcap_scan import Channel, McapIndex, MESSAGE, RECORD, scan
-from episode_store.task_folder import BagError, error_line
 from msgs_bridge.untrusted.files import open_regular
 
 #: Most that the messages of a topic may come to in memory, where they were packed, [bytes].

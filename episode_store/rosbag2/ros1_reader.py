@@ -11,10 +11,10 @@ from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import decompressors
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import MOST_IN_MEMORY, RawMessages
 from episode_store.rosbag2.ros1_recovery import UnclosedBag, Unpackers
 from episode_store.rosbag2.unpacking import Room
-from episode_store.task_folder import BagError
 from msgs_bridge.untrusted.files import open_regular
 
 #: Largest chunk that is unpacked, [bytes]; recorders write them of less than 1 MiB.

@@ -14,6 +14,7 @@ import weakref
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.storage_mcap import decompress
 
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.mcap_scan import (
     CHANNEL_OP, CHUNK_OP, Cursor, cut_chunk, MAGIC, McapIndex, MESSAGE_OP, RECORD, Scan, scan,
     SCHEMA_OP, START, U4, U8)
@@ -21,7 +22,6 @@ from episode_store.rosbag2.metadata import NAME
 from episode_store.rosbag2.reader import Bag, BagReader, MOST_IN_MEMORY, RawMessages
 from episode_store.rosbag2.sqlite_recovery import recovered
 from episode_store.rosbag2.unpacking import check_packed, MOST_OF_A_CHUNK, Room, unpack_all
-from episode_store.task_folder import BagError
 from msgs_bridge.untrusted.files import open_regular
 
 #: What of a file is copied; all else says where things lie in it, or is none of the bag's.

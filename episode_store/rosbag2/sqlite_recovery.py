@@ -17,7 +17,7 @@ from typing import Final, NamedTuple
 
 from control_field.words import counted
 from episode_store.rosbag2.bag_files import JOURNAL, WAL
-from episode_store.task_folder import BagError, error_line
+from episode_store.rosbag2.errors import BagError, error_line
 from msgs_bridge.untrusted.files import open_regular
 
 #: How a journal ends that names another file, which SQLite would look into and may delete.

@@ -8,7 +8,7 @@ from pathlib import Path
 import re
 import sys
 
-from episode_store.task_folder import BagError
+from episode_store.rosbag2.errors import BagError
 
 _TYPE_NAME = re.compile(r'([A-Za-z0-9_]+)/(?:msg/)?([A-Za-z0-9_]+)')
 _FIELD = re.compile(r'^\s*([A-Za-z0-9_/]+)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z0-9_]+\s*(?!\s*=)')

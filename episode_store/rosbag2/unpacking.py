@@ -14,8 +14,8 @@ from typing import Any, BinaryIO, Final
 from rosbags.rosbag2 import reader as rosbags_reader
 from rosbags.rosbag2 import storage_mcap
 
+from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.reader import MOST_IN_MEMORY
-from episode_store.task_folder import BagError, error_line
 from msgs_bridge.untrusted.files import open_regular
 
 #: Largest chunk or message that is unpacked, [bytes]; recorders write chunks of 1 to 16 MiB.

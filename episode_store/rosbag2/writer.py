@@ -10,11 +10,13 @@ from typing import cast, Final, IO
 
 from mcap.writer import CompressionType, Writer
 
-from episode_store.header import HEADER_NAME
+from episode_store.rosbag2.errors import BagError, error_line, mcap_path
 from episode_store.rosbag2.metadata import (
     BagSummary, known_qos, OfferedQos, TopicSummary, write_metadata)
 from episode_store.rosbag2.type_definitions import message_definition, type_hash
-from episode_store.task_folder import BagError, EpisodeKind, error_line, mcap_path, TaskFolder
+
+#: Name of the MCAP metadata record that a bag of ours begins with.
+HEADER_NAME: Final = 'experience_controller'
 
 #: A chunk is written when it holds so many bytes, or so much time has gone by since the last
 #: one, on the wall clock or on the messages' own.
@@ -325,23 +327,3 @@ class BagWriter:
         except OSError as error:
             self._failure = error_line('record into', self.path, error)
             raise BagError(self._failure) from None
-
-
-def start_bag(task: TaskFolder, kind: EpisodeKind | str, header: Mapping[str, str]) -> BagWriter:
-    """
-    Begin the next bag of a task; if that fails, no folder is left behind.
-
-    Raises
-    ------
-    BagError
-        If it cannot be made.
-
-    """
-    episode = task.new_episode(kind)
-    try:
-        return BagWriter(episode.path, header)
-    except BagError:
-        with suppress(OSError):
-            episode.bag.unlink(missing_ok=True)
-            episode.path.rmdir()
-        raise

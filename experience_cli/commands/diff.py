@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _sides(arguments: argparse.Namespace) -> list[Any]:
-    """Return both fields as `comparison.Side`; what others recorded is learnt like the other."""
+    """Return both fields as `Side`; what others recorded is learnt like the other."""
     from experience_cli.bag_selection import is_foreign
     from experience_cli.figures.field_comparison import side_from
 
@@ -82,7 +82,7 @@ def lines_from(about: dict[str, Any]) -> list[str]:
     from experience_cli.bag_summary import table_lines
 
     first, second = about['first'], about['second']
-    rows = [('', first['name'], second['name'])]
+    rows: list[tuple[str, ...]] = [('', first['name'], second['name'])]
     for key, title in (('revision', 'episodes learnt'), ('prototypes', 'prototypes'),
                        ('known_cells', 'cells seen')):
         rows.append((title, *('not saved' if side[key] is None else str(side[key])

@@ -27,14 +27,12 @@ def run(arguments: argparse.Namespace) -> int:
     from episode_store.task_folder import changing
     from experience_cli.bag_argument import task_of
 
-    if arguments.undo:
-        task, number, kind = _task_and_bag(arguments.bag, arguments.bags)
-    else:
-        task, number, kind = task_of(arguments.bag, arguments.bags)
+    find = _task_and_bag if arguments.undo else task_of
+    task, number, kind = find(arguments.bag, arguments.bags)
     with changing(task.path):
         if arguments.undo:
             _bring_back(task, number, kind)
-        else:
+        elif number is not None:
             _forget(arguments, task, number)
         print(relearnt_sentence(task))
     return 0

@@ -7,7 +7,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from episode_store.task_folder import BagError
+from episode_store.rosbag2.errors import BagError
 from experience_cli.commands import learn_import as foreign
 from experience_cli.errors import UserError
 from msgs_bridge.untrusted.text import own_stream

@@ -11,8 +11,8 @@ from experience_cli.errors import UserError
 from experience_cli.reading import add_reading_options, guessed, READING, reading_of
 
 #: Options that describe the workspace, and what they are where nothing is said.
-_WORKSPACE: Final = {'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0, 0.0),
-                     'frame': 'odom'}
+_WORKSPACE: Final[dict[str, Any]] = {
+    'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0, 0.0), 'frame': 'odom'}
 
 
 def add_options(parser: argparse.ArgumentParser, keeping: bool = False) -> None:
@@ -153,7 +153,7 @@ def _check_is_meant(task: Any, into: Path) -> None:
 def _remedy_named() -> Iterator[None]:
     """Where poses are in another frame, or outside, say which options take that."""
     from episode_store.episode import OutsideDriveError
-    from episode_store.task_folder import BagError
+    from episode_store.rosbag2.errors import BagError
     from msgs_bridge.messages.frame_hints import other_frame
 
     try:
@@ -181,8 +181,9 @@ def _options_that_fit(grid: Any) -> str:
 def _check_no_bag(folder: Path) -> None:
     """Refuse to keep bags in a bag, or where the task around would take the folder for one."""
     from episode_store.rosbag2.bag_files import storage_files
+    from episode_store.rosbag2.errors import BagError
     from episode_store.rosbag2.metadata import NAME
-    from episode_store.task_folder import BagError, episode_from_path
+    from episode_store.task_folder import episode_from_path
 
     where = folder.absolute()
     for path in (where, where.parent):

@@ -71,7 +71,8 @@ def episodes_in(folder: Path, problems: list[str]) -> Iterator[Any]:
         If the folder, or that of the one task, cannot be read.
 
     """
-    from episode_store.task_folder import BagError, episode_from_path, task_folders
+    from episode_store.rosbag2.errors import BagError
+    from episode_store.task_folder import episode_from_path, task_folders
     from experience_cli.bag_argument import task_folder, tasks_in
     from experience_cli.bag_selection import is_named_like_ours
 

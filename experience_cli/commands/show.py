@@ -73,7 +73,7 @@ def about_bag(folder: Any) -> dict[str, Any]:
 
 def _imported(metadata: list[tuple[str, dict[str, str]]]) -> str:
     """Say from which bag of another recorder a bag was taken over, and what was made of it."""
-    from episode_store.header import HEADER_NAME
+    from episode_store.rosbag2.writer import HEADER_NAME
 
     values = next((values for name, values in metadata if name == HEADER_NAME), {})
     if 'imported_from' not in values:
@@ -88,7 +88,8 @@ def _imported(metadata: list[tuple[str, dict[str, str]]]) -> str:
 
 def _content(folder: Any, start: float) -> dict[str, Any]:
     from control_field.records import Demonstration
-    from episode_store.episode import NothingToLearnError, read_episode
+    from episode_store.episode import read_episode
+    from episode_store.rosbag2.errors import NothingToLearnError
 
     try:
         episode = read_episode(folder.path)

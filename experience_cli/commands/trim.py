@@ -73,9 +73,11 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
         If the bag cannot be read or written.
 
     """
+    from control_field.records import Demonstration
     from control_field.words import counted, sentences
-    from episode_store.episode import NothingToLearnError, read_episode
+    from episode_store.episode import read_episode
     from episode_store.lock import TRIM
+    from episode_store.rosbag2.errors import NothingToLearnError
     from episode_store.trim import cut_copy, drop_draft, replace_recording
 
     span = _span(episode, first, last)
@@ -92,6 +94,9 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
                         ) from None
     finally:
         drop_draft(draft.parent)
+    # Only demonstrations are cut, and of those there is a report.
+    assert isinstance(left.record, Demonstration)
+    assert left.report is not None
     grid = left.header.grid
     start, goal = ('({:.2f}, {:.2f})'.format(*grid.world_from_cell(*cell))
                    for cell in left.record.cells[[0, -1]].tolist())
@@ -101,7 +106,7 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
 
 
 def _make(folder: Path) -> None:
-    from episode_store.task_folder import BagError, error_line
+    from episode_store.rosbag2.errors import BagError, error_line
 
     try:
         folder.mkdir(parents=True)

@@ -1,0 +1,1 @@
+"""Teaching and trying on real nodes: processes, the client node, the report."""

@@ -28,8 +28,8 @@ def attach(task: str, world: str, arguments: argparse.Namespace) -> int:
         If the nodes are not there, or do not do what is asked.
 
     """
-    from experience_cli.commands.demo import teach, try_it
     from experience_cli.demo.client_node import DemoNode
+    from experience_cli.demo.show_and_try import teach, try_it
 
     progress = Progress(task, sys.stdout)
     with DemoNode(_domain(), lambda: None, arguments.namespace) as node, progress:

@@ -1,6 +1,6 @@
 """Child processes that end with their parent, however that ends."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 import ctypes
 import fcntl
@@ -15,8 +15,8 @@ from types import FrameType
 from typing import Any, Final
 
 from experience_cli.errors import UserError
-from experience_cli.interrupts import ENDING, interrupt, Stopped
-from msgs_bridge.node.environment import child_environment
+from experience_cli.interrupts import interrupt, Stopped
+from msgs_bridge.node.environment import child_environment, ENDING_SIGNALS
 from msgs_bridge.untrusted.files import check_folder, open_lock
 
 #: How long a child may take to end by itself, [s].
@@ -50,7 +50,7 @@ class Children:
 
     def __enter__(self) -> 'Children':
         """Return the context; from now on Ctrl-C is noted until `check` has told of it."""
-        self._before = {number: signal.signal(number, self._interrupt) for number in ENDING
+        self._before = {number: signal.signal(number, self._interrupt) for number in ENDING_SIGNALS
                         if signal.getsignal(number) is not signal.SIG_IGN}
         return self
 
@@ -130,7 +130,7 @@ def _send(child: 'subprocess.Popen[bytes]', number: signal.Signals) -> None:
         child.send_signal(number)
 
 
-def _child_of(parent: int) -> 'object':
+def _child_of(parent: int) -> Callable[[], None]:
     """Return what makes a child listen to SIGINT again and die with its parent."""
     libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
 

@@ -15,9 +15,10 @@ from control_field.records import ControlField, Kind, Outcome, Trial
 from control_field.words import counted
 from episode_store.episode import find_topic, read_header
 from episode_store.relearn import Lesson, Lessons
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.topic_tables import pose_table, PoseTable
-from episode_store.task_folder import BagError, EpisodeFolder, EpisodeKind, TaskFolder
+from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from experience_cli.output import write_output
 from world_maps.world import World
 

@@ -1,0 +1,1 @@
+"""Pictures with matplotlib: fields, maps, paths, learning."""

@@ -166,8 +166,8 @@ def _check_unpacked(stream: BinaryIO) -> None:
 def _side_from_arrays(path: Path, arrays: Mapping[str, npt.NDArray[Any]]) -> Side:
     """Read what `experience learn --save` and `evaluate --save-field` write."""
     vx = arrays['vx']
-    origin = arrays['origin'].tolist()
-    grid = Grid(*vx.shape, float(arrays['resolution']), *origin)
+    (n_rows, n_cols), (x, y) = vx.shape, arrays['origin'].tolist()
+    grid = Grid(n_rows, n_cols, float(arrays['resolution']), x, y)
     cells = grid.cells_from_world(arrays['centres'].reshape(-1, 2)).astype(np.int32)
     order = np.lexsort((cells[:, 1], cells[:, 0]))
     n = len(cells)
@@ -231,7 +231,7 @@ class Comparison:
     @cached_property
     def turned(self) -> npt.NDArray[np.bool_]:
         """Tell in which cells the courses differ."""
-        return self.first.headings != self.second.headings
+        return np.asarray(self.first.headings != self.second.headings)
 
     @cached_property
     def angle(self) -> npt.NDArray[np.float64]:

@@ -9,9 +9,14 @@ to load anything; a child that inherits neither finds its own way.
 from collections.abc import Mapping
 import os
 from pathlib import Path
+import signal
 import stat
 import sys
 import tempfile
+from typing import Final
+
+#: Ctrl-C, `kill`, and a window that is closed.
+ENDING_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 _MARK = '_ROS_WHEELS_BOOTSTRAP_COMPLETE'
 

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any, Final
 
-from episode_store.task_names import close_name
+from msgs_bridge.node.close_names import close_name
 
 #: What can be set of a node by a remapping.
 _SPECIAL: Final = ('__ns', '__node', '__name')

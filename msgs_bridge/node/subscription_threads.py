@@ -5,7 +5,7 @@ from functools import wraps
 from threading import RLock
 from typing import Any
 
-from msgs_bridge.messages.raw_messages import hear_small, MOST_BYTES, small_only
+from msgs_bridge.node.raw_messages import hear_small, MOST_BYTES, small_only
 from msgs_bridge.node.reader_threads import Ears
 
 

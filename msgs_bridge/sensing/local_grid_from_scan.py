@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.local_grid import BLOCKED, FREE, UNKNOWN
+from control_field.poses import Placement
 from msgs_bridge.messages.poses import seconds_from_stamp
 from msgs_bridge.sensing.laser_mount import Mount
 
@@ -30,25 +31,6 @@ _N_POINTS: Final = 5
 _RIM: Final = 2
 
 Floats = npt.NDArray[np.float64]
-
-
-class Placement(NamedTuple):
-    """Where something is: x, y [m] and yaw [rad]."""
-
-    x: float
-    y: float
-    yaw: float
-
-    def compose(self, offset: 'Placement') -> 'Placement':
-        """Return where something is that has this offset from here."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return Placement(self.x + c * offset.x - s * offset.y,
-                         self.y + s * offset.x + c * offset.y, self.yaw + offset.yaw)
-
-    def seen_from(self, place: 'Placement') -> 'Placement':
-        """Return the offset that this has from another place."""
-        c, s, dx, dy = math.cos(place.yaw), math.sin(place.yaw), self.x - place.x, self.y - place.y
-        return Placement(c * dx + s * dy, c * dy - s * dx, self.yaw - place.yaw)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,8 @@ from control_field_node.field_reader import FEW_CELLS, FieldReader, outcome_from
 from control_field_node.standing import drives
 from controller_bench import Bench, driving, DT
 from controller_helpers import GRID, straight_field
-from msgs_bridge.messages.raw_messages import MOST_BYTES, small_only
 from msgs_bridge.messages.tables import cloud_from_field, OtherVersionError
+from msgs_bridge.node.raw_messages import MOST_BYTES, small_only
 from ros_helpers import DEADLINE
 
 LARGE = Grid(80, 80, 0.25)

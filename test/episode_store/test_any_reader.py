@@ -12,9 +12,9 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from bridge_helpers import demonstration_bag, GRID
 from episode_store.episode import read_foreign_demonstration
 from episode_store.rosbag2.any_reader import missing_from, open_bag
+from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.mcap_scan import CHUNK_OP, DATA_END_OP, MAGIC, RECORD, START
 from episode_store.rosbag2.writer import McapFile
-from episode_store.task_folder import BagError, mcap_path
 from foreign_bags import FOREIGN, foreign_bag
 
 

@@ -13,7 +13,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from bridge_helpers import GRID
 from episode_store.episode import read_foreign_demonstration
 from episode_store.rosbag2.any_reader import notes_on, open_bag
-from episode_store.task_folder import BagError
+from episode_store.rosbag2.errors import BagError
 from foreign_bags import FOREIGN, foreign_bag, ros1_bag
 
 ODOM = FOREIGN['odom']

@@ -7,8 +7,8 @@ import pytest
 from bridge_helpers import demonstration_bag
 from episode_store.cut import has_its_end, missing_of_bag
 from episode_store.repair import repair_bag
+from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.metadata import NAME
-from episode_store.task_folder import BagError, mcap_path
 
 
 @pytest.fixture

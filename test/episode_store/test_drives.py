@@ -13,13 +13,13 @@ from control_field.headings import heading_from_step
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind, Outcome
 from control_field.robot.policy import TrialPolicy
-from episode_store.drives import NothingToLearnError
 from episode_store.episode import OutsideDriveError, read_episode, read_foreign_demonstration
 from episode_store.external.take_over import check_drive
 from episode_store.header import EpisodeHeader
+from episode_store.making import start_bag
 from episode_store.relearn import Lessons
-from episode_store.rosbag2.writer import start_bag
-from episode_store.task_folder import BagError, episode_from_path, TaskFolder
+from episode_store.rosbag2.errors import BagError, NothingToLearnError
+from episode_store.task_folder import episode_from_path, TaskFolder
 from experience_cli.bag_summary import summary_of
 from experience_cli.main import main
 from foreign_bags import STORE

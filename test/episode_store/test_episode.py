@@ -15,11 +15,12 @@ from episode_store.episode import (
     find_topic, NothingToLearnError, read_episode, read_foreign_demonstration, read_header,
     read_task)
 from episode_store.header import EpisodeHeader
+from episode_store.making import start_bag
 from episode_store.repair import repair_bag
 from episode_store.rosbag2.any_reader import open_bag
+from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.topic_tables import pose_table, sight_table
-from episode_store.rosbag2.writer import start_bag
-from episode_store.task_folder import BagError, mcap_path, TaskFolder
+from episode_store.task_folder import TaskFolder
 from foreign_bags import FOREIGN, foreign_bag
 from msgs_bridge.messages.trial_status import Label, State
 

@@ -14,8 +14,8 @@ from episode_store.external.drive import open_drive, Reading
 from episode_store.external.take_over import learnt_from
 from episode_store.external.transforms import read_transforms
 from episode_store.rosbag2.any_reader import open_bag
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.topic_tables import pose_table, sight_table
-from episode_store.task_folder import BagError
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.rigid_motions import Motions, rotated, STILL
 from robot_bags import LASER, MAP, N, place, robot_bag, RobotBag

@@ -10,7 +10,8 @@ from episode_store.episode import read_episode
 from episode_store.external.drive import open_drive, Reading
 from episode_store.external.span import Span
 from episode_store.external.take_over import learnt_from
-from episode_store.task_folder import BagError, TaskFolder
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
 from robot_bags import N, place, RobotBag
 

@@ -14,12 +14,14 @@ from control_field.records import Outcome
 from episode_store import gaps as bag_gaps
 from episode_store.episode import read_header
 from episode_store.gaps import gaps_in, KEY, KEY_BEFORE, note_gaps
-from episode_store.header import EpisodeHeader, HEADER_NAME, LOST_NAME
+from episode_store.header import EpisodeHeader, LOST_NAME
+from episode_store.making import start_bag
 from episode_store.repair import repair_bag
+from episode_store.rosbag2.errors import mcap_path
 from episode_store.rosbag2.metadata import custom_data
 from episode_store.rosbag2.reader import BagReader
-from episode_store.rosbag2.writer import BagWriter, start_bag
-from episode_store.task_folder import episode_from_path, EpisodeKind, mcap_path, TaskFolder
+from episode_store.rosbag2.writer import BagWriter, HEADER_NAME
+from episode_store.task_folder import episode_from_path, EpisodeKind, TaskFolder
 from episode_store.trim import drop_messages
 from experience_cli.main import main
 from learner_node.task_memory import Library

@@ -10,7 +10,8 @@ from bridge_helpers import grids, refusal
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from episode_store.header import EpisodeHeader
-from episode_store.task_folder import BagError, EpisodeKind
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import EpisodeKind
 
 HEADER = EpisodeHeader(EpisodeKind.DEMO, 'task1', Grid(20, 20, 0.25))
 

@@ -8,8 +8,8 @@ from control_field.records import Outcome
 from episode_store.episode import read_episode
 from episode_store.judgement import judge_bag, recorded_label
 from episode_store.label import read_label
+from episode_store.rosbag2.errors import mcap_path
 from episode_store.rosbag2.metadata import NAME
-from episode_store.task_folder import mcap_path
 from msgs_bridge.messages.trial_status import Label, State
 
 

@@ -10,13 +10,14 @@ from bridge_helpers import (
     CLOUD, demonstration_bag, GRID, random_decisions, raw_decisions, raw_status, STATUS, trial_bag,
     write_drive)
 from control_field.records import Outcome
-from episode_store.episode import NothingToLearnError, read_episode
+from episode_store.episode import read_episode
 from episode_store.header import EpisodeHeader
 from episode_store.label import KEY, read_label, write_label
+from episode_store.making import start_bag
 from episode_store.repair import repair_bag
+from episode_store.rosbag2.errors import BagError, mcap_path, NothingToLearnError
 from episode_store.rosbag2.metadata import custom_data, NAME, with_custom_data
-from episode_store.rosbag2.writer import start_bag
-from episode_store.task_folder import BagError, EpisodeKind, mcap_path, TaskFolder
+from episode_store.task_folder import EpisodeKind, TaskFolder
 from episode_store.trials import judged
 from msgs_bridge.messages.trial_status import Label, State
 

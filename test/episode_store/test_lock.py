@@ -10,7 +10,8 @@ import pytest
 
 from bridge_helpers import demonstration_bag
 from episode_store.lock import is_in_use
-from episode_store.task_folder import BagError, changing, TaskFolder
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import changing, TaskFolder
 
 HOLD = """
 import sys, time

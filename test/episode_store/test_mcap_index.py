@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from bridge_helpers import refusal
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.mcap_index import message_heads, read_index, take
 from episode_store.rosbag2.mcap_scan import CompressedError, MAGIC, MESSAGE, scan
-from episode_store.task_folder import BagError
 
 
 def mcap_file(messages, chunk_size=200, **options):

@@ -7,9 +7,9 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
 from ruamel.yaml import YAML
 
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.metadata import (
     BagSummary, known_qos, OfferedQos, read_yaml, TopicSummary, write_atomically, write_metadata)
-from episode_store.task_folder import BagError
 
 
 def summary(*counts):

@@ -8,7 +8,8 @@ import pytest
 from control_field.grid import Grid
 from episode_store.episode import read_header
 from episode_store.relearn import Lessons
-from episode_store.task_folder import BagError, TaskFolder
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import TaskFolder
 from ros_helpers import ROOT
 
 

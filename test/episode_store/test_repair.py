@@ -16,9 +16,10 @@ from rosbags.rosbag2 import Reader
 from bridge_helpers import demonstration_bag, trial_bag, write_drive
 from control_field.words import counted
 from episode_store.repair import needs_repair, repair_bag, repair_task
+from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.mcap_index import read_index
 from episode_store.rosbag2.reader import BagReader
-from episode_store.task_folder import BagError, mcap_path, TaskFolder
+from episode_store.task_folder import TaskFolder
 from msgs_bridge.node.environment import child_environment
 
 #: Records until it is killed; says on every line how many messages are in and which is the last.

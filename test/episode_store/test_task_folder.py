@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 import pytest
 
 from bridge_helpers import refusal, run_python
+from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import (
-    BagError, check_task_name, episode_from_path, EpisodeKind, TaskFolder, tasks)
+    check_task_name, episode_from_path, EpisodeKind, TaskFolder, tasks)
 
 MANY = """
 import sys

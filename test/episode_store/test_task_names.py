@@ -6,7 +6,8 @@ import pytest
 
 from bridge_helpers import demonstration_bag
 from episode_store.task_folder import TaskFolder
-from episode_store.task_names import check_is_meant, close_name, distance
+from episode_store.task_names import check_is_meant
+from msgs_bridge.node.close_names import close_name, distance
 import ros_helpers
 
 words = st.text('abc', max_size=7)

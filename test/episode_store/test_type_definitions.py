@@ -4,8 +4,8 @@ from mcap_ros2._dynamic import generate_dynamic
 import pytest
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.type_definitions import message_definition, type_hash
-from episode_store.task_folder import BagError
 from msgs_bridge.messages.cdr import DESCRIBED
 
 RULE = '=' * 80

@@ -6,10 +6,11 @@ import pytest
 
 from bridge_helpers import demonstration_bag, GRID, nanoseconds, raw_status, STATUS, write_drive
 from control_field.records import Outcome
-from episode_store.episode import NothingToLearnError, read_episode
+from episode_store.episode import read_episode
 from episode_store.header import EpisodeHeader
-from episode_store.rosbag2.writer import start_bag
-from episode_store.task_folder import BagError, EpisodeKind, TaskFolder
+from episode_store.making import start_bag
+from episode_store.rosbag2.errors import BagError, NothingToLearnError
+from episode_store.task_folder import EpisodeKind, TaskFolder
 from episode_store.undo import bring_back, names_of, take_away, THROWN_AWAY
 from msgs_bridge.messages.trial_status import State
 

@@ -7,7 +7,7 @@ import pytest
 from bridge_helpers import demonstration_bag, GRID, write_drive
 from control_field.grid import Grid
 from episode_store.header import EpisodeHeader
-from episode_store.rosbag2.writer import start_bag
+from episode_store.making import start_bag
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from episode_store.workspace import check_workspaces, common_header
 from experience_cli.main import main

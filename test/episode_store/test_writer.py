@@ -13,10 +13,12 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import get_typestore, Stores
 
 from bridge_helpers import demonstration_bag, ODOMETRY, raw_odometry, run_python, write_drive
+from episode_store.making import start_bag
+from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.metadata import OfferedQos
 from episode_store.rosbag2.reader import BagReader
-from episode_store.rosbag2.writer import BagWriter, start_bag
-from episode_store.task_folder import BagError, mcap_path, TaskFolder
+from episode_store.rosbag2.writer import BagWriter
+from episode_store.task_folder import TaskFolder
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 #: Records until the file may grow no more; says how many messages were taken and what was said.

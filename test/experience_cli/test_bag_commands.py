@@ -9,8 +9,9 @@ import pytest
 
 from bridge_helpers import demonstration_bag, loop_bag
 from episode_store.episode import read_episode
+from episode_store.rosbag2.errors import mcap_path
 from episode_store.rosbag2.reader import BagReader
-from episode_store.task_folder import mcap_path, TaskFolder
+from episode_store.task_folder import TaskFolder
 from episode_store.trim import whole_path
 from experience_cli.main import main
 from sample_helpers import DEMO, field_of, files_of, FIRST, sample_copy, SECOND

@@ -9,8 +9,8 @@ from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_odometry
 from control_field.parameters import Parameters
 from episode_store.episode import read_episode
 from episode_store.header import EpisodeHeader
+from episode_store.making import start_bag
 from episode_store.relearn import Lessons
-from episode_store.rosbag2.writer import start_bag
 from episode_store.task_folder import episode_from_path, TaskFolder
 from experience_cli.commands.inspect_field import inspection_figure
 from experience_cli.main import main

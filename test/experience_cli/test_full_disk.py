@@ -62,7 +62,8 @@ def rounds_of(source, folder, commands):
 
 
 def test_figures_and_report_of_the_demo_stay_as_they_were_and_are_named(tmp_path, monkeypatch):
-    monkeypatch.setattr('experience_cli.figures.paper_figures.figures_of', lambda _: [('figure_2', Figure())])
+    monkeypatch.setattr('experience_cli.figures.paper_figures.figures_of',
+                        lambda _: [('figure_2', Figure())])
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     for name, write in {
             'figure_2.png': lambda: draw_figures(tmp_path, []),

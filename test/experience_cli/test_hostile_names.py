@@ -7,10 +7,11 @@ import pytest
 
 from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_odometry
 from episode_store.header import EpisodeHeader
+from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.metadata import write_metadata
 from episode_store.rosbag2.type_definitions import message_definition
 from episode_store.rosbag2.writer import McapFile
-from episode_store.task_folder import BagError, EpisodeKind, mcap_path
+from episode_store.task_folder import EpisodeKind
 from experience_cli.main import main
 from msgs_bridge.node.run import exit_with
 from teleop_node.status_line import line_over, message_over

@@ -123,7 +123,8 @@ def test_without_a_home_nodes_log_and_figures_are_drawn(tmp_path, home, monkeypa
         env.pop(name, None)
     code = ('import sys; from experience_cli import main; main._prepare_output(); '
             'main.prepare(); main._prepare_drawing(); import rclpy; rclpy.init(); '
-            'from experience_cli.figures.drawing import new_figure; new_figure().savefig("figure.png")')
+            'from experience_cli.figures.drawing import new_figure; '
+            'new_figure().savefig("figure.png")')
     with Process([sys.executable, '-c', code], tmp_path, env=env, cwd=tmp_path) as process:
         assert process.popen.wait(60) == 0, process.stderr
     assert process.stderr == ''

@@ -13,8 +13,8 @@ from bridge_helpers import demonstration_bag, GRID, random_decisions, raw_decisi
 from control_field.records import Outcome
 from episode_store.episode import read_header
 from episode_store.header import EpisodeHeader
+from episode_store.making import start_bag
 from episode_store.relearn import Lessons
-from episode_store.rosbag2.writer import start_bag
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_cli.commands.learn import digest, field_bytes
 from experience_cli.main import COMMANDS, main

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 import pytest
 
 from control_field.grid import Grid
-from experience_cli.commands.demo import WAY
 from experience_cli.demo.path_follower import cells_along, Driver, NEAR, points_from_cells
+from experience_cli.demo.show_and_try import WAY
 
 TICK = 0.05
 

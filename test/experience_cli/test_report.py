@@ -7,7 +7,8 @@ import shutil
 import numpy as np
 import pytest
 
-from episode_store.task_folder import BagError, TaskFolder
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import TaskFolder
 from experience_cli.demo.report import report_from_bags
 from experience_cli.figures.paper_figures import figures_of
 from sample_helpers import rewritten, sample_copy

@@ -13,7 +13,8 @@ from bridge_helpers import demonstration_bag, GRID
 from control_field.parameters import Parameters
 from episode_store.relearn import Lessons
 from episode_store.repair import needs_repair, repair_task
-from episode_store.task_folder import EpisodeKind, mcap_path, TaskFolder
+from episode_store.rosbag2.errors import mcap_path
+from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_cli.main import main
 from ros_helpers import child_environment
 from sample_helpers import field_of, sample_copy

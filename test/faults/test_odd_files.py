@@ -16,8 +16,9 @@ from rosbags.rosbag2 import StoragePlugin
 
 from episode_store.repair import repair_task
 from episode_store.rosbag2.any_reader import open_bag
+from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.unpacking import _lz4, MOST_OF_A_BAG, unpack
-from episode_store.task_folder import BagError, mcap_path, TaskFolder
+from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
 from foreign_bags import foreign_bag, ros1_bag
 from sample_helpers import sample_copy

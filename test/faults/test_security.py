@@ -9,10 +9,7 @@ import pytest
 
 from ros_helpers import ROOT, run, start_node, wait_until
 
-ROOMS = ['control_field', 'msgs_bridge', 'sim_node', 'control_field_node', 'learner_node',
-         'teleop_node', 'experience_cli', 'benchmarks', 'tools', 'launch']
-#: Nodes whose module is not called after them, and what they need to start.
-MODULES = {'neighbourhood_node': 'neighbourhood_node.node'}
+ROOMS = [*sorted(path.parent.name for path in ROOT.glob('*/__init__.py')), 'tools', 'launch']
 RULES = {('topics', 'publish'): 'get_publisher_names_and_types_by_node',
          ('topics', 'subscribe'): 'get_subscriber_names_and_types_by_node',
          ('services', 'reply'): 'get_service_names_and_types_by_node',
@@ -41,7 +38,7 @@ def nodes(ros_domain, tmp_path_factory):
               'teleop_node': {'keyboard': False}}
     with ExitStack() as stack:
         yield [stack.enter_context(start_node(
-            MODULES.get(name, f'{name}.node'), folder, needed.get(name))) for name in PROFILES]
+            f'{name}.node', folder, needed.get(name))) for name in PROFILES]
 
 
 def test_only_the_controller_may_publish_cmd_vel():
@@ -101,10 +98,12 @@ def test_nothing_unpickles_or_evaluates(path):
 
 
 #: Modules that open files by themselves: what they open is ours, or they are the door itself.
-OPENERS = {'safe_files.py', 'type_definitions.py', 'sqlite_recovery.py'}
+OPENERS = {'files.py', 'type_definitions.py', 'sqlite_recovery.py'}
 
 
-@pytest.mark.parametrize('room', ['msgs_bridge', 'learner_node', 'control_field_node', 'sim_node'])
+@pytest.mark.parametrize('room', [
+    'msgs_bridge', 'episode_store', 'world_maps', 'learner_node', 'control_field_node', 'sim_node',
+    'neighbourhood_node', 'localised_odometry_node'])
 def test_what_is_not_ours_is_read_through_one_door(room):
     for path in sorted((ROOT / room).rglob('*.py')):
         for node in ast.walk(ast.parse(path.read_text())):

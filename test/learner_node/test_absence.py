@@ -4,12 +4,13 @@ from types import SimpleNamespace
 
 import pytest
 
+from control_field.poses import StartPose
 from learner_node.effects import Say
 from learner_node.hearing import Hearing
 from learner_node.odometry_check import OdometryCheck
 from learner_node.phases import SessionError
 from learner_node.session import Session
-from learner_node.settings import Settings, StartPose
+from learner_node.settings import Settings
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.serialized import cdr_from_message
 

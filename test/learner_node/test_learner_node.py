@@ -18,12 +18,13 @@ from std_srvs.srv import SetBool, Trigger
 from bridge_helpers import demonstration_bag
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from episode_store.episode import find_topic, NothingToLearnError, read_episode
+from episode_store.episode import find_topic, read_episode
 from episode_store.header import EpisodeHeader
+from episode_store.making import start_bag
 from episode_store.repair import needs_repair
+from episode_store.rosbag2.errors import mcap_path, NothingToLearnError
 from episode_store.rosbag2.reader import BagReader
-from episode_store.rosbag2.writer import start_bag
-from episode_store.task_folder import EpisodeKind, mcap_path, TaskFolder
+from episode_store.task_folder import EpisodeKind, TaskFolder
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.tables import field_from_cloud
 from msgs_bridge.node import qos

@@ -7,9 +7,10 @@ import pytest
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
+from control_field.poses import StartPose
 from learner_node.services import Desk
 from learner_node.session import Session
-from learner_node.settings import Settings, StartPose
+from learner_node.settings import Settings
 
 
 class Services:

@@ -6,8 +6,8 @@ import pytest
 from bridge_helpers import GRID, loop_bag, nanoseconds, ODOMETRY, raw_odometry
 from control_field.parameters import Parameters
 from episode_store.header import EpisodeHeader
+from episode_store.making import start_bag
 from episode_store.relearn import Lessons
-from episode_store.rosbag2.writer import start_bag
 from episode_store.task_folder import episode_from_path, TaskFolder
 from experience_cli.commands.learn import text_from_lesson
 from learner_node.reports import numbers_from_lesson, sentence_from_lesson

@@ -2,10 +2,11 @@
 
 import pytest
 
+from control_field.poses import StartPose
 from learner_node.effects import Place, Say
 from learner_node.phases import Peers, Phase, SessionError
 from learner_node.session import Session
-from learner_node.settings import Settings, StartPose
+from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from msgs_bridge.node.statements import Deed
 

@@ -8,11 +8,13 @@ import pytest
 
 from bridge_helpers import demonstration_bag, GRID, loop_bag
 from control_field.parameters import Parameters
+from control_field.poses import StartPose
 from episode_store.repair import needs_repair
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
-from episode_store.task_folder import BagError, EpisodeKind, TaskFolder
+from episode_store.task_folder import EpisodeKind, TaskFolder
 from learner_node.recorder import Recorder, stamp_of
-from learner_node.settings import Settings, start_poses_from_list, StartPose
+from learner_node.settings import Settings, start_poses_from_list
 from learner_node.task_memory import Library, set_aside
 from learner_node.waiting import Raw
 from learner_node.worker import result_of, Worker

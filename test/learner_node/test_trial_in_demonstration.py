@@ -2,11 +2,12 @@
 
 import pytest
 
+from control_field.poses import StartPose
 from control_field.records import Outcome
 from learner_node.effects import Abandon, Say, StopTrial
 from learner_node.phases import Peers, Phase, SessionError
 from learner_node.session import Session
-from learner_node.settings import Settings, StartPose
+from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import State, TrialStatus
 
 BEGAN = 10.0

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 import pytest
 
+from control_field.poses import Placement
 from localised_odometry_node.fusion import LocalisedOdometry, LocalisedSettings
 from msgs_bridge.messages.poses import (
     initialpose_from_pose, odometry_from_pose, Pose, pose_from_odometry)
 from msgs_bridge.node import qos
-from msgs_bridge.sensing.local_grid_from_scan import Placement
 import ros_helpers
 
 MODULE = 'localised_odometry_node.node'

@@ -46,7 +46,7 @@ def test_help_is_a_page_that_names_every_parameter(ros_domain, tmp_path, module)
     process = run(module, tmp_path, '--help')
     assert (process.popen.returncode, process.stderr) == (0, '')
     lines = process.stdout.splitlines()
-    name = module.split('.')[-module.startswith('msgs_bridge')]
+    name = module.removesuffix('.node')
     assert lines[0].startswith(f'{name}: ')
     assert len(lines) < 30
     assert max(map(len, lines)) <= 100

@@ -10,7 +10,7 @@ import pytest
 from control_field.grid import Grid
 from episode_store.external.drive import open_drive
 from episode_store.external.take_over import learnt_from
-from episode_store.task_folder import BagError
+from episode_store.rosbag2.errors import BagError
 from msgs_bridge.sensing.corrections import Correction, spread
 from robot_bags import RobotBag
 from strategies import few

@@ -7,10 +7,11 @@ import pytest
 from bridge_helpers import (
     GRID, random_decisions, random_field, random_prototypes, raw_decisions, raw_status)
 from control_field.records import Outcome
-from episode_store.episode import NothingToLearnError, read_episode
+from episode_store.episode import read_episode
 from episode_store.header import EpisodeHeader
+from episode_store.making import start_bag
 from episode_store.relearning import relearnt
-from episode_store.rosbag2.writer import start_bag
+from episode_store.rosbag2.errors import NothingToLearnError
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from msgs_bridge.messages.clouds import table_from_cloud
 from msgs_bridge.messages.memory_identity import difference, memory_of, NOTHING, task_of

@@ -10,7 +10,6 @@ from ros_helpers import ROOT, start_node, wait_until
 NODES = {
     'sim_node': {}, 'control_field_node': {}, 'learner_node': {'task': 'a_task'},
     'teleop_node': {'keyboard': False}, 'neighbourhood_node': {}, 'localised_odometry_node': {}}
-IN_BRIDGE = {'neighbourhood_node', 'localised_odometry_node'}
 #: Every node has these.
 USUAL = {'/rosout', '/parameter_events'}
 README = (ROOT / 'README.md').read_text()
@@ -43,9 +42,8 @@ def nodes(ros_domain, tmp_path_factory):
     folder = tmp_path_factory.mktemp('nodes')
     with ExitStack() as stack:
         for name, parameters in NODES.items():
-            module = f'msgs_bridge.{name}' if name in IN_BRIDGE else f'{name}.node'
             extra = {'bags': str(folder)} if name == 'learner_node' else {}
-            stack.enter_context(start_node(module, folder, parameters | extra))
+            stack.enter_context(start_node(f'{name}.node', folder, parameters | extra))
         yield
 
 

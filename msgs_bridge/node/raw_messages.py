@@ -6,16 +6,12 @@ never be held up takes bytes and reads them itself.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
-import numpy as np
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
-from msgs_bridge.messages.cdr import CdrError, layout_from_cdr, POINT_CLOUD
-from msgs_bridge.messages.clouds import TableError
 from msgs_bridge.node.qos import hear_all
 
 #: No pose, command or 3x3 sight is longer, [bytes].
@@ -62,60 +58,3 @@ def hear_small(
     """Subscribe to a topic of small messages, once a profile; see `small_only`."""
     hear_all(node, kind, topic, small_only(kind, topic, callback, refuse), profiles, raw=True)
 
-
-@dataclass(frozen=True, slots=True)
-class _Header:
-    frame_id: str
-
-
-@dataclass(frozen=True, slots=True)
-class _Column:
-    name: str
-    offset: int
-    datatype: int
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
-class RawCloud:
-    """
-    A PointCloud2 whose data stay where they arrived; it has the message's own attributes.
-
-    Parameters
-    ----------
-    header, fields, height, width, is_bigendian, point_step, row_step
-        As in the message.
-    data : ndarray of uint8
-        A view.
-
-    """
-
-    header: _Header
-    fields: list[_Column]
-    height: int
-    width: int
-    is_bigendian: bool
-    point_step: int
-    row_step: int
-    data: np.ndarray[Any, np.dtype[np.uint8]]
-
-
-def cloud_from_cdr(message: bytes) -> RawCloud:
-    """
-    Read a PointCloud2 from its bytes; nothing is copied.
-
-    Raises
-    ------
-    TableError
-        If the bytes are no such message.
-
-    """
-    try:
-        layout = layout_from_cdr(POINT_CLOUD, message)
-    except CdrError as error:
-        raise TableError(f'its bytes are no PointCloud2: {error}') from None
-    values = layout.values
-    return RawCloud(
-        _Header(values['frame_id']), [_Column(**column) for column in values['fields']],
-        values['height'], values['width'], bool(values['is_bigendian']), values['point_step'],
-        values['row_step'], layout.numbers(message, 'data'))

@@ -1,0 +1,31 @@
+"""What is wrong with a bag, in one line for a person."""
+
+from pathlib import Path
+
+from msgs_bridge.untrusted.files import OddFileError
+from msgs_bridge.untrusted.text import printable
+
+
+class BagError(ValueError):
+    """A bag cannot be read or written; the message is one line that says what and why."""
+
+    def __init__(self, message: str) -> None:
+        """Keep it to one line without codes, whatever names from a bag or of files are in it."""
+        super().__init__(printable(message))
+
+
+def mcap_path(folder: Path) -> Path:
+    """Return where the MCAP file of a bag's folder is."""
+    return folder / f'{folder.name}_0.mcap'
+
+
+def error_line(action: str, path: Path, error: OSError) -> str:
+    """Say in one line what could not be done, where and why."""
+    if isinstance(error, OddFileError):
+        path = Path(error.filename)
+        return f'cannot {action} {path}: {error.strerror}'
+    return f'cannot {action} {path}: {(error.strerror or str(error)).lower()}'
+
+
+class NothingToLearnError(BagError):
+    """The bag is readable, but there is nothing in it to learn from."""
