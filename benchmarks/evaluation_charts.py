@@ -26,8 +26,8 @@ STYLES = {
     'nearest_prototype': ('#CC79A7', '-.', 'nearest prototype'),
 }
 TITLES = {
-    'field_success': 'Starts from which the flow alone, without sight, comes home',
-    'success_spl': 'Success with sight, weighted by path length (SPL)',
+    'field_success': 'Starts from which the flow alone, without local grid, comes home',
+    'success_spl': 'Success with local grid, weighted by path length (SPL)',
 }
 
 

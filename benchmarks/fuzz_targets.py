@@ -22,7 +22,8 @@ from episode_store.rosbag2.columns import read_columns
 from episode_store.rosbag2.errors import mcap_path
 from episode_store.rosbag2.metadata import custom_data, with_custom_data
 from episode_store.rosbag2.reader import BagReader, RawMessages
-from episode_store.rosbag2.topic_tables import decision_table, pose_table, sight_table, statuses
+from episode_store.rosbag2.topic_tables import (
+    decision_table, local_grid_table, pose_table, statuses)
 from episode_store.rosbag2.writer import BagWriter
 from episode_store.task_folder import EpisodeKind
 from msgs_bridge.messages.cdr import DESCRIBED, struct_from_cdr
@@ -40,7 +41,7 @@ from msgs_bridge.messages.trial_status import (
 from msgs_bridge.messages.velocities import (
     twist_from_velocity, twist_stamped_from_velocity, velocity_from_twist)
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker
-from neighbourhood_node.settings import SightSettings
+from neighbourhood_node.settings import NeighbourhoodSettings
 
 GRID: Final = Grid(4, 5, 0.25)
 _POSE: Final = Pose(1.0, 0.6, 0.4, 0.3, 0.1, 0.2, 'odom')
@@ -140,7 +141,7 @@ def _place(pose: Pose) -> None:
 
 def _see(source: str) -> Callable[[Any], None]:
     """Return what a neighbourhood is made of a message with."""
-    maker = NeighbourhoodMaker(SightSettings(source=source, rows=4, cols=5))
+    maker = NeighbourhoodMaker(NeighbourhoodSettings(source=source, rows=4, cols=5))
     odometry = odometry_from_pose(_POSE)
 
     def see(msg: Any) -> None:
@@ -248,7 +249,7 @@ def _read_notes(data: bytes) -> None:
 def targets() -> dict[str, Target]:
     """Return every target by its name."""
     neighbourhood = Neighbourhood(1.0, 1, 2, np.full((3, 3), FREE, np.int8), 'odom')
-    sight, odometry = grid_from_neighbourhood(neighbourhood, GRID), odometry_from_pose(_POSE)
+    local_grid, odometry = grid_from_neighbourhood(neighbourhood, GRID), odometry_from_pose(_POSE)
     occupancy = map_from_occupancy(np.zeros(GRID.shape, np.int8), GRID)
     placed, clicked = initialpose_from_pose(_POSE), pose_stamped_from_pose(_POSE)
     status = status_from_trial(TrialStatus(State.ENDED, 1, Outcome.GOAL))
@@ -265,7 +266,7 @@ def targets() -> dict[str, Target]:
         'twist': _target(twist_from_velocity(0.1, 0.2), velocity_from_twist),
         'twist_stamped': _target(twist_stamped_from_velocity(
             0.1, 0.2, odometry.header.stamp, 'base'), velocity_from_twist),
-        'neighbourhood': _target(sight, lambda msg: neighbourhood_from_grid(msg, GRID)),
+        'neighbourhood': _target(local_grid, lambda msg: neighbourhood_from_grid(msg, GRID)),
         'map': _target(occupancy, occupancy_from_map),
         'status': _target(status, trial_from_status),
         'scan': _target(_scan(), _see('scan')),
@@ -273,7 +274,7 @@ def targets() -> dict[str, Target]:
         'raw_odometry': _column_target(odometry, lambda raw: pose_table(raw, 'odom')),
         'raw_pose': _column_target(clicked, lambda raw: pose_table(raw, 'odom')),
         'raw_placed': _column_target(placed, lambda raw: pose_table(raw, 'odom')),
-        'raw_sight': _column_target(sight, lambda raw: sight_table(raw, GRID)),
+        'raw_sight': _column_target(local_grid, lambda raw: local_grid_table(raw, GRID)),
         'raw_decisions': _column_target(rows, lambda raw: decision_table(raw, GRID)),
         'raw_status': _column_target(status, lambda raw: list(statuses(raw))),
         'raw_twist': _column_target(twist_from_velocity(0.1, 0.2), _read_twist),

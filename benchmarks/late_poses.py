@@ -2,7 +2,7 @@
 Measure what late, irregular and lost messages do to a trial: collisions, success, time.
 
 ``python -m benchmarks.late_poses --runs 100``: simulator and controller in one process, without
-ROS, with a link between them that delays and loses odometry, sight and commands. A run is one
+ROS, with a link between them that delays and loses odometry, local grid and commands. A run is one
 trial of a field that was demonstrated without the obstacles that are met now, from a random start.
 """
 
@@ -235,9 +235,9 @@ class LateBench:
             self._take(self.supervisor.watch(self.now))
 
     def _sense(self) -> None:
-        robot, sight = self.simulation.robot, self.simulation.sight()
+        robot, local_grid = self.simulation.robot, self.simulation.local_grid()
         stamp = self.now + self.link.clock_offset
-        self.up.send(self.now, Neighbourhood(stamp, sight.row, sight.col, sight.cells))
+        self.up.send(self.now, Neighbourhood(stamp, local_grid.row, local_grid.col, local_grid.cells))
         self.up.send(self.now, Pose(stamp, *robot.odometry, robot.speed, robot.turn_rate))
 
     def _hear(self, message: Any) -> None:

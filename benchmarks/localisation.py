@@ -167,7 +167,7 @@ class Bench:
             pose = self.simulation.robot.odometry
             stamps.append(len(stamps) * TICK)
             xy.append(pose[:2])
-            masks.append(masks_from_neighbourhood(self.simulation.sight().cells))
+            masks.append(masks_from_neighbourhood(self.simulation.local_grid().cells))
             command = driver.command(*pose)
             if command is None:
                 break
@@ -214,10 +214,10 @@ class Bench:
     def _sense(self) -> Answer:
         """Tell the controller what the robot senses in this tick."""
         self._n_ticks += 1
-        robot, sight = self.simulation.robot, self.simulation.sight()
+        robot, local_grid = self.simulation.robot, self.simulation.local_grid()
         began = time.perf_counter()
         self.supervisor.saw_neighbourhood(
-            Neighbourhood(self._now, sight.row, sight.col, sight.cells), self._now)
+            Neighbourhood(self._now, local_grid.row, local_grid.col, local_grid.cells), self._now)
         answer = self.supervisor.saw_pose(
             Pose(self._now, *robot.odometry, robot.speed, robot.turn_rate), self._now)
         if self.condition.localised and self._n_ticks % POSE_EVERY == 0:

@@ -71,7 +71,7 @@ class Recorder:
             self._drive(bag, np.array(cells), world)
         stamps = np.arange(len(cells)) * STEP
         return Demonstration(np.array(cells, dtype=np.int32), stamps, np.array(
-            [world.sight(*cell) for cell in cells], dtype=np.uint8),
+            [world.local_grid(*cell) for cell in cells], dtype=np.uint8),
             np.zeros(len(cells), dtype=np.uint8), 1)
 
     def trial(self, trial: Trial, learner: Learner, world: GridWorld) -> None:
@@ -102,19 +102,19 @@ class Recorder:
 
     def _drive(self, bag: BagWriter, cells: np.ndarray, world: GridWorld) -> None:
         for step, (row, col) in enumerate(cells.tolist()):
-            sight = np.zeros((3, 3), dtype=np.int8)
+            local_grid = np.zeros((3, 3), dtype=np.int8)
             for d_row in (-1, 0, 1):
                 for d_col in (-1, 0, 1):
                     near = row + d_row, col + d_col
                     inside = 0 <= near[0] < self._grid.n_rows and 0 <= near[1] < self._grid.n_cols
                     blocked = not inside or world.truth[near] != 0
-                    sight[d_row + 1, d_col + 1] = 100 if blocked else 0
+                    local_grid[d_row + 1, d_col + 1] = 100 if blocked else 0
             x, y = self._grid.world_from_cell(row, col)
             for tick in range(TICKS):
                 stamp = (step + tick / TICKS) * STEP
                 self._write(bag, 'odom', odometry_from_pose(Pose(stamp, x, y, 0.0)), stamp)
                 self._write(bag, 'neighbourhood', grid_from_neighbourhood(
-                    Neighbourhood(stamp, row, col, sight), self._grid), stamp)
+                    Neighbourhood(stamp, row, col, local_grid), self._grid), stamp)
 
     @staticmethod
     def _write(bag: BagWriter, topic: str, message: object, stamp: float) -> None:

@@ -29,7 +29,7 @@ from control_field.robot.policy import TrialPolicy
 from episode_store.episode import open_bag
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
-from episode_store.rosbag2.topic_tables import pose_table, sight_table
+from episode_store.rosbag2.topic_tables import local_grid_table, pose_table
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_evaluation.teachers import demonstration_from_path, shortest_path
 from experience_evaluation.worlds import generate
@@ -93,13 +93,13 @@ def decisions(_: Path) -> Work:
     """Decide 100 times as the controller does, in plain Python."""
     learner, world, _trial = taught(20)
     field = learner.trial_field(curious=False)
-    cells = [(row, col, world.sight(row, col))
+    cells = [(row, col, world.local_grid(row, col))
              for row, col in np.argwhere(world.truth == 0)[:100].tolist()]
 
     def decide() -> None:
         policy = TrialPolicy(field, Parameters(), np.random.default_rng(1), 1)
-        for row, col, sight in cells:
-            policy.decide(row, col, sight, 0, 0.0)
+        for row, col, local_grid in cells:
+            policy.decide(row, col, local_grid, 0, 0.0)
     return decide
 
 
@@ -143,11 +143,11 @@ def wire(_: Path) -> Work:
 
 
 def bag(folder: Path) -> Work:
-    """Read a bag of ten minutes at 50 Hz: poses and sights as columns."""
+    """Read a bag of ten minutes at 50 Hz: poses and local grids as columns."""
     from rclpy.serialization import serialize_message
 
     grid = Grid(20, 20, 0.25)
-    task, sight = TaskFolder(folder, 'speed'), np.zeros((3, 3), np.int8)
+    task, local_grid = TaskFolder(folder, 'speed'), np.zeros((3, 3), np.int8)
     header = EpisodeHeader(EpisodeKind.DEMO, 'speed', grid).to_mapping()
     with start_bag(task, EpisodeKind.DEMO, header) as writer:
         for index in range(_N_MESSAGES):
@@ -156,14 +156,14 @@ def bag(folder: Path) -> Work:
             for topic, kind, message in (
                     ('odom', 'Odometry', odometry_from_pose(Pose(stamp, x, 2.0, 0.0))),
                     ('neighbourhood', 'OccupancyGrid', grid_from_neighbourhood(
-                        Neighbourhood(stamp, row, col, sight), grid))):
+                        Neighbourhood(stamp, row, col, local_grid), grid))):
                 writer.write(f'/{topic}', f'nav_msgs/msg/{kind}', serialize_message(message),
                              round(stamp * 1e9))
 
     def read() -> None:
         source = open_bag(writer.folder)
         pose_table(source.messages('/odom'), 'odom')
-        sight_table(source.messages('/neighbourhood'), grid)
+        local_grid_table(source.messages('/neighbourhood'), grid)
     return read
 
 

@@ -1,5 +1,5 @@
 """
-What the robot sees: its 3x3 neighbourhood, and which steps that sight allows.
+What the robot sees: its 3x3 neighbourhood, and which steps that local grid allows.
 
 A neighbourhood is an int8 array of shape (3, 3), rows by columns, row 0 at the lowest y, the
 robot's cell in the middle. A *mask* packs the eight cells around it into one byte: bit h is the
@@ -57,7 +57,7 @@ def crop_neighbourhood(
     occupancy: npt.NDArray[np.int8], row: int, col: int,
 ) -> npt.NDArray[np.int8]:
     """
-    Cut the 3x3 sight out of a map; what lies outside the map is blocked.
+    Cut the 3x3 local grid out of a map; what lies outside the map is blocked.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ class Parameters:
     corner_cutting: bool = parameter(
         False, 'whether a diagonal step may pass a blocked cell beside it (a point robot)')
     unknown_is_blocked: bool = parameter(
-        False, 'whether the robot keeps out of cells while its sight calls them unknown')
+        False, 'whether the robot keeps out of cells while its local grid calls them unknown')
     moves: int = parameter(
         8, 'steps allowed: 8 neighbours, or 4 without the diagonals', low=4, high=8)
     pull: bool = parameter(

@@ -34,8 +34,8 @@ class Outcome(StrEnum):
 
 #: One row a decision, in the order they were made. ``next_row, next_col`` is the cell the robot
 #: was in when the step was over (its own cell again for BLOCKED). ``blocked`` and ``unknown`` are
-#: the masks of the 3x3 sight the decision was made on. ``stamp`` is in seconds, ``revision`` the
-#: field it was made with.
+#: the masks of the 3x3 local grid the decision was made on. ``stamp`` is in seconds, ``revision``
+#: the field it was made with.
 DECISION_DTYPE: Final = np.dtype([
     ('stamp', '<f8'), ('trial', '<u4'), ('step', '<u4'), ('revision', '<u4'),
     ('row', '<i4'), ('col', '<i4'), ('next_row', '<i4'), ('next_col', '<i4'),
@@ -65,7 +65,7 @@ class Demonstration:
     stamps : ndarray of float64, shape (n,), [s]
         When each cell was entered.
     blocked, unknown : ndarray of uint8, shape (n,)
-        Masks of the sight in each cell (``unknown`` all ones where there was none).
+        Masks of the local grid in each cell (``unknown`` all ones where there was none).
     episode : int
         Number of the bag it came from; 0 where there is none.
 

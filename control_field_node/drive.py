@@ -155,7 +155,7 @@ class Drive:
         return math.hypot(x - pose.x, y - pose.y) <= EXACT * self.grid.resolution
 
     def _is_barred(self, cell: Cell, seen: Seen) -> bool:
-        """Tell whether the sight bars the step under way."""
+        """Tell whether the local grid bars the step under way."""
         source, target = self._source, self._target
         if cell == target or source == target:
             return False

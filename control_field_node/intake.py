@@ -29,7 +29,7 @@ class Intake:
         What was refused or passed over, by what it is.
     too_late : float, [s]
         Age of the odometry that came since the last that was fresh enough, 0 if none did.
-    odometry, sight : Freshness
+    odometry, local grid : Freshness
     poses : PoseWatch
     why_late : str
         Why the last late pose does not count.
@@ -39,7 +39,7 @@ class Intake:
     def __init__(self, settings: Settings, log: Callable[[str, str], None]) -> None:
         """Start with nothing received."""
         self.counts: Counter[str] = Counter()
-        self.odometry, self.sight = Freshness(0.0), Freshness(0.0)
+        self.odometry, self.local_grid = Freshness(0.0), Freshness(0.0)
         self.places = Freshness(math.inf)  # of a localisation
         self.poses = PoseWatch(settings.rules)
         self.why_late = ''
@@ -55,7 +55,7 @@ class Intake:
         self.poses.rules = settings.rules
         waits = settings.lockstep
         self.odometry.timeout = math.inf if waits else settings.odom_timeout
-        self.sight.timeout = math.inf if waits else settings.neighbourhood_timeout
+        self.local_grid.timeout = math.inf if waits else settings.neighbourhood_timeout
 
     def refuse(self, what: str, is_said: bool = False) -> None:
         """Count something that is not to be trusted; say so once a kind, if nobody else does."""
@@ -77,7 +77,7 @@ class Intake:
         return now < self._bad_until
 
     def came(self, what: Freshness, now: float, is_missed: bool) -> None:
-        """Take in that odometry or sight has come; what was missed has to stay for a while."""
+        """Take in that odometry or local grid has come; what was missed has to stay for a while."""
         if is_missed and what.is_stale(now):
             self._bad_until = now + what.timeout
         what.saw(now)
@@ -114,9 +114,9 @@ class Intake:
         late = self.too_late and self.odometry.comes_in_vain(now)
         return StopReason.LATE_POSES if late else StopReason.STALE_ODOMETRY
 
-    def is_late_sight(self, sight: Neighbourhood, last: Neighbourhood | None) -> bool:
+    def is_late_local_grid(self, local_grid: Neighbourhood, last: Neighbourhood | None) -> bool:
         """Tell whether a neighbourhood is older than the last, and is to be passed over."""
         late = last is not None and not self._settings.lockstep and (
-            0.0 < last.stamp - sight.stamp <= self._settings.neighbourhood_timeout)
+            0.0 < last.stamp - local_grid.stamp <= self._settings.neighbourhood_timeout)
         self.counts['late neighbourhoods'] += late
         return late

@@ -16,7 +16,7 @@ class TickBook:
 
     Attributes
     ----------
-    odometry, sight : message or None
+    odometry, local grid : message or None
         The newest of each.
     owes_stop : bool
         Whether a standstill could not go out because the tick was answered already: the next one
@@ -27,7 +27,7 @@ class TickBook:
     def __init__(self) -> None:
         """Start with nothing."""
         self.odometry: Any = None
-        self.sight: Any = None
+        self.local_grid: Any = None
         self.owes_stop = False
         self._answered: Stamp | None = None
 
@@ -41,8 +41,8 @@ class TickBook:
 
     def is_open(self) -> bool:
         """Tell whether there is a tick to answer."""
-        return (self.odometry is not None and self.sight is not None
-                and key_of(self.odometry) == key_of(self.sight)
+        return (self.odometry is not None and self.local_grid is not None
+                and key_of(self.odometry) == key_of(self.local_grid)
                 and not self.is_answered(self.odometry))
 
     def answer(self, msg: Any, is_stop: bool) -> bool:

@@ -151,7 +151,7 @@ class ControlFieldNode(Node):
             if isinstance(outcome, OtherVersionError):
                 self._leave_field()
         elif self.supervisor.accept_field(outcome):
-            self._read_sight(self._book.sight)
+            self._read_local_grid(self._book.local_grid)
             self._out.tell_trial()
         else:
             self._leave_field()
@@ -162,20 +162,20 @@ class ControlFieldNode(Node):
         self._publish(supervisor.stop(StopReason.WRONG_FIELD, supervisor.refusal))
 
     def _on_neighbourhood(self, msg: OccupancyGrid) -> None:
-        if self._read_sight(msg):
-            self._book.sight = msg  # only now: one that is refused takes no tick's place
+        if self._read_local_grid(msg):
+            self._book.local_grid = msg  # only now: one that is refused takes no tick's place
             self._answer_tick()
 
-    def _read_sight(self, sight: OccupancyGrid | None) -> bool:
+    def _read_local_grid(self, local_grid: OccupancyGrid | None) -> bool:
         """Read a neighbourhood; before there is a field its cells are all there is."""
-        if sight is None:
+        if local_grid is None:
             return False
         try:
-            grid = self.supervisor.grid or cells_of_sight(sight)
-            neighbourhood = neighbourhood_from_grid(sight, grid)
+            grid = self.supervisor.grid or cells_of_sight(local_grid)
+            neighbourhood = neighbourhood_from_grid(local_grid, grid)
         except ValueError as error:
             self.supervisor.intake.refuse(str(error))
-            self.supervisor.intake.sight.pass_over(time.monotonic(), str(error))
+            self.supervisor.intake.local_grid.pass_over(time.monotonic(), str(error))
             return False
         self.supervisor.saw_neighbourhood(neighbourhood, time.monotonic(), grid)
         return True

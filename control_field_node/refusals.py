@@ -27,8 +27,8 @@ def why_no_start(supervisor: 'Supervisor', now: float) -> str:
     intake = supervisor.intake
     if supervisor.pose is None or supervisor.odometry_refusal or intake.odometry.is_stale(now):
         return intake.odometry.absence(now, 'odometry')
-    if supervisor.neighbourhood is None or intake.sight.is_stale(now):
-        return intake.sight.absence(now, 'neighbourhood')
+    if supervisor.neighbourhood is None or intake.local_grid.is_stale(now):
+        return intake.local_grid.absence(now, 'neighbourhood')
     if supervisor.localisation.is_lost:
         return _why_lost(supervisor, now)
     if problem := supervisor.heartbeat.problem:

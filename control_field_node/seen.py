@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from control_field.grid import Grid
 from control_field.local_grid import ALL, masks_from_neighbourhood
-from control_field.robot.collision_monitor import Sight, sight_from_cells
+from control_field.robot.collision_monitor import local_grid_from_cells, LocalGrid
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 
 
@@ -22,7 +22,7 @@ class Seen:
         Masks of the eight cells around it.
     barred : frozenset of (row, col)
         Cells of the nine that must not be entered.
-    sight : Sight
+    local grid : Sight
         The same for the gate.
 
     """
@@ -32,7 +32,7 @@ class Seen:
     blocked: int
     unknown: int
     barred: frozenset[tuple[int, int]]
-    sight: Sight
+    local_grid: LocalGrid
 
     @property
     def shows_nothing(self) -> bool:
@@ -57,8 +57,8 @@ def seen_from_neighbourhood(
         if (i, j) != (1, 1) and (
             not grid.contains(row + i - 1, col + j - 1)
             or (unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
-    sight = sight_from_cells(cells, row, col, grid, unknown_is_blocked)
-    return Seen(row, col, blocked, unknown, barred, sight)
+    local_grid = local_grid_from_cells(cells, row, col, grid, unknown_is_blocked)
+    return Seen(row, col, blocked, unknown, barred, local_grid)
 
 
 def cached_seen() -> Callable[[Neighbourhood, Grid, bool], Seen]:

@@ -89,7 +89,7 @@ class Settings:
     teleop_outside_trials: bool = parameter(
         True, 'pass cmd_vel_teleop on to cmd_vel while no trial runs')
     anchoring: bool = parameter(
-        False, 'mend odometry by what the sight shows against the remembered map')
+        False, 'mend odometry by what the local grid shows against the remembered map')
     pose_topic: str = parameter(
         '', 'PoseWithCovarianceStamped of a localisation, such as amcl_pose, to mend odometry '
         'with; empty: none')

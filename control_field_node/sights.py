@@ -8,7 +8,7 @@ from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose, problem_with_frame
 
 
-class Sights:
+class LocalGrids:
     """
     Keeps the newest neighbourhood.
 
@@ -26,7 +26,7 @@ class Sights:
     """
 
     def __init__(self, intake: Intake, localisation: Localisation) -> None:
-        """Start without sight."""
+        """Start without local grid."""
         self.newest: Neighbourhood | None = None
         self._cells: Grid | None = None
         self._intake, self._localisation = intake, localisation
@@ -54,28 +54,28 @@ class Sights:
             Whether the robot stands for something that is missing.
 
         """
-        if self._intake.is_late_sight(neighbourhood, self.newest):
-            self._intake.sight.pass_over(
+        if self._intake.is_late_local_grid(neighbourhood, self.newest):
+            self._intake.local_grid.pass_over(
                 now, f'its stamps go back (last {neighbourhood.stamp:.2f} s)')
             return
         self.newest, self._cells = neighbourhood, cells
-        self._intake.came(self._intake.sight, now, is_missed)
+        self._intake.came(self._intake.local_grid, now, is_missed)
 
     def seen_from(self, pose: Pose | None, now: float, unknown_is_blocked: bool) -> Seen | None:
         """Return what is seen from a pose; None where nothing is, or what there is is too old."""
-        sight, cells = self.newest, self._cells
-        if sight is None or cells is None or pose is None or self.problem(pose, now):
+        local_grid, cells = self.newest, self._cells
+        if local_grid is None or cells is None or pose is None or self.problem(pose, now):
             return None
-        return self._seen(self._localisation.see(sight), cells, unknown_is_blocked)
+        return self._seen(self._localisation.see(local_grid), cells, unknown_is_blocked)
 
     def problem(self, pose: Pose | None, now: float) -> str:
         """Say why nothing is seen from a pose; empty if something is."""
-        sight, cells, fresh = self.newest, self._cells, self._intake.sight
+        local_grid, cells, fresh = self.newest, self._cells, self._intake.local_grid
         if pose is None or self._intake.odometry.is_stale(now):
             return self._intake.odometry.absence(now, 'odometry')
-        if sight is None or cells is None or fresh.is_stale(now):
+        if local_grid is None or cells is None or fresh.is_stale(now):
             return fresh.absence(now, 'neighbourhood')
-        if abs(apart := pose.stamp - sight.stamp) > fresh.timeout:
+        if abs(apart := pose.stamp - local_grid.stamp) > fresh.timeout:
             return (f'the stamp of the neighbourhood is {abs(apart):.2f} s '
                     f'{"behind" if apart > 0.0 else "ahead of"} that of odometry, must be at most '
                     f'neighbourhood_timeout ({fresh.timeout:g} s)')

@@ -19,11 +19,11 @@ from control_field_node import words
 from control_field_node.answer import Answer, NOTHING, STOP
 from control_field_node.heartbeat import Heartbeat
 from control_field_node.intake import Intake
+from control_field_node.local_grids import LocalGrids
 from control_field_node.localisation import Localisation
 from control_field_node.refusals import why_no_start
 from control_field_node.seen import Seen
 from control_field_node.settings import Settings
-from control_field_node.sights import Sights
 from control_field_node.standing import status_at_end, status_now
 from control_field_node.trial_run import ended_by, Move, TrialRun
 from control_field_node.wheels import Wheels
@@ -75,7 +75,7 @@ class Supervisor:
         self._takeover = TakeoverWatch(settings.takeover_timeout)
         self.intake = Intake(settings, log)
         self.heartbeat = Heartbeat(settings)
-        self.sights = Sights(self.intake, self.localisation)
+        self.local_grids = LocalGrids(self.intake, self.localisation)
         self.wheels = Wheels(settings, self.intake.counts)
         self._dt = _USUAL_STEP
         self._driven: float | None = None
@@ -109,7 +109,7 @@ class Supervisor:
     @property
     def neighbourhood(self) -> Neighbourhood | None:
         """Return the newest neighbourhood that can be placed on the workspace."""
-        return self.sights.newest
+        return self.local_grids.newest
 
     @property
     def status(self) -> TrialStatus:
@@ -125,7 +125,7 @@ class Supervisor:
             return False
         self.refusal = ''
         self.field = field
-        self.sights.take_workspace(field.grid)
+        self.local_grids.take_workspace(field.grid)
         self.localisation.take_field(field)
         if self.run is not None:
             self.run.refresh(field)
@@ -208,7 +208,7 @@ class Supervisor:
     def saw_neighbourhood(self, neighbourhood: Neighbourhood, now: float,
                           cells: Grid | None = None) -> None:
         """Take in a neighbourhood, on the field's cells or others; a late one is passed over."""
-        self.sights.saw(neighbourhood, cells or self.grid, now, self.problem is not None)
+        self.local_grids.saw(neighbourhood, cells or self.grid, now, self.problem is not None)
 
     def saw_bad_input(self, what: str, now: float) -> Answer:
         """Take in odometry that is not to be trusted: stand still until it has been good again."""
@@ -277,7 +277,7 @@ class Supervisor:
             return self._follow(run, pose, seen)
         if seen is None:
             return self._pause(
-                StopReason.STALE_NEIGHBOURHOOD, self.sights.problem(pose, now))
+                StopReason.STALE_NEIGHBOURHOOD, self.local_grids.problem(pose, now))
         if seen.shows_nothing and run.parameters.unknown_is_blocked:
             return self._pause(StopReason.STALE_NEIGHBOURHOOD, 'all around the robot is unknown')
         if problem := words.problem_with_sight(seen, run.policy.field.grid, pose.x, pose.y):
@@ -309,7 +309,7 @@ class Supervisor:
 
     def _seen_now(self, now: float) -> Seen | None:
         parameters = self.parameters if self.run is None else self.run.parameters
-        return self.sights.seen_from(self.pose, now, parameters.unknown_is_blocked)
+        return self.local_grids.seen_from(self.pose, now, parameters.unknown_is_blocked)
 
     def _seen_lately(self, now: float) -> Seen | None:
         return None if self.intake.odometry.is_stale(now) else self._seen_now(now)
@@ -317,8 +317,8 @@ class Supervisor:
     def _pass_on(self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float,
                  now: float) -> GateReason:
         reason = self.wheels.pass_on(wanted, pose, seen, dt, now)
-        if self.held and reason is GateReason.NO_SIGHT:
-            self.wheels.held += f': {self.sights.problem(pose, now)}'
+        if self.held and reason is GateReason.NO_LOCAL_GRID:
+            self.wheels.held += f': {self.local_grids.problem(pose, now)}'
         return reason
 
     def guard(self, now: float, clock: float | None = None) -> Answer:
@@ -355,9 +355,9 @@ class Supervisor:
         if self.intake.odometry.is_stale(now):
             return self._pause(
                 self.intake.why_stale(now), self.intake.odometry.absence(now, 'odometry'))
-        if self.intake.sight.is_stale(now) and self.problem is None:
+        if self.intake.local_grid.is_stale(now) and self.problem is None:
             return self._pause(
-                StopReason.STALE_NEIGHBOURHOOD, self.sights.problem(self.pose, now))
+                StopReason.STALE_NEIGHBOURHOOD, self.local_grids.problem(self.pose, now))
         return NOTHING
 
     def is_let_go(self, now: float) -> bool:
@@ -369,7 +369,7 @@ class Supervisor:
         Pass a person's command on, as far as the gate lets it.
 
         In a trial standstill takes nothing over from the field, unless it follows a drive. Where
-        no sight has ever come only the limits hold; where it is stale, the robot only turns.
+        no local grid has ever come only the limits hold; where it is stale, the robot only turns.
         """
         holds = self._takeover.saw_foreign(now, moves(wanted), 'cmd_vel_teleop')
         if self.run is not None and not holds:
@@ -384,7 +384,7 @@ class Supervisor:
             return NOTHING
         self._hand_over()
         wanted = self.wheels.ramped(wanted, dt)
-        self.is_ungated = self.pose is None or not self.intake.sight.has_come
+        self.is_ungated = self.pose is None or not self.intake.local_grid.has_come
         if self.pose is None or self.is_ungated:
             if self.intake.is_new(words.UNGATED):
                 self._log('warning', words.UNGATED)

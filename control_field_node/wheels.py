@@ -143,17 +143,17 @@ class Wheels:
         now : float, [s]
 
         """
-        sight = None if seen is None else seen.sight
+        local_grid = None if seen is None else seen.local_grid
         self._wanted = wanted[0]
         if not self._lockstep and self.lateness.following.is_lost:
             wanted = STANDSTILL
         if self._lockstep:
             self.velocity, reason = gate(
-                wanted, self.velocity, dt, _place(pose), sight, self._limits)
+                wanted, self.velocity, dt, _place(pose), local_grid, self._limits)
         else:
             at = self._time(now)
             self.velocity, reason = gate_late(
-                wanted, self.velocity, dt, _place(pose), sight, self._limits,
+                wanted, self.velocity, dt, _place(pose), local_grid, self._limits,
                 self.lateness.lag(at))
             self._sent(at)
         if reason is not GateReason.NONE:

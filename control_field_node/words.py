@@ -1,4 +1,4 @@
-"""What the controller says of a goal, a place or a sight that does not fit."""
+"""What the controller says of a goal, a place or a local grid that does not fit."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -68,7 +68,7 @@ def problem_with_goal(
 
 
 def problem_with_sight(seen: Seen, grid: Grid, x: float, y: float) -> str:
-    """Say that a sight does not hold the robot's cell, [m]; empty if it does."""
+    """Say that a local grid does not hold the robot's cell, [m]; empty if it does."""
     cell = grid.cell_from_world(x, y)
     if abs(seen.row - cell[0]) <= 1 and abs(seen.col - cell[1]) <= 1:
         return ''

@@ -1,4 +1,4 @@
-"""Drives: what the poses and sights of a bag show, if a robot can have driven so."""
+"""Drives: what the poses and local grids of a bag show, if a robot can have driven so."""
 
 from typing import Any, Final
 
@@ -13,10 +13,10 @@ from control_field.records import Demonstration
 from control_field.words import counted
 from episode_store.rosbag2.errors import BagError, NothingToLearnError
 from episode_store.rosbag2.reader import RawMessages
-from episode_store.rosbag2.topic_tables import pose_table, PoseTable, sight_table
+from episode_store.rosbag2.topic_tables import local_grid_table, pose_table, PoseTable
 from msgs_bridge.sensing.frame_tree import Lost
 
-#: Seconds that stamps of sights may step back before a clock that jumped is assumed.
+#: Seconds that stamps of local grids may step back before a clock that jumped is assumed.
 CLOCK_JUMP: Final = 1.0
 #: What lies on one side of these breaks is a drive of its own, if a person says so.
 _CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.UNSAID, BreakKind.HOLE)
@@ -56,17 +56,17 @@ def read_drive(
 
     """
     poses = pose_table(odometry, grid.frame_id)
-    sights = sight_table(neighbourhoods, grid)
+    local_grids = local_grid_table(neighbourhoods, grid)
     notes = tuple(f'{counted(table.n_refused, "message")} refused, the first: {table.refusal}'
-                  for table in (poses, sights) if table.n_refused)
+                  for table in (poses, local_grids) if table.n_refused)
     if not len(poses.stamps):
         raise NothingToLearnError(
             'has no pose in it' + (f': {poses.refusal}' if poses.refusal else ''))
     _check_ends(poses)
-    seen = _in_order(sights.stamps)
+    seen = _in_order(local_grids.stamps)
     record, report = demonstration_from_poses(
-        grid, poses.stamps, poses.xy, sights.stamps[seen], sights.blocked[seen],
-        sights.unknown[seen], number, speed_max, sights.cells[seen], poses.motion)
+        grid, poses.stamps, poses.xy, local_grids.stamps[seen], local_grids.blocked[seen],
+        local_grids.unknown[seen], number, speed_max, local_grids.cells[seen], poses.motion)
     _check_open(record)
     return record, report, notes
 
@@ -178,7 +178,7 @@ def _check_open(record: Demonstration) -> None:
 
 
 def _in_order(stamps: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    """Return the order of sights by stamp since the clock last jumped back."""
+    """Return the order of local grids by stamp since the clock last jumped back."""
     jumps = np.flatnonzero(np.diff(stamps) < -CLOCK_JUMP)
     n_before = int(jumps[-1]) + 1 if len(jumps) else 0
     return np.asarray(n_before + np.argsort(stamps[n_before:], kind='stable'), dtype=np.int64)

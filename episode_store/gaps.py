@@ -29,7 +29,7 @@ from msgs_bridge.untrusted.files import read_text
 KEY: Final = 'experience_incomplete'
 KEY_BEFORE: Final = 'experience_before_the_drive'
 #: Topics that come at a steady pace, by role: how many times the usual time without a message is
-#: a hole, and how long it lasts at least, [s]. A sight may come from a costmap, now and then.
+#: a hole, and how long it lasts at least, [s]. A local grid may come from a costmap, now and then.
 _STEADY: Final = {'odom': (5.0, 0.5), 'neighbourhood': (10.0, 2.0)}
 #: Types that come at a steady pace; a localisation speaks up when the robot has moved.
 _STEADY_TYPES: Final = ('nav_msgs/msg/Odometry', 'nav_msgs/msg/OccupancyGrid')

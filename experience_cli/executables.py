@@ -34,7 +34,7 @@ def teleop_node() -> None:
 
 
 def neighbourhood_node() -> None:
-    """Run the sight of a robot with a laser or a costmap."""
+    """Run the local grid of a robot with a laser or a costmap."""
     _run('neighbourhood_node.node')
 
 

@@ -11,12 +11,12 @@ import numpy.typing as npt
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.learning.provenance import Voices, voices_at
 from control_field.records import ControlField, Kind, Prototypes
-from control_field.robot.collision_monitor import gate, Sight, sight_from_cells
+from control_field.robot.collision_monitor import gate, local_grid_from_cells, LocalGrid
 from control_field.robot.limits import Limits, STANDSTILL, Velocity
 from episode_store.recording import Recording
 from episode_store.relearn import Lessons
 from episode_store.rosbag2.columns import read_columns
-from episode_store.rosbag2.topic_tables import decision_table, sight_table, statuses
+from episode_store.rosbag2.topic_tables import decision_table, local_grid_table, statuses
 from episode_store.rosbag2.writer import HEADER_NAME
 from episode_store.task_folder import TaskFolder
 from experience_cli.errors import UserError
@@ -186,7 +186,7 @@ class Moment:
         if math.dist(self.requested, self.applied) < 1e-9:
             return None
         velocity, rule = gate(
-            self.requested, *self._before(), self.pose, self._sight(), self.limits)
+            self.requested, *self._before(), self.pose, self._local_grid(), self.limits)
         return Gated(velocity, str(rule), math.dist(velocity, self.applied) < _SAME)
 
     @cached_property
@@ -210,9 +210,9 @@ class Moment:
         dt = float(stamps[self._i] - stamps[self._i - 1])
         return self._command('cmd_vel', self._i - 1) or STANDSTILL, max(dt, 0.0)
 
-    def _sight(self) -> Sight | None:
+    def _local_grid(self) -> LocalGrid | None:
         grid = self.header.grid
-        table = sight_table(self.recording.messages('neighbourhood'), grid)
+        table = local_grid_table(self.recording.messages('neighbourhood'), grid)
         seen = np.flatnonzero(table.stamps <= self.stamp + 1e-6)
         if not len(seen):
             return None
@@ -223,7 +223,7 @@ class Moment:
                 if masks[i] >> heading & 1:
                     cells[1 + STEP_ROW[heading], 1 + STEP_COL[heading]] = state
         row, col = table.cells[i].tolist()
-        return sight_from_cells(
+        return local_grid_from_cells(
             cells.tolist(), row, col, grid, self.header.parameters.unknown_is_blocked)
 
     def _command(self, role: str, i: int) -> Velocity | None:

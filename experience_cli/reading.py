@@ -15,8 +15,8 @@ _OTHERS: Final = ('base_frame', 'laser', 'body_radius', 'zero_is_no_return', 'fr
 READING: Final = (*_TOPICS.values(), *_OTHERS)
 _HELP: Final = {
     'odom': 'which topic says where the robot was: Odometry, a pose, or /tf (the one called odom)',
-    'neighbourhood': 'which one is its 3x3 sight (the one called so)',
-    'scan': 'which one to make the 3x3 sight from (the one called so, or the only LaserScan)',
+    'neighbourhood': 'which one is its 3x3 local grid (the one called so)',
+    'scan': 'which one to make the 3x3 local grid from (the one called so, or the only LaserScan)',
     'cmd_vel': 'which one is cmd_vel (the one called so)'}
 
 

@@ -173,7 +173,7 @@ def _neighbours(world: GridWorld, cell: Cell) -> list[Cell]:
 
 def demonstration_from_path(world: GridWorld, path: Path, episode: int) -> Demonstration:
     """
-    Return the demonstration of a path, with the sight that a robot has under way.
+    Return the demonstration of a path, with the local grid that a robot has under way.
 
     Raises
     ------
@@ -184,8 +184,8 @@ def demonstration_from_path(world: GridWorld, path: Path, episode: int) -> Demon
     if len(path) < 2:
         raise ValueError('a demonstration needs at least two cells')
     cells = np.array(path, dtype=np.int32)
-    sights = np.array([world.sight(row, col) for row, col in path], dtype=np.uint8)
-    return Demonstration(cells, np.arange(len(path), dtype=np.float64), sights,
+    local_grids = np.array([world.local_grid(row, col) for row, col in path], dtype=np.uint8)
+    return Demonstration(cells, np.arange(len(path), dtype=np.float64), local_grids,
                          np.zeros(len(path), dtype=np.uint8), episode)
 
 
@@ -217,8 +217,8 @@ def demonstrate(world: GridWorld, teacher: str, start: Cell, goal: Cell,
     """
     Let a teacher demonstrate.
 
-    The sight that comes with it is that of the world the teacher drives in: the true one, or for
-    ``blind`` the open workspace, where cells are seen free that later are not.
+    The local grid that comes with it is that of the world the teacher drives in: the true one, or
+    for ``blind`` the open workspace, where cells are seen free that later are not.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 """
-Start sight, controller and learner on a TurtleBot that has been brought up.
+Start local grid, controller and learner on a TurtleBot that has been brought up.
 
 `ros2 launch experience_controller turtlebot.launch.py robot:=turtlebot3_burger task:=kitchen`, and
 in a terminal of its own `ros2 run experience_controller teleop_node` with the robot's parameters.

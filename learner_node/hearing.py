@@ -49,7 +49,7 @@ class Hearing:
         self.odometry_time = 0
         self._looks: dict[str, Callable[[bytes], None]] = {
             'odom': self._saw_odometry, 'experience': self._saw_experience,
-            'trial': self._saw_trial, 'neighbourhood': self._saw_sight,
+            'trial': self._saw_trial, 'neighbourhood': self._saw_local_grid,
             'cmd_vel': lambda _: self._session.heard_command(time.monotonic())}
 
     @property
@@ -85,8 +85,8 @@ class Hearing:
         if wants:
             self._carry_out(self._session.saw_pose(pose.x, pose.y, pose.yaw, now))
 
-    def _saw_sight(self, cdr: bytes) -> None:
-        self._carry_out(self._session.saw_sight(stamp_of(cdr) * 1e-9, time.monotonic()))
+    def _saw_local_grid(self, cdr: bytes) -> None:
+        self._carry_out(self._session.saw_local_grid(stamp_of(cdr) * 1e-9, time.monotonic()))
 
     def _saw_experience(self, cdr: bytes) -> None:
         rows = self._read(partial(decisions_from_cloud, grid=self._grid), PointCloud2, cdr)

@@ -25,8 +25,8 @@ PLACE_REQUESTS: Final = 4
 
 #: Time between two looks at the clock from which on this process itself was held up, [s].
 ASLEEP: Final = 1.0
-#: Longest wait for the sight of where the robot was set, [s].
-SIGHT_PATIENCE: Final = 1.0
+#: Longest wait for the local grid of where the robot was set, [s].
+LOCAL_GRID_PATIENCE: Final = 1.0
 
 
 class SessionError(ValueError):
@@ -105,10 +105,10 @@ def patience(lockstep: bool) -> float:
 
 
 class Arrival:
-    """Whether a robot that is set back has arrived, and the sight with it: that may be slower."""
+    """Whether a robot that is set back has arrived, and the local grid with it: that may be slower."""
 
     def __init__(self) -> None:
-        """Start away, without any sight."""
+        """Start away, without any local grid."""
         self._seen: float | None = None
         self._stamp: float | None = None
         self._at = 0.0
@@ -127,18 +127,18 @@ class Arrival:
         if self._stamp is None:
             self._stamp, self._at = stamp, now
 
-    def saw_sight(self, stamp: float) -> None:
+    def saw_local_grid(self, stamp: float) -> None:
         """Take in that a neighbourhood of a stamp has come."""
         self._seen = stamp
 
     def is_behind(self, stamp: float) -> bool:
-        """Tell whether the sight of a stamp may yet come: that of before has."""
+        """Tell whether the local grid of a stamp may yet come: that of before has."""
         return self._seen is not None and self._seen < stamp
 
     def is_seen(self, now: float) -> bool:
-        """Tell whether the robot is there, and the sight is not of before; not for too long."""
+        """Tell whether the robot is there, and the local grid is not of before; not for too long."""
         return self._stamp is not None and (
-            self._seen is None or self._seen >= self._stamp or now - self._at > SIGHT_PATIENCE)
+            self._seen is None or self._seen >= self._stamp or now - self._at > LOCAL_GRID_PATIENCE)
 
 
 def obstacle(

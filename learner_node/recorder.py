@@ -60,7 +60,7 @@ class Recorder:
         self._kind = EpisodeKind.DEMO
         #: What is in force: written first into every bag.
         self.in_force: list[Raw] = []
-        self._sight: Raw | None = None
+        self._local_grid: Raw | None = None
         self._contact = b''
         self._early: deque[Raw] = deque()
         self._n_early_bytes = 0
@@ -104,8 +104,8 @@ class Recorder:
             self._writer = start_bag(self.task, kind, self._header(kind))
             self._file = _identity(self._writer.path)
             self._lost_before = Counter(self.lost)
-            sight = [self._sight] if self._sight else []
-            for message in (*self.in_force, *self._early, *sight):
+            local_grid = [self._local_grid] if self._local_grid else []
+            for message in (*self.in_force, *self._early, *local_grid):
                 self.write(message, now)
             self._early.clear()
             self._n_early_bytes = 0
@@ -160,7 +160,7 @@ class Recorder:
                     return  # it is read more than once, and a bumper may say it all the time
                 self._contact = message.cdr
             if name == 'neighbourhood':
-                self._sight = message
+                self._local_grid = message
             if arrival.place is None:
                 self.write(message)
             if name == 'experience' and self.kind is not EpisodeKind.TRIAL:

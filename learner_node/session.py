@@ -118,9 +118,9 @@ class Session(Teaching):
             self._arrival.saw_robot(self._stamp, now)
         return self._start_placed(now)
 
-    def saw_sight(self, stamp: float, now: float) -> Effects:
+    def saw_local_grid(self, stamp: float, now: float) -> Effects:
         """Take in that a neighbourhood has come: no trial starts on that of another place."""
-        self._arrival.saw_sight(stamp)
+        self._arrival.saw_local_grid(stamp)
         return self._start_placed(now)
 
     def _start_placed(self, now: float) -> Effects:

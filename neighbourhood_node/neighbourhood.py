@@ -16,7 +16,7 @@ from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.local_grid_from_costmap import neighbourhood_from_costmap
 from msgs_bridge.sensing.local_grid_from_scan import (
     bounded, neighbourhood_from_scan, scan_from_message)
-from neighbourhood_node.settings import SightSettings
+from neighbourhood_node.settings import NeighbourhoodSettings
 
 #: Poses that are remembered: scans come later than the odometry of their time.
 _N_POSES: Final = 400
@@ -56,7 +56,7 @@ class NeighbourhoodMaker:
 
     """
 
-    def __init__(self, settings: SightSettings) -> None:
+    def __init__(self, settings: NeighbourhoodSettings) -> None:
         """Start with nothing seen."""
         self.settings = settings
         self.grid = settings.grid

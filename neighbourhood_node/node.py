@@ -1,4 +1,4 @@
-"""The node `neighbourhood_node`: the 3x3 sight of a robot that has a laser or a costmap."""
+"""The node `neighbourhood_node`: the 3x3 local grid of a robot that has a laser or a costmap."""
 
 from collections import deque
 import time
@@ -23,15 +23,15 @@ from msgs_bridge.node.statements import workspace_from_grid
 from msgs_bridge.node.throttled_log import Complaints
 from neighbourhood_node.laser_place import LaserPlace
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker
-from neighbourhood_node.settings import FIXED, SightSettings
+from neighbourhood_node.settings import FIXED, NeighbourhoodSettings
 
 _TELL_PERIOD: Final = 1.0
 #: Time without odometry after which none arrives, [s].
 _SILENCE: Final = 2.0
 
 PROGRAM: Final = Program(
-    'neighbourhood_node', 'makes the 3x3 sight of a robot from its laser scan or a costmap.',
-    '-p source:=costmap -r costmap:=local_costmap/costmap', names_of(SightSettings))
+    'neighbourhood_node', 'makes the 3x3 local grid of a robot from its laser scan or a costmap.',
+    '-p source:=costmap -r costmap:=local_costmap/costmap', names_of(NeighbourhoodSettings))
 
 #: Costmaps that are known again when they come through another subscription.
 _N_HEARD: Final = 8
@@ -55,7 +55,7 @@ class NeighbourhoodNode(Node):
         """Declare, subscribe, wait."""
         super().__init__('neighbourhood_node', **options)
         self._maker = NeighbourhoodMaker(declare_parameters_from(
-            self, SightSettings, fixed=FIXED, on_change=self._on_settings))
+            self, NeighbourhoodSettings, fixed=FIXED, on_change=self._on_settings))
         check_names(self)
         self._complaints = Complaints(self)
         self._neighbourhoods = qos.tell_all(self, OccupancyGrid, 'neighbourhood', qos.SENSOR)
@@ -64,7 +64,7 @@ class NeighbourhoodNode(Node):
         self._place = None
         if self._maker.settings.source == 'scan':
             self._place = LaserPlace(self, self._maker)
-            self.create_subscription(LaserScan, 'scan', self._on_sight, qos.SENSOR)
+            self.create_subscription(LaserScan, 'scan', self._on_local_grid, qos.SENSOR)
         else:
             qos.hear_all(
                 self, OccupancyGrid, 'costmap', self._on_costmap, qos.COSTMAPS, raw=True)
@@ -85,7 +85,7 @@ class NeighbourhoodNode(Node):
             f'({settings.origin_x:g}, {settings.origin_y:g}) m in {settings.frame_id} on')
 
     def _tell(self) -> None:
-        """Publish how the sight stands, and what this node says of itself."""
+        """Publish how the local grid stands, and what this node says of itself."""
         if self._place is not None:
             self._place.tell()
         now = time.monotonic()
@@ -94,7 +94,7 @@ class NeighbourhoodNode(Node):
             problem = f'nothing is published: {self._odometry.absence(now, "odometry")}'
         status = DiagnosticStatus(
             level=DiagnosticStatus.WARN if problem else DiagnosticStatus.OK,
-            name=f'{self.get_fully_qualified_name().lstrip("/")}: sight',
+            name=f'{self.get_fully_qualified_name().lstrip("/")}: local grid',
             message=problem or 'all well', hardware_id='sight',
             values=[KeyValue(key='refused', value=str(self._complaints.n_refused))])
         self._company.add_to(status)
@@ -102,7 +102,7 @@ class NeighbourhoodNode(Node):
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
 
-    def _on_settings(self, settings: SightSettings) -> None:
+    def _on_settings(self, settings: NeighbourhoodSettings) -> None:
         self._maker.settings = settings
 
     def _on_costmap(self, raw: bytes) -> None:
@@ -110,9 +110,9 @@ class NeighbourhoodNode(Node):
         mark = hash(raw)
         if mark not in self._heard:
             self._heard.append(mark)
-            self._on_sight(deserialize_message(raw, OccupancyGrid))
+            self._on_local_grid(deserialize_message(raw, OccupancyGrid))
 
-    def _on_sight(self, msg: Any) -> None:
+    def _on_local_grid(self, msg: Any) -> None:
         if self._place is not None:
             self._place.saw(laser=msg.header.frame_id)
         try:

@@ -14,7 +14,7 @@ FIXED: Final = ('source', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x', 
 
 
 @dataclass(frozen=True)
-class SightSettings:
+class NeighbourhoodSettings:
     """
     Settings of `neighbourhood_node`; see the metadata of each field for unit, range and meaning.
 

@@ -42,7 +42,7 @@ _REPEATS: Final = 4
 _LOG_PERIOD: Final = 5.0
 
 PROGRAM: Final = Program(
-    'sim_node', 'a simulated robot on a map: odometry, 3x3 sight, collisions, wheel slip.',
+    'sim_node', 'a simulated robot on a map: odometry, 3x3 local grid, collisions, wheel slip.',
     '-p world:=task1 -p speed_factor:=2.0', names_of(SimParameters))
 
 
@@ -122,8 +122,9 @@ class SimNode(Node):
         lockstep = self._settings.lockstep
         self._odometry = self.create_publisher(
             Odometry, 'odom', qos.LOCKSTEP_PUB if lockstep else qos.ODOMETRY_PUB)
-        # A lost sight would stop a lock-step for good; who reads best effort is served as well.
-        self._sight = qos.tell_all(
+        # A lost local grid would stop a lock-step for good; who reads best effort is served as
+        # well.
+        self._local_grid = qos.tell_all(
             self, OccupancyGrid, 'neighbourhood', qos.LOCKSTEP_PUB if lockstep else qos.SENSOR)
         self._map = self.create_publisher(OccupancyGrid, 'map', qos.LATCHED)
         self._contact = self.create_publisher(Bool, 'contact', qos.LATCHED)
@@ -282,10 +283,10 @@ class SimNode(Node):
         self._publish_sensors(seconds)
 
     def _publish_sensors(self, seconds: float) -> None:
-        robot, sight = self._simulation.robot, self._simulation.sight()
+        robot, local_grid = self._simulation.robot, self._simulation.local_grid()
         frame_id = self._settings.frame_id
-        self._sight.publish(grid_from_neighbourhood(
-            Neighbourhood(seconds, sight.row, sight.col, sight.cells, frame_id),
+        self._local_grid.publish(grid_from_neighbourhood(
+            Neighbourhood(seconds, local_grid.row, local_grid.col, local_grid.cells, frame_id),
             self._simulation.world.grid))
         place, yaw = robot.variances
         pose = Pose(seconds, *robot.odometry, robot.speed, robot.turn_rate, frame_id)

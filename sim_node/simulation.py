@@ -14,7 +14,7 @@ from world_maps.world import World
 
 
 @dataclass(frozen=True)
-class Sight:
+class LocalGrid:
     """
     The 3x3 neighbourhood as a robot gets it.
 
@@ -149,11 +149,11 @@ class Simulation:
         self.in_contact = hit or (self.in_contact and not moved)
         return hit
 
-    def sight(self) -> Sight:
+    def local_grid(self) -> LocalGrid:
         """Return the 3x3 neighbourhood as the robot gets it."""
         cell = self.world.grid.cell_from_world
         truth, odometry = self.robot.truth, self.robot.odometry
-        return Sight(*cell(odometry.x, odometry.y),
+        return LocalGrid(*cell(odometry.x, odometry.y),
                      crop_neighbourhood(self.world.occupancy, *cell(truth.x, truth.y)))
 
     def _check_placement(self, where: Placement, name: str) -> None:

@@ -102,7 +102,7 @@ def raw_odometry(stamp: float, x: float, y: float, frame_id: str = 'odom') -> by
     return serialize_message(odometry_from_pose(Pose(stamp, x, y, 0.3, 0.1, 0.2, frame_id)))
 
 
-def raw_sight(stamp: float, row: int, col: int, cells: np.ndarray, grid: Grid = GRID) -> bytes:
+def raw_local_grid(stamp: float, row: int, col: int, cells: np.ndarray, grid: Grid = GRID) -> bytes:
     """Return a serialised `neighbourhood` message."""
     return serialize_message(grid_from_neighbourhood(
         Neighbourhood(stamp, row, col, cells.astype(np.int8)), grid))
@@ -137,14 +137,14 @@ def nanoseconds(stamp: float) -> int:
 
 
 def write_drive(bag: BagWriter, n: int = 200, rate: float = 20.0) -> None:
-    """Write a straight drive with sights and commands into a bag."""
+    """Write a straight drive with local grids and commands into a bag."""
     for i in range(n):
         stamp = i / rate
         x, y = 0.5 + 0.2 * stamp, 0.6 + 0.1 * stamp
         row, col = GRID.cell_from_world(x, y)
         log_time = nanoseconds(stamp)
         bag.write('/neighbourhood', OCCUPANCY,
-                  raw_sight(stamp, row, col, np.zeros((3, 3))), log_time)
+                  raw_local_grid(stamp, row, col, np.zeros((3, 3))), log_time)
         bag.write('/odom', ODOMETRY, raw_odometry(stamp, x, y), log_time)
         bag.write('/cmd_vel', TWIST, serialize_message(twist_from_velocity(0.2, 0.0)), log_time)
 

@@ -37,7 +37,7 @@ class Peer:
         self.statuses = self.collect(DiagnosticStatus, 'trial', qos.LATCHED)
         self.experience = self.collect(PointCloud2, 'experience', qos.EXPERIENCE)
         self.odom = node.create_publisher(Odometry, f'{namespace}odom', qos.ODOMETRY_PUB)
-        self.sight = node.create_publisher(
+        self.local_grid = node.create_publisher(
             OccupancyGrid, f'{namespace}neighbourhood', qos.ODOMETRY_PUB)
         self.field = node.create_publisher(
             PointCloud2, f'{namespace}control_field', qos.LATCHED)
@@ -61,7 +61,7 @@ class Peer:
     def meet(self):
         """Wait until the controller hears and is heard."""
         self.wait(lambda: all(p.get_subscription_count() for p in (
-            self.odom, self.sight, self.field)) and self.statuses, 'the controller')
+            self.odom, self.local_grid, self.field)) and self.statuses, 'the controller')
         return self
 
     def push(self, field=None):
@@ -69,7 +69,7 @@ class Peer:
         self.field.publish(cloud_from_field(field))
         return self
 
-    def tick(self, *, order='sight first', **change):
+    def tick(self, *, order='local grid first', **change):
         """Publish the next tick, the robot having driven for 0.05 s what it was last told."""
         time.sleep(max(self._due - time.monotonic(), 0.0))
         self._due = time.monotonic() + 0.05 / PACE
@@ -81,10 +81,10 @@ class Peer:
         pose = Pose(**{**values, 'v': v, 'w': w, **change})
         if not change:
             self.pose = pose
-        messages = [(self.sight, grid_from_neighbourhood(Neighbourhood(
+        messages = [(self.local_grid, grid_from_neighbourhood(Neighbourhood(
             pose.stamp, *GRID.cell_from_world(self.pose.x, self.pose.y),
             np.zeros((3, 3), np.int8)), GRID)), (self.odom, odometry_from_pose(pose))]
-        for publisher, msg in messages if order == 'sight first' else reversed(messages):
+        for publisher, msg in messages if order == 'local grid first' else reversed(messages):
             publisher.publish(msg)
 
     def call(self, name, **options):

@@ -64,7 +64,7 @@ class Scene:
     def for_allowed_steps(self):
         return self.known, self.row, self.col, self.rules
 
-    def for_remember_sight(self):
+    def for_remember_local_grid(self):
         return self.known, self.row, self.col, self.mask, self.mask >> 3
 
     def for_cost_to_go(self):

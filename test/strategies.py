@@ -74,12 +74,12 @@ def leg(*corners):
 
 
 def demonstration_of(cells, occupancy=None, episode=1):
-    """Return a demonstration along cells, with what the sight shows there (nothing: unknown)."""
+    """Return a demonstration along cells, with what the local grid shows there (nothing: unknown)."""
     n = len(cells)
     blocked, unknown = np.zeros(n, np.uint8), np.full(n, 255, np.uint8)
     if occupancy is not None:
         world = GridWorld(occupancy, Parameters())
-        blocked[:] = [world.sight(row, col) for row, col in cells]
+        blocked[:] = [world.local_grid(row, col) for row, col in cells]
         unknown[:] = 0
     return Demonstration(
         np.array(cells, np.int32).reshape(n, 2), np.arange(n) * 1.0, blocked, unknown, episode)

@@ -101,9 +101,9 @@ class DemonstrationReport:
 
 def demonstration_from_poses(
     grid: Grid, stamps: npt.NDArray[np.float64], xy: npt.NDArray[np.float64],
-    sight_stamps: npt.NDArray[np.float64], sight_blocked: npt.NDArray[np.uint8],
-    sight_unknown: npt.NDArray[np.uint8], episode: int = 0, speed_max: float = SPEED_MAX,
-    sight_cells: npt.NDArray[np.int64] | None = None, motion: Motion | None = None,
+    local_grid_stamps: npt.NDArray[np.float64], local_grid_blocked: npt.NDArray[np.uint8],
+    local_grid_unknown: npt.NDArray[np.uint8], episode: int = 0, speed_max: float = SPEED_MAX,
+    local_grid_cells: npt.NDArray[np.int64] | None = None, motion: Motion | None = None,
 ) -> tuple[Demonstration, DemonstrationReport]:
     """
     Turn a recorded drive into a demonstration.
@@ -116,13 +116,13 @@ def demonstration_from_poses(
     xy : ndarray, shape (n, 2), [m]
         Positions.
     sight_stamps, sight_blocked, sight_unknown : ndarray, shape (m,)
-        The 3x3 sights seen under way and their stamps, not decreasing; may be empty.
+        The 3x3 local grids seen under way and their stamps, not decreasing; may be empty.
     episode : int
         Number of the bag.
     speed_max : float, [m/s]
         The robot is no faster.
     sight_cells : ndarray, shape (m, 2), optional
-        Cells that the sights were seen from; what was seen from elsewhere counts for nothing.
+        Cells that the local grids were seen from; what was seen from elsewhere counts for nothing.
     motion : Motion, optional
         Headings and speeds that came with the poses.
 
@@ -162,9 +162,9 @@ def demonstration_from_poses(
         raise ValueError(f'nothing to learn from this drive: it leads through '
                          f'{counted(len(path), "cell")} of {grid.resolution} m ({report}); drive '
                          f'at least from one cell into the next')
-    there = _seen_from(sight_stamps, sight_cells, stamps, raw)
-    blocked, unknown = _sights(
-        at, sight_stamps[there], sight_blocked[there], sight_unknown[there])
+    there = _seen_from(local_grid_stamps, local_grid_cells, stamps, raw)
+    blocked, unknown = _local_grids(
+        at, local_grid_stamps[there], local_grid_blocked[there], local_grid_unknown[there])
     blocked[filled], unknown[filled] = 0, 255
     return Demonstration(cells, at, blocked, unknown, episode), report
 
@@ -240,23 +240,23 @@ def _connected(
 
 
 def _seen_from(
-    sight_stamps: npt.NDArray[np.float64], sight_cells: npt.NDArray[np.int64] | None,
+    local_grid_stamps: npt.NDArray[np.float64], local_grid_cells: npt.NDArray[np.int64] | None,
     stamps: npt.NDArray[np.float64], raw: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.bool_]:
-    """Tell which sights were seen from where the robot was, or beside it."""
-    if sight_cells is None or not len(sight_stamps):
-        return np.ones(len(sight_stamps), dtype=np.bool_)
-    after = np.clip(np.searchsorted(stamps, sight_stamps), 1, len(stamps) - 1)
-    is_before = sight_stamps - stamps[after - 1] <= stamps[after] - sight_stamps
-    off = sight_cells - raw[np.where(is_before, after - 1, after)]
+    """Tell which local grids were seen from where the robot was, or beside it."""
+    if local_grid_cells is None or not len(local_grid_stamps):
+        return np.ones(len(local_grid_stamps), dtype=np.bool_)
+    after = np.clip(np.searchsorted(stamps, local_grid_stamps), 1, len(stamps) - 1)
+    is_before = local_grid_stamps - stamps[after - 1] <= stamps[after] - local_grid_stamps
+    off = local_grid_cells - raw[np.where(is_before, after - 1, after)]
     return np.asarray(np.abs(off).max(axis=1) <= 1)
 
 
-def _sights(
+def _local_grids(
     at: npt.NDArray[np.float64], stamps: npt.NDArray[np.float64],
     blocked: npt.NDArray[np.uint8], unknown: npt.NDArray[np.uint8],
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8]]:
-    """Return the sight that was newest when each cell was surely entered."""
+    """Return the local grid that was newest when each cell was surely entered."""
     if len(stamps) == 0:
         return np.zeros(len(at), dtype=np.uint8), np.full(len(at), 255, dtype=np.uint8)
     index = np.searchsorted(stamps, at + 1e-9, side='right') - 1

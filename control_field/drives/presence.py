@@ -11,12 +11,13 @@ from control_field.grid import Grid
 
 Floats = npt.NDArray[np.float64]
 
-#: The robot was in a cell of a decision within so many seconds of it: sight lags, stamps differ.
+#: The robot was in a cell of a decision within so many seconds of it: local grid lags, stamps
+#: differ.
 _AROUND: Final = 1.0
 #: How far off the cell it may have been, in cells, and at least, [m].
 _BESIDE, _LEAST_BESIDE = 0.3, 0.05
-#: A place that is mended (by sight or a localisation) may be off the odometry: by so much, [m],
-#: and by so much of the way driven more; only a robot that has come so many cells tells that.
+#: A place that is mended (by local grid or a localisation) may be off the odometry: by so much,
+#: [m], and by so much of the way driven more; only a robot that has come so many cells tells that.
 _MENDED, _DRIFT, _FEWEST_CELLS = 1.5, 0.25, 2.0
 
 
@@ -106,7 +107,7 @@ def _is_mended(
     """
     Tell whether one offset, and the drift of wheels, explains all places of a trial.
 
-    The controller may mend its place by sight or by a localisation; what is recorded is raw.
+    The controller may mend its place by local grid or by a localisation; what is recorded is raw.
     """
     way = float(np.hypot(*np.diff(xy, axis=0).T).sum())
     span = float(np.ptp(centres, axis=0).max()) + grid.resolution

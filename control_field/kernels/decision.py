@@ -7,7 +7,7 @@ from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels.rollout import flow_reaches
 from control_field.kernels.steps import (
     _BLOCKED, allowed_steps, best_step, CellMap, FloatMap, IntMap, least_chosen, next_highest,
-    rehearse_locally, remember_sight, StepRules, window_values)
+    rehearse_locally, remember_local_grid, StepRules, window_values)
 from control_field.records import Kind
 
 #: ``(rehearsed, window, power, oscillation_limit, n_backups)``
@@ -38,7 +38,7 @@ def choose(
     options: Options, rules: StepRules, rng: np.random.Generator,
 ) -> tuple[int, int]:
     """
-    Choose the heading of a step, once the sight is in the remembered map.
+    Choose the heading of a step, once the local grid is in the remembered map.
 
     ``options`` is ``(rehearsed, window, power, oscillation_limit, n_backups)``. Returns
     ``(heading, kind)``; heading -1: no way is left.
@@ -89,7 +89,7 @@ def decide(
         that circling at a wall does not pay.
 
     """
-    remember_sight(known, row, col, blocked, unknown)
+    remember_local_grid(known, row, col, blocked, unknown)
     entered[row, col] += 1
     course = int(headings[row, col])
     allowed = allowed_steps(known, row, col, rules)

@@ -72,8 +72,8 @@ def allowed_steps(known: CellMap, row: int, col: int, rules: StepRules) -> int:
     return straight | (free & before & after & 0b10101010)
 
 
-def remember_sight(known: CellMap, row: int, col: int, blocked: int, unknown: int) -> int:
-    """Write a 3x3 sight into the remembered map; return how many cells it newly barred."""
+def remember_local_grid(known: CellMap, row: int, col: int, blocked: int, unknown: int) -> int:
+    """Write a 3x3 local grid into the remembered map; return how many cells it newly barred."""
     known[row, col] = 0
     n_barred = 0
     for heading in range(8):

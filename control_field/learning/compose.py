@@ -15,7 +15,8 @@ from control_field.robot.policy import caution_factor, rules_of
 
 #: Weight of the pull beside a prototype of full weight one cell away.
 PULL_STRENGTH = 2.0
-#: Rounds of repair after which the rest is left to the sight; never reached in our evaluations.
+#: Rounds of repair after which the rest is left to the local grid; never reached in our
+#: evaluations.
 _MOST_ROUNDS = 200
 #: A learnt step is kept while what it leads to costs at most this many cells more than the best.
 _WORTH_KEEPING = 1.0

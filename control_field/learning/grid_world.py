@@ -74,14 +74,14 @@ class GridWorld:
             self.truth, *goal, none, np.zeros(none.shape), np.ones(none.shape), self.rules)
         return np.where(self.truth == 0, cost, np.inf)
 
-    def sight(self, row: int, col: int) -> int:
+    def local_grid(self, row: int, col: int) -> int:
         """Return the mask of the blocked neighbours of a cell."""
         return int(compiled.see(self.truth, row, col))
 
     def trial(self, field: ControlField, start: tuple[int, int], seed: int, number: int = 1,
               ) -> tuple[Trial, float]:
         """
-        Run one trial with sight and exploration.
+        Run one trial with local grid and exploration.
 
         Parameters
         ----------
@@ -155,7 +155,7 @@ class GridWorld:
                    log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
         """Run one trial; where the flow comes home by itself, its outcome is known beforehand."""
         length = float(ready.flow_lengths[start])
-        # Sight only ever shows what is there. So a flow that comes home in the truth is never
+        # Local grid only ever shows what is there. So a flow that comes home in the truth is never
         # left, as long as the remembered map holds no wall that is not there.
         if ready.truthful and np.isfinite(length):
             n_steps = int(compiled.flow_reaches(
@@ -175,7 +175,7 @@ class GridWorld:
         return result
 
     def flow_home(self, field: ControlField) -> npt.NDArray[np.bool_]:
-        """Return from which cells the flow alone, without sight, reaches the goal in the truth."""
+        """Return from which cells the flow alone, without local grid, reaches the goal in the truth."""
         state = compiled.flow_basin(self.truth, headings_from_vectors(field.vx, field.vy),
                                     *field.goal, self.rules)
         return np.asarray(state == 1)

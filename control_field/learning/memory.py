@@ -60,7 +60,7 @@ class Memory:
         self.goal = (int(cells[-1, 0]), int(cells[-1, 1]))
         for (row, col), blocked, unknown in zip(
                 cells.tolist(), demonstration.blocked, demonstration.unknown, strict=True):
-            compiled.remember_sight(self.known, row, col, int(blocked), int(unknown))
+            compiled.remember_local_grid(self.known, row, col, int(blocked), int(unknown))
         self._learn_path(cells[kept], demonstration.stamps[kept], demonstration.episode, True)
 
     def add_trial(self, trial: Trial) -> int:
@@ -84,7 +84,7 @@ class Memory:
         if trial.outcome == Outcome.ABORTED:
             return 0
         for row in rows:
-            compiled.remember_sight(self.known, int(row['row']), int(row['col']),
+            compiled.remember_local_grid(self.known, int(row['row']), int(row['col']),
                                     int(row['blocked']), int(row['unknown']))
         moved = rows[rows['kind'] != Kind.BLOCKED]
         if len(moved) == 0:

@@ -17,7 +17,7 @@ _ENOUGH_UNSEEN = 3
 
 def n_unseen_around(known: npt.NDArray[np.int8]) -> npt.NDArray[np.int64]:
     """
-    Count the unseen cells of every cell's 3x3 sight.
+    Count the unseen cells of every cell's 3x3 local grid.
 
     Returns
     -------

@@ -1,10 +1,10 @@
 """
 The last gate before the wheels: what no learnt thing can change.
 
-It knows neither field nor Q-value, only a command, where the robot is and what its 3x3 sight
+It knows neither field nor Q-value, only a command, where the robot is and what its 3x3 local grid
 shows. A command passes as far as it is finite, within the limits of speed and acceleration, and as
-far as the robot's disc, driving its arc and then braking, touches no cell that the sight shows
-blocked and stays within the nine cells. Turning on the spot moves no disc and always passes.
+far as the robot's disc, driving its arc and then braking, touches no cell that the local grid
+shows blocked and stays within the nine cells. Turning on the spot moves no disc and always passes.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,7 +36,7 @@ class GateReason(StrEnum):
     SLOWED = 'slowed'              #: near something blocked
     BLOCKED = 'blocked'            #: no forward motion: it would touch a blocked cell
     LATE = 'late'                  #: no forward motion: where it is by now is too uncertain
-    NO_SIGHT = 'no_sight'          #: no forward motion: the sight does not show where it is
+    NO_LOCAL_GRID = 'no_sight'          #: no forward motion: the local grid does not show where it is
     NOT_FINITE = 'not_finite'      #: stopped: NaN, infinity or a time that is negative
 
     @property
@@ -48,12 +48,12 @@ class GateReason(StrEnum):
 _SENTENCES: Final = {
     GateReason.BLOCKED: 'blocked or unseen cells are in the way',
     GateReason.LATE: 'poses arrive so late that where it is by now is too uncertain here',
-    GateReason.NO_SIGHT: 'nothing shows what is around it',
+    GateReason.NO_LOCAL_GRID: 'nothing shows what is around it',
     GateReason.NOT_FINITE: 'command, pose or time is no number, or the time is negative'}
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class LocalGrid:
     """
     What a 3x3 neighbourhood says about where the robot's disc may be.
 
@@ -70,10 +70,10 @@ class Sight:
     seen: tuple[float, float, float, float]
 
 
-def sight_from_cells(
+def local_grid_from_cells(
     cells: Sequence[Sequence[int]], row: int, col: int, grid: Grid,
     unknown_is_blocked: bool = False,
-) -> Sight:
+) -> LocalGrid:
     """
     Place a neighbourhood in the world.
 
@@ -101,32 +101,32 @@ def sight_from_cells(
     boxes = tuple(
         (low_x + j * side, low_y + i * side, low_x + (j + 1) * side, low_y + (i + 1) * side)
         for i in range(3) for j in range(3) if (i, j) != (1, 1) and is_blocked(i, j))
-    return Sight(boxes, (low_x, low_y, low_x + 3 * side, low_y + 3 * side))
+    return LocalGrid(boxes, (low_x, low_y, low_x + 3 * side, low_y + 3 * side))
 
 
 def clear_of_obstacles(
-    velocity: Velocity, dt: float, pose: tuple[float, float, float], sight: Sight, limits: Limits,
+    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid, limits: Limits,
 ) -> tuple[Velocity, GateReason]:
     """Return the velocity, slowed as far as its braking way needs."""
     v, w = velocity
     if abs(v) < SLOWEST:
         return (0.0, w), GateReason.NONE
-    if not is_within(pose, sight):
-        return (0.0, w), GateReason.NO_SIGHT
+    if not is_within(pose, local_grid):
+        return (0.0, w), GateReason.NO_LOCAL_GRID
     for share in (1.0, 0.5, 0.25):
-        if is_clear((share * v, w), dt, pose, sight, limits):
+        if is_clear((share * v, w), dt, pose, local_grid, limits):
             return (share * v, w), GateReason.NONE if share == 1.0 else GateReason.SLOWED
     return (0.0, w), GateReason.BLOCKED
 
 
 #: What slows a velocity down for what is in its way.
-Slowing = Callable[[Velocity, float, tuple[float, float, float], Sight, Limits],
+Slowing = Callable[[Velocity, float, tuple[float, float, float], LocalGrid, Limits],
                    tuple[Velocity, GateReason]]
 
 
 def gate(
     command: Velocity, previous: Velocity, dt: float, pose: tuple[float, float, float],
-    sight: Sight | None, limits: Limits, slowed: Slowing = clear_of_obstacles,
+    local_grid: LocalGrid | None, limits: Limits, slowed: Slowing = clear_of_obstacles,
 ) -> tuple[Velocity, GateReason]:
     """
     Return the command that may go to the wheels, and what was done to it.
@@ -141,8 +141,8 @@ def gate(
         Time since then, and until the next time, [s].
     pose : tuple of float
         ``(x, y, yaw)``, [m] and [rad].
-    sight : Sight or None
-        None where there is no sight: then the robot may only turn.
+    local grid : Local grid or None
+        None where there is no local grid: then the robot may only turn.
     limits : Limits
         What the robot can do.
     slowed : callable
@@ -153,7 +153,8 @@ def gate(
     -------
     velocity : tuple of float
         Within the limits of speed, and within those of acceleration unless the reason is
-        ``BLOCKED``, ``SLOWED``, ``LATE``, ``NO_SIGHT`` or ``NOT_FINITE``: those brake at once.
+        ``BLOCKED``, ``SLOWED``, ``LATE``, ``NO_LOCAL_GRID`` or ``NOT_FINITE``: those brake at
+        once.
     reason : GateReason
 
     """
@@ -162,9 +163,9 @@ def gate(
     dt = min(dt, LONGEST_STEP)
     slow = within_speed(command, limits)
     ramped = within_speed(within_acceleration(slow, previous, dt, limits), limits)
-    if sight is None:
-        return (0.0, ramped[1]), GateReason.NO_SIGHT
-    velocity, reason = slowed(ramped, dt, pose, sight, limits)
+    if local_grid is None:
+        return (0.0, ramped[1]), GateReason.NO_LOCAL_GRID
+    velocity, reason = slowed(ramped, dt, pose, local_grid, limits)
     if reason is not GateReason.NONE:
         return velocity, reason
     if ramped != slow:
@@ -172,9 +173,9 @@ def gate(
     return ramped, GateReason.SPEED if slow != command else GateReason.NONE
 
 
-def is_within(pose: tuple[float, float, float], sight: Sight) -> bool:
+def is_within(pose: tuple[float, float, float], local_grid: LocalGrid) -> bool:
     """Tell whether a pose lies within what is seen."""
-    low_x, low_y, high_x, high_y = sight.seen
+    low_x, low_y, high_x, high_y = local_grid.seen
     return low_x <= pose[0] <= high_x and low_y <= pose[1] <= high_y
 
 
@@ -184,7 +185,7 @@ def braking_way(v: float, dt: float, limits: Limits) -> float:
 
 
 def is_clear(
-    velocity: Velocity, dt: float, pose: tuple[float, float, float], sight: Sight, limits: Limits,
+    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid, limits: Limits,
 ) -> bool:
     """
     Tell whether the disc touches nothing on its arc and braking way.
@@ -195,16 +196,16 @@ def is_clear(
     x, y, yaw = pose
     way = braking_way(v, dt, limits)
     keep = limits.radius + MARGIN
-    near = [(box, distance) for box in sight.boxes
+    near = [(box, distance) for box in local_grid.boxes
             if (distance := distance_to_box(x, y, box)) < keep + way]
-    edge = distance_to_edge(x, y, sight.seen)
+    edge = distance_to_edge(x, y, local_grid.seen)
     if not near and edge >= keep + way:
         return True
     n_points = max(4, math.ceil(way / SPACING))
     bend = w / abs(v)
     for k in range(1, n_points + 1):
         px, py = _on_arc(x, y, yaw, math.copysign(way * k / n_points, v), bend)
-        if distance_to_edge(px, py, sight.seen) < min(keep, edge):
+        if distance_to_edge(px, py, local_grid.seen) < min(keep, edge):
             return False
         if any(distance_to_box(px, py, box) < min(keep, start) for box, start in near):
             return False

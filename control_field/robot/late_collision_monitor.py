@@ -12,7 +12,7 @@ from typing import Final
 
 from control_field.robot.collision_monitor import (
     braking_way, clear_of_obstacles, distance_to_box, distance_to_edge, gate, GateReason,
-    is_within, MARGIN, Sight, SLOWEST, SPACING)
+    is_within, LocalGrid, MARGIN, SLOWEST, SPACING)
 from control_field.robot.latency import Lag
 from control_field.robot.limits import Limits, Velocity
 from control_field.robot.sent_commands import moved, Piece, Place
@@ -40,29 +40,29 @@ class _Room:
 
 
 def gate_late(
-    command: Velocity, previous: Velocity, dt: float, pose: Place, sight: Sight | None,
+    command: Velocity, previous: Velocity, dt: float, pose: Place, local_grid: LocalGrid | None,
     limits: Limits, lag: Lag,
 ) -> tuple[Velocity, GateReason]:
     """Return what `gate` returns; ``pose`` was heard last, ``lag`` tells what came since."""
     def slowed(
-        velocity: Velocity, dt: float, pose: Place, sight: Sight, limits: Limits,
+        velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid, limits: Limits,
     ) -> tuple[Velocity, GateReason]:
         v, w = velocity
         if abs(v) < SLOWEST:
             return (0.0, w), GateReason.NONE
-        if not is_within(pose, sight):
-            return (0.0, w), GateReason.NO_SIGHT
-        share = share_that_is_clear(velocity, dt, pose, sight, limits, lag)
+        if not is_within(pose, local_grid):
+            return (0.0, w), GateReason.NO_LOCAL_GRID
+        share = share_that_is_clear(velocity, dt, pose, local_grid, limits, lag)
         if share:
             return (share * v, w), GateReason.NONE if share == 1.0 else GateReason.SLOWED
-        near = clear_of_obstacles(velocity, dt, pose, sight, limits)[1] is GateReason.BLOCKED
+        near = clear_of_obstacles(velocity, dt, pose, local_grid, limits)[1] is GateReason.BLOCKED
         return (0.0, w), GateReason.LATE if lag.is_late and not near else GateReason.BLOCKED
 
-    return gate(command, previous, dt, pose, sight, limits, slowed)
+    return gate(command, previous, dt, pose, local_grid, limits, slowed)
 
 
 def share_that_is_clear(
-    velocity: Velocity, dt: float, place: Place, sight: Sight, limits: Limits, lag: Lag,
+    velocity: Velocity, dt: float, place: Place, local_grid: LocalGrid, limits: Limits, lag: Lag,
 ) -> float:
     """
     Return the greatest share of a velocity's speed that touches nothing on any way; 0 if none.
@@ -74,7 +74,7 @@ def share_that_is_clear(
         Time until the next command, [s].
     place : tuple of float
         Where the robot was when it was last heard, [m] and [rad].
-    sight : Sight
+    local grid : Sight
     limits : Limits
     lag : Lag
         What it may have driven since.
@@ -84,7 +84,7 @@ def share_that_is_clear(
     cases = list(_cases(dt, lag))
     farthest = max(_length(way) + abs(v) * holds for way, holds, _ in cases)
     room = _room(place, farthest + braking_way(v, 0.0, limits) + _brakes(lag, limits),
-                 sight, limits)
+                 local_grid, limits)
     if room is None:
         return 1.0
     rooms = {True: room, False: replace(room, edge=-math.inf)}
@@ -110,7 +110,7 @@ def _cases(dt: float, lag: Lag) -> Iterator[tuple[list[Piece], float, bool]]:
     Yield ways to now, how long a command may hold after them, and whether the unseen counts.
 
     Nothing shown blocked may be touched however long it is silent. The unseen is kept out of for
-    a shorter time: for longer, no robot could drive fast to where its sight ends.
+    a shorter time: for longer, no robot could drive fast to where its local grid ends.
     """
     for holds, is_unseen in ((lag.hold, True), (lag.silence, False)):
         for way in lag.ways:
@@ -130,16 +130,16 @@ def _length(way: list[Piece]) -> float:
     return sum(abs(v) * seconds for v, _, seconds in way)
 
 
-def _room(place: Place, reach: float, sight: Sight, limits: Limits) -> _Room | None:
+def _room(place: Place, reach: float, local_grid: LocalGrid, limits: Limits) -> _Room | None:
     """Return what there is within reach; None if that is nothing."""
     x, y, _ = place
     keep = limits.radius + MARGIN
-    near = [(box, min(keep, distance)) for box in sight.boxes
+    near = [(box, min(keep, distance)) for box in local_grid.boxes
             if (distance := distance_to_box(x, y, box)) < keep + reach]
-    edge = distance_to_edge(x, y, sight.seen)
+    edge = distance_to_edge(x, y, local_grid.seen)
     if not near and edge >= keep + reach:
         return None
-    return _Room(near, sight.seen, min(keep, edge))
+    return _Room(near, local_grid.seen, min(keep, edge))
 
 
 def _sweep(place: Place, way: list[Piece], room: _Room) -> Place | None:

@@ -28,7 +28,7 @@ OTHER_CLOCK: Final = 60.0
 WINDOW: Final = 5.0
 ENOUGH: Final = 10
 #: How much longer than it should a command may always be followed, [s]. More would make every
-#: robot slower: it then gets to the end of what a 3x3 sight shows.
+#: robot slower: it then gets to the end of what a 3x3 local grid shows.
 LEAST_HOLD: Final = 0.5
 #: How much longer that is while the robot stands although it was told to move, [s].
 _DOUBT: Final = 0.3

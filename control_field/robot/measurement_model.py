@@ -1,5 +1,5 @@
 """
-How likely a 3x3 sight is from a cell: against the remembered map, and against the last sight.
+How likely a 3x3 local grid is from a cell: against the remembered map, and against the last local grid.
 
 Both are relative, 1 where nothing contradicts, and heavy-tailed: whatever is wrong counts no
 further than that something has moved. So an obstacle that is new is learnt and does not carry the
@@ -18,17 +18,18 @@ Floats = npt.NDArray[np.float64]
 Cells = npt.NDArray[np.int8]
 Indices = npt.NDArray[np.intp]
 
-#: How likely a cell of the sight is not what the map says, or not what the last sight said.
-MAP_ERROR, SIGHT_ERROR = 0.1, 0.03
+#: How likely a cell of the local grid is not what the map says, or not what the last local grid
+#: said.
+MAP_ERROR, LOCAL_GRID_ERROR = 0.1, 0.03
 #: How likely everything is different: evidence counts no further than that.
 UPHEAVAL: Final = 1e-3
-#: Row and column of the nine cells of a sight, from the middle one.
+#: Row and column of the nine cells of a local grid, from the middle one.
 OFFSETS: Final = np.array([(i, j) for i in range(-1, 2) for j in range(-1, 2)])
 
 
 def likeness(remembered: Cells, cells: Cells, rows: Indices, cols: Indices) -> Floats:
     """
-    Return how well a sight fits a map around cells.
+    Return how well a local grid fits a map around cells.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ def likeness(remembered: Cells, cells: Cells, rows: Indices, cols: Indices) -> F
         0 free, 100 blocked, -1 unseen, at least 3 x 3; cells on its rim or beyond it count as the
         nearest ones that have neighbours all around.
     cells : ndarray of int8, shape (3, 3)
-        The sight, in the same numbers.
+        The local grid, in the same numbers.
     rows, cols : ndarray of int, shape (n,)
 
     Returns
@@ -56,14 +57,14 @@ def likeness(remembered: Cells, cells: Cells, rows: Indices, cols: Indices) -> F
 
 def continuity(last: Cells, cells: Cells, rows_come: Indices, cols_come: Indices) -> Floats:
     """
-    Return how well two sights fit together, if the robot has come so many cells in between.
+    Return how well two local grids fit together, if the robot has come so many cells in between.
 
     Parameters
     ----------
     last, cells : ndarray of int8, shape (3, 3)
-        Two sights, one after the other.
+        Two local grids, one after the other.
     rows_come, cols_come : ndarray of int, shape (n,)
-        Farther than two cells nothing of the last sight is left to compare.
+        Farther than two cells nothing of the last local grid is left to compare.
 
     Returns
     -------
@@ -77,14 +78,14 @@ def continuity(last: Cells, cells: Cells, rows_come: Indices, cols_come: Indices
 
 @lru_cache(maxsize=4096)
 def _continuities(last_bytes: bytes, cells_bytes: bytes) -> Floats:
-    """Return the fit of two sights for all steps, -3 to 3 rows and columns: shape (7, 7)."""
-    last, cells = (np.frombuffer(sight, np.int8).reshape(3, 3)
-                   for sight in (last_bytes, cells_bytes))
+    """Return the fit of two local grids for all steps, -3 to 3 rows and columns: shape (7, 7)."""
+    last, cells = (np.frombuffer(local_grid, np.int8).reshape(3, 3)
+                   for local_grid in (last_bytes, cells_bytes))
     fit = np.ones((7, 7))
     for i in range(-2, 3):
         for j in range(-2, 3):
             before = last[max(i, 0):3 + min(i, 0), max(j, 0):3 + min(j, 0)]
             after = cells[max(-i, 0):3 + min(-i, 0), max(-j, 0):3 + min(-j, 0)]
             wrong = ((before != after) & (before != UNKNOWN) & (after != UNKNOWN)).sum()
-            fit[i + 3, j + 3] = max(SIGHT_ERROR ** int(wrong), UPHEAVAL)
+            fit[i + 3, j + 3] = max(LOCAL_GRID_ERROR ** int(wrong), UPHEAVAL)
     return fit

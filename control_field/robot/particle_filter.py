@@ -1,11 +1,12 @@
 """
-Where the robot is, from what its wheels say and what its 3x3 sight shows: a particle filter.
+Where the robot is, from what its wheels say and what its 3x3 local grid shows: a particle filter.
 
-Wheels slip and headings drift, so odometry alone goes astray. But the sight changes exactly when
-the robot crosses the edge of a cell, and the remembered map tells what it looks like from each
-cell: beside anything blocked, every crossing is an anchor. Each particle is a pose, and how much
-its wheels slip and its heading drifts; so an anchor also mends what comes after it, in the open,
-where there is nothing to hold on to. Time and randomness are passed in, as everywhere in the core.
+Wheels slip and headings drift, so odometry alone goes astray. But the local grid changes exactly
+when the robot crosses the edge of a cell, and the remembered map tells what it looks like from
+each cell: beside anything blocked, every crossing is an anchor. Each particle is a pose, and how
+much its wheels slip and its heading drifts; so an anchor also mends what comes after it, in the
+open, where there is nothing to hold on to. Time and randomness are passed in, as everywhere in the
+core.
 """
 
 from dataclasses import dataclass
@@ -31,7 +32,8 @@ _SHAKE, _ROUGHNESS = 0.5, 0.001
 _FAR, _PATIENCE = 4.0, 3
 #: Way that counts as none, [m].
 _STILL: Final = 1e-9
-#: Room around the workspace in the map that sights are compared with, in cells: it is blocked.
+#: Room around the workspace in the map that local grids are compared with, in cells: it is
+#: blocked.
 _EDGE: Final = 3
 
 
@@ -71,7 +73,7 @@ class Estimate:
     ----------
     x, y, yaw : float, [m], [rad]
     row, col : int
-        The cell around which the sight is cut.
+        The cell around which the local grid is cut.
     std : float, [m]
         Standard deviation of the place along the axis where it is greater.
     sure : float
@@ -134,7 +136,7 @@ class Belief:
         noise = self._normal(3)
         self._x, self._y = x + std * noise[0], y + std * noise[1]
         self._yaw = yaw + yaw_std * noise[2]
-        self._sight: Cells | None = None
+        self._local_grid: Cells | None = None
         self._n_far = 0
         self._shares: dict[Cell, float] = {}
         self._settle()
@@ -170,13 +172,13 @@ class Belief:
 
     def see(self, cells: Cells) -> None:
         """
-        Take in a sight, shape (3, 3): 0 free, -1 unknown, anything else blocked.
+        Take in a local grid, shape (3, 3): 0 free, -1 unknown, anything else blocked.
 
         It counts where it is new: for all particles if it has changed, else for those that come
         into another cell. So a robot that stands still does not become sure of anything.
         """
         cells = np.where((cells != 0) & (cells != UNKNOWN), BLOCKED, cells).astype(np.int8)
-        last, before = self._sight, (self._rows, self._cols)
+        last, before = self._local_grid, (self._rows, self._cols)
         self._settle()
         steps = self._rows - before[0], self._cols - before[1]
         if last is None or not np.array_equal(last, cells):
@@ -190,11 +192,11 @@ class Belief:
             if last is not None:
                 weights[news] *= continuity(last, cells, steps[0][news], steps[1][news])
             self._draw(weights)
-        self._sight = cells
+        self._local_grid = cells
         self._note(cells)
 
     def _note(self, cells: Cells) -> None:
-        """Write a sight into the map, where there is no doubt where it belongs."""
+        """Write a local grid into the map, where there is no doubt where it belongs."""
         (row, col), share = self._likeliest()
         if share >= _SURE and self.grid.contains(row, col):
             rows, cols = self.grid.shape
@@ -261,7 +263,7 @@ class Belief:
 
     def doubted(self, cells: Cells, row: int, col: int) -> Cells:
         """
-        Return a sight as far as it is sure where it belongs: free cells in doubt are unknown.
+        Return a local grid as far as it is sure where it belongs: free cells in doubt are unknown.
 
         Parameters
         ----------

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from control_field.headings import headings_from_vectors, STEP_COL, STEP_ROW
 from control_field.kernels import decision as trial_kernels
-from control_field.kernels.steps import allowed_steps, remember_sight
+from control_field.kernels.steps import allowed_steps, remember_local_grid
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
 
@@ -79,7 +79,7 @@ def rules_of(parameters: Parameters) -> tuple[bool, bool, int]:
     Return the rules of a step on the remembered map, as the kernels take them.
 
     Ground that was never seen counts as free there, or no way around would ever be found; what a
-    robot keeps out of is what its sight calls unknown when it is about to enter it.
+    robot keeps out of is what its local grid calls unknown when it is about to enter it.
     """
     return parameters.corner_cutting, False, parameters.moves
 
@@ -93,7 +93,7 @@ def options_of(parameters: Parameters) -> tuple[bool, float, float, int, int]:
 
 class TrialPolicy:
     """
-    Decides, cell by cell, from field, Q-matrix, sight and the remembered map.
+    Decides, cell by cell, from field, Q-matrix, local grid and the remembered map.
 
     Everything it changes (Q-matrix, remembered map, counts) is its own and ends with the trial:
     the learner arrives at the same from the decisions it publishes.
@@ -139,7 +139,7 @@ class TrialPolicy:
 
     def replace_field(self, field: ControlField) -> None:
         """
-        Go on with a refreshed field; what the sight has shown in this trial is kept.
+        Go on with a refreshed field; what the local grid has shown in this trial is kept.
 
         Raises
         ------
@@ -166,7 +166,7 @@ class TrialPolicy:
         row, col : int
             The robot's cell.
         blocked, unknown : int
-            Masks of its 3x3 sight.
+            Masks of its 3x3 local grid.
         stamp : float, [s]
             Written into the decisions.
 
@@ -212,13 +212,13 @@ class TrialPolicy:
             The row to publish.
 
         """
-        remember_sight(self._known, row, col, blocked, unknown)
+        remember_local_grid(self._known, row, col, blocked, unknown)
         self.n_steps += 1
         return self._publish(
             [self._row(row, col, heading, 0, Kind.TAUGHT, blocked, unknown, stamp)])
 
     def allowed(self, row: int, col: int) -> int:
-        """Return the mask of the steps that sight and remembered map allow from a cell."""
+        """Return the mask of the steps that local grid and remembered map allow from a cell."""
         return int(allowed_steps(self._known, row, col, rules_of(self._parameters)))
 
     def _row(self, row: int, col: int, action: int, reward: int, kind: Kind, blocked: int,

@@ -82,7 +82,7 @@ _SENTENCES: Final = {
 #: What ends a pause.
 _ENDS: Final = {
     StopReason.STALE_ODOMETRY: 'odometry arrives again',
-    StopReason.STALE_NEIGHBOURHOOD: 'the sight arrives again',
+    StopReason.STALE_NEIGHBOURHOOD: 'the local grid arrives again',
     StopReason.TAKEN_OVER: 'nobody is driving any more',
     StopReason.LATE_POSES: 'odometry arrives in time again',
     StopReason.LATE_COMMANDS: 'it has stood for so long that nothing sent before comes any more',

@@ -2,8 +2,8 @@
 A drive that another recorder recorded, made ready to be learnt from.
 
 What is missing of it and follows from what was recorded is made here, once: poses in the frame of
-the workspace from `/tf`, the 3x3 sight from laser scans. It goes into the bag of ours as messages
-like any others, so that the field stays a function of that bag.
+the workspace from `/tf`, the 3x3 local grid from laser scans. It goes into the bag of ours as
+messages like any others, so that the field stays a function of that bag.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ import numpy as np
 
 from control_field.grid import Grid
 from control_field.words import counted
-from episode_store.external.local_grids import described, read_scans, sights_from_scans
+from episode_store.external.local_grids import described, local_grids_from_scans, read_scans
 from episode_store.external.poses import (
     brought_to_frame, DrivePoses, poses_from_frames, poses_from_messages)
 from episode_store.external.span import cut, Span
@@ -151,7 +151,7 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
     except BagError as error:
         raise BagError(f'{path}: {str(error).removeprefix(f"{bag.path}: ")}') from None
     if roles.wants_scan:
-        roles.make_sight(made, poses)
+        roles.make_local_grid(made, poses)
     topics = {role: topic for role, topic in roles.topics.items() if role != 'scan'}
     if times is not None:
         whole = CompletedBag(bag, made)
@@ -190,7 +190,7 @@ class _Roles:
 
     @property
     def wants_scan(self) -> bool:
-        """Whether a sight is to be made: one that was recorded goes before."""
+        """Whether a local grid is to be made: one that was recorded goes before."""
         return 'scan' in self.reading.names or 'neighbourhood' not in self.topics
 
     def find_poses(self, made: dict[str, RawMessages]) -> DrivePoses:
@@ -246,29 +246,29 @@ class _Roles:
                 return brought[0], [*brought[1], *_left_out(messages, found)]
         return found, []
 
-    def make_sight(self, made: dict[str, RawMessages], poses: DrivePoses) -> None:
-        """Make the sight from laser scans if there are any; say why not."""
+    def make_local_grid(self, made: dict[str, RawMessages], poses: DrivePoses) -> None:
+        """Make the local grid from laser scans if there are any; say why not."""
         topic = self.topics.get('scan')
         if topic is None:
             if lasers := scans_in(self.bag):
-                self.notes.append(f'no sight: it may be made from {" or ".join(lasers)}, name one '
+                self.notes.append(f'no local grid: it may be made from {" or ".join(lasers)}, name one '
                                   f'with --scan-topic')
             return
         scans = read_scans(self.bag.messages(topic), self.reading.zero_is_no_return)
         if not scans.scans:
-            self.notes.append(f'no sight: no scan on {topic} makes sense, {scans.refusal}')
+            self.notes.append(f'no local grid: no scan on {topic} makes sense, {scans.refusal}')
             return
         mount = self._mount(scans.frame_id, poses)
         problem = mount.problem if mount else (
             f'nothing says where {scans.frame_id!r} sits on the robot, say so with --laser X Y Z '
             f'ROLL PITCH YAW')
         if mount is None or problem:
-            self.notes.append(f'no sight from {topic}: {problem}')
+            self.notes.append(f'no local grid from {topic}: {problem}')
             return
         if not len(poses.stamps_ns) or poses.frame_id != self.grid.frame_id.lstrip('/'):
             return
         name = self._free_name('neighbourhood')
-        made[name] = sights_from_scans(scans, poses, mount, self.grid, self.reading.body, name)
+        made[name] = local_grids_from_scans(scans, poses, mount, self.grid, self.reading.body, name)
         self.topics['neighbourhood'] = name
         self.notes.append(described(scans, mount, self._base(poses)))
 

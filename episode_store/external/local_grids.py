@@ -1,4 +1,4 @@
-"""The 3x3 sight of a drive from its recorded laser scans, as it would have been made under way."""
+"""The 3x3 local grid of a drive from its recorded laser scans, as it would have been made under way."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -71,11 +71,11 @@ def read_scans(messages: RawMessages, zero_is_no_return: bool = False) -> Scans:
                  np.array([scan.stamp for scan in found]), n_refused, refusal)
 
 
-def sights_from_scans(
+def local_grids_from_scans(
     scans: Scans, poses: DrivePoses, mount: Mount, grid: Grid, body: Body, topic: str,
 ) -> RawMessages:
     """
-    Make the sight at every pose whose cell or newest scan is another than the one before.
+    Make the local grid at every pose whose cell or newest scan is another than the one before.
 
     Parameters
     ----------
@@ -128,11 +128,11 @@ def _newest(
 
 
 def described(scans: Scans, mount: Mount, base: str) -> str:
-    """Say in a sentence what a sight was made from."""
+    """Say in a sentence what a local grid was made from."""
     tilt = ', upside down' if mount.rotation[2, 2] < 0.0 else ''
     refused = f', {counted(scans.n_refused, "scan")} refused, the first: {scans.refusal}' if (
         scans.n_refused) else ''
     laser = scans.frame_id or 'its laser'
-    return (f'sight is made from {counted(len(scans.scans), "scan")} on {scans.topic} ({laser} '
+    return (f'local grid is made from {counted(len(scans.scans), "scan")} on {scans.topic} ({laser} '
             f'at ({mount.x:.2f}, {mount.y:.2f}) m of {base or "the robot"}, turned by '
             f'{mount.yaw:.2f} rad{tilt}){refused}')

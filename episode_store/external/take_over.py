@@ -65,8 +65,8 @@ def import_demonstration(drive: ForeignDrive, bags: NewBags, header: EpisodeHead
     """
     Write what matters of a foreign bag into the next bag of a task.
 
-    What was recorded keeps its bytes; what was made of it (poses from `/tf`, sight from scans) is
-    written as it was made, so that the field stays a function of this bag.
+    What was recorded keeps its bytes; what was made of it (poses from `/tf`, local grid from
+    scans) is written as it was made, so that the field stays a function of this bag.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ def roles_of_topics(
 
 
 def scans_in(bag: Bag) -> list[str]:
-    """Return the topics that a sight could be made from."""
+    """Return the topics that a local grid could be made from."""
     return _fitting(bag, 'scan')
 
 

@@ -1,4 +1,4 @@
-"""What the learner needs of a bag, column by column: poses, sights, decisions, how it ended."""
+"""What the learner needs of a bag, column by column: poses, local grids, decisions, how it ended."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -58,9 +58,9 @@ class PoseTable:
 
 
 @dataclass(frozen=True, eq=False)
-class SightTable:
+class LocalGridTable:
     """
-    The 3x3 sights of a drive, in the order they were recorded.
+    The 3x3 local grids of a drive, in the order they were recorded.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def _at_the_ends(
             (len(kept) - 1 - last, float(times[-1] - times[last]) * 1e-9))
 
 
-def sight_table(messages: RawMessages, grid: Grid) -> SightTable:
+def local_grid_table(messages: RawMessages, grid: Grid) -> LocalGridTable:
     """
     Read 3x3 OccupancyGrid messages on the cells of ``grid``.
 
@@ -160,7 +160,7 @@ def sight_table(messages: RawMessages, grid: Grid) -> SightTable:
     _refuse(columns, ~np.all(np.isin(data, (FREE, BLOCKED, UNKNOWN)), axis=1),
             f'{name}: a cell is not 0, 100 or -1')
     kept = columns.accepted
-    return SightTable(
+    return LocalGridTable(
         _seconds(values)[kept], cells[kept], _mask(data, BLOCKED)[kept],
         _mask(data, UNKNOWN)[kept], int((~kept).sum()), columns.refusal)
 

@@ -27,7 +27,8 @@ _TEACHERS = ('shortest', 'blind', 'detour')
 _COLUMNS = ('field_success', 'success', 'success_spl', 'collisions', 'hidden_neurons', 'fidelity')
 _EPILOG = """\
 After 0, 1, ... K trials every free cell with a way to the goal is a start, in the true world:
-field_success follows the flow alone, success adds sight and exploration (nothing is learnt then).
+field_success follows the flow alone, success adds local grid and exploration (nothing is learnt
+then).
 
 To follow the flow of FIELD.npz: at a cell's centre take the nearest of the eight headings to
 (vx, vy) there, step to that neighbouring cell, and so on. (0, 0), a blocked cell, the edge, a
@@ -72,7 +73,7 @@ def _add_task(parser: argparse.ArgumentParser) -> None:
         help='[m]; once for every demonstration; trials with fixed starts start at the first')
     add('--teacher', choices=_TEACHERS, default='shortest',
         help='shortest: knows the map; blind: drives straight through the open workspace, and its '
-             'sight is that of the open workspace; detour: knows the map and goes 1.3 to 2 times '
+             'local grid is that of the open workspace; detour: knows the map and goes 1.3 to 2 times '
              'as far (default: shortest)')
     add('--demo-steps', metavar='N', type=_count(1, 1_000_000),
         help='show a random way without loops of exactly N steps, instead of a teacher')

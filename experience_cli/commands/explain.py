@@ -249,7 +249,7 @@ def _trial_lines(trial: dict[str, Any] | None) -> list[str]:
 def _decision_line(row: dict[str, Any]) -> str:
     said = {
         'field': 'the course of the field, {heading}',
-        'blocked': 'the course {heading} was refused: the sight showed it blocked',
+        'blocked': 'the course {heading} was refused: the local grid showed it blocked',
         'avoid': '{heading} by the Q-matrix, instead of the blocked course',
         'explore': '{heading} at random, to leave an oscillation',
         'taught': '{heading}, driven by a person',

@@ -43,9 +43,10 @@ class TrialReport:
     path : ndarray, shape (n, 2), [m]
         Where the robot drove.
     corrected : ndarray, shape (m, 2), [m]
-        Centres of the cells in which the field led into something that the sight had seen.
+        Centres of the cells in which the field led into something that the local grid had seen.
     home : ndarray of bool, shape (n_rows, n_cols)
-        Cells from which the field alone, without sight, then leads to the goal in the true world.
+        Cells from which the field alone, without local grid, then leads to the goal in the true
+        world.
 
     """
 
@@ -108,7 +109,7 @@ class TaskReport:
         """
         Return from which share of all places the field alone leads to the goal.
 
-        After the demonstration and after each trial; without sight, in the true world.
+        After the demonstration and after each trial; without local grid, in the true world.
         """
         return [float(home[self.reachable].mean()) if self.reachable.any() else 1.0
                 for home in (self.home, *(trial.home for trial in self.trials))]
@@ -227,7 +228,7 @@ def n_contacts(episode: EpisodeFolder) -> int:
 def other_starts(
     field: ControlField, fold: Lessons, world: World, taught: tuple[int, int], seed: int,
 ) -> dict[str, Any]:
-    """Try a field, sight on, from every free cell with a way to the goal, but for the taught."""
+    """Try a field, local grid on, from every free cell with a way to the goal, but for the taught."""
     grid = GridWorld(world.occupancy, fold.parameters)
     reachable = places_of(grid, field)
     reachable[taught] = False

@@ -38,7 +38,7 @@ def before_and_after_figure(report: TaskReport) -> Figure:
     draw_legend(figure)
     others = report.other_starts
     figure.suptitle(
-        f'{report.name}: what the field knows by itself. With its 3x3 sight the robot then '
+        f'{report.name}: what the field knows by itself. With its 3x3 local grid the robot then '
         f'reached the goal from {others["reached"]} of {others["starts"]} other starts.',
         fontsize=11.5)
     return figure

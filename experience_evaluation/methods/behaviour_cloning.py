@@ -14,7 +14,7 @@ from experience_evaluation.methods.method import Notes, Task
 
 class NearestPrototype:
     """
-    Takes the action of the nearest demonstrated cell; with sight, of the nearest allowed one.
+    Takes the action of the nearest demonstrated cell; with local grid, of the nearest allowed one.
 
     Parameters
     ----------

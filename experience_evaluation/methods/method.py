@@ -114,10 +114,10 @@ class Method(Protocol):
         """Run trial ``number`` (from 1) and learn from it; None if it does not learn by trying."""
 
     def headings(self) -> npt.NDArray[np.int8]:
-        """Return the course of every cell without sight, -1 for none."""
+        """Return the course of every cell without local grid, -1 for none."""
 
     def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
-        """Run from every start with sight, learning nothing."""
+        """Run from every start with local grid, learning nothing."""
 
     def notes(self) -> Notes:
         """Return what it says of itself."""
@@ -182,7 +182,7 @@ class FieldMethod:
         return headings_from_vectors(field.vx, field.vy)
 
     def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
-        """Run from every start with sight and exploration."""
+        """Run from every start with local grid and exploration."""
         return self.task.world.trials(self.refresh.field, starts, seed)
 
     def notes(self) -> Notes:

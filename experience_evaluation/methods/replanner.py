@@ -38,7 +38,7 @@ class Replanner:
         cells = demonstration.cells.tolist()
         for (row, col), blocked, unknown in zip(
                 cells, demonstration.blocked, demonstration.unknown, strict=True):
-            compiled.remember_sight(self.known, row, col, int(blocked), int(unknown))
+            compiled.remember_local_grid(self.known, row, col, int(blocked), int(unknown))
 
     def practise(self, number: int) -> Practice:
         """Drive to the goal from a random start (or the fixed one), keeping what is seen."""
@@ -67,7 +67,7 @@ class Replanner:
         for step in range(limit):
             if (row, col) == self.task.goal:
                 return 0, step, length
-            if compiled.remember_sight(known, row, col, world.sight(row, col), 0):
+            if compiled.remember_local_grid(known, row, col, world.local_grid(row, col), 0):
                 headings = self._headings(known)
             heading = int(headings[row, col])
             if heading < 0:

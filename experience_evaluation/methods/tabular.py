@@ -26,8 +26,8 @@ class TabularMethod:
     """
     A table of values over cells and headings.
 
-    Learning rate, discount and step limit are those of the task's parameters. Without sight while
-    it practises: it learns what is blocked by bumping into it.
+    Learning rate, discount and step limit are those of the task's parameters. Without local grid
+    while it practises: it learns what is blocked by bumping into it.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class TabularMethod:
         return headings
 
     def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
-        """Follow the greedy policy from every start, leaving out what the sight shows blocked."""
+        """Follow the greedy policy from every start, leaving out what the local grid shows blocked."""
         results = [kernels.greedy_run(
             self._allowed, self.task.grid.n_cols, self.q, self._place((int(row), int(col))),
             self._goal, self.task.parameters.step_limit, np.random.default_rng([seed, index]))

@@ -1,4 +1,4 @@
-"""Occupancy grids: the robot's 3x3 sight, and whole maps."""
+"""Occupancy grids: the robot's 3x3 local grid, and whole maps."""
 
 from dataclasses import dataclass
 from typing import Any, Final

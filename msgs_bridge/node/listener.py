@@ -146,7 +146,7 @@ class Listener:
                 executor.spin_once(_PERIOD)
                 before, looked = looked, _awake()
                 for ear in self._ears:
-                    if ear.has_lost_sight or looked - before > _ASLEEP:
+                    if ear.has_lost_local_grid or looked - before > _ASLEEP:
                         ear.fetch()
                 if time.monotonic() - last >= _PERIOD:
                     last = time.monotonic()

@@ -56,7 +56,7 @@ class Ear:
         self._since = time.time_ns()
         self._has_heard = False
         #: Whether a publisher was taken for gone: what it publishes until it is found is missing.
-        self.has_lost_sight = False
+        self.has_lost_local_grid = False
 
     def subscribe(self, profiles: Sequence[QoSProfile]) -> None:
         """Hear the topic once through each profile."""
@@ -79,7 +79,7 @@ class Ear:
         Only from who keeps it. It comes in order, before what is new, and what was heard already
         is not taken again, nor what was published before this ear was there.
         """
-        self.has_lost_sight = False
+        self.has_lost_local_grid = False
         if self._main is None or self._kept is None:
             return
         self._drain(self._main)
@@ -115,7 +115,7 @@ class Ear:
             self._subscribe(self._spares.pop(0))
 
     def _note_matched(self, info: Any) -> None:
-        self.has_lost_sight |= info.current_count_change < 0
+        self.has_lost_local_grid |= info.current_count_change < 0
 
     def _note_lost(self, info: Any) -> None:
         self._lost[self._topic] += info.total_count_change

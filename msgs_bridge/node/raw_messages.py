@@ -14,7 +14,7 @@ from rclpy.serialization import deserialize_message
 
 from msgs_bridge.node.qos import hear_all
 
-#: No pose, command or 3x3 sight is longer, [bytes].
+#: No pose, command or 3x3 local grid is longer, [bytes].
 MOST_BYTES: Final = 16_384
 
 

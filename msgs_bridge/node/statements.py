@@ -1,9 +1,9 @@
 """
 What the nodes of a suite say of themselves on `/diagnostics`, and what of it does not fit.
 
-Simulator, sight and learner have a workspace each, learner and controller the parameters of the
-method; nothing on the topics between them would tell that they differ. And two nodes of one role
-in one namespace are of two suites that have met.
+Simulator, local grid and learner have a workspace each, learner and controller the parameters of
+the method; nothing on the topics between them would tell that they differ. And two nodes of one
+role in one namespace are of two suites that have met.
 """
 
 from collections.abc import Iterable, Mapping
@@ -20,7 +20,7 @@ from msgs_bridge.untrusted.text import printable
 #: Roles, as they stand in the names of diagnostics, and what people call them.
 ROLES: Final[Mapping[str, str]] = {
     'learner': 'learners', 'controller': 'controllers', 'robot': 'simulated robots',
-    'sight': 'nodes that make the sight'}
+    'sight': 'nodes that make the local grid'}
 #: How to keep suites apart.
 REMEDY: Final = (
     'give each suite a ROS_DOMAIN_ID of its own (export ROS_DOMAIN_ID=... in all its terminals), '

@@ -9,7 +9,7 @@ import pytest
 from control_field.grid import Grid
 from control_field.local_grid import crop_neighbourhood
 from control_field.robot.collision_monitor import (
-    braking_way, distance_to_box, gate, GateReason, LONGEST_STEP, MARGIN, sight_from_cells)
+    braking_way, distance_to_box, gate, GateReason, local_grid_from_cells, LONGEST_STEP, MARGIN)
 from control_field.robot.limits import Limits, STANDSTILL
 
 LIMITS = Limits()
@@ -17,7 +17,7 @@ GRID = Grid(20, 20, 0.25)
 FREE = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]
 WALL_AHEAD = [[0, 0, 100], [0, 0, 100], [0, 0, 100]]
 #: Reasons that stand the robot at once, faster than its wheels are asked to otherwise.
-BRAKES = {GateReason.BLOCKED, GateReason.SLOWED, GateReason.NO_SIGHT, GateReason.NOT_FINITE}
+BRAKES = {GateReason.BLOCKED, GateReason.SLOWED, GateReason.NO_LOCAL_GRID, GateReason.NOT_FINITE}
 
 speeds = st.floats(-10.0, 10.0)
 wild = st.one_of(st.floats(), speeds)
@@ -33,8 +33,8 @@ def pose_in(row, col, yaw=0.0, dx=0.0, dy=0.0):
     return x + dx, y + dy, yaw
 
 
-def sight_of(around, row=10, col=10, unknown=False):
-    return sight_from_cells(around, row, col, GRID, unknown)
+def local_grid_of(around, row=10, col=10, unknown=False):
+    return local_grid_from_cells(around, row, col, GRID, unknown)
 
 
 def after(pose, velocity, seconds):
@@ -63,17 +63,17 @@ def assert_within_limits(velocity, previous, dt, reason):
 @example((0.22, 2.84), (0.22, -2.84), 0.0, (2.6, 2.6, 0.0), WALL_AHEAD, False)
 def test_no_limit_is_broken_whatever_is_asked_for(
         command, previous, dt, pose, around, unknown):
-    velocity, reason = gate(command, previous, dt, pose, sight_of(around, unknown=unknown), LIMITS)
+    velocity, reason = gate(command, previous, dt, pose, local_grid_of(around, unknown=unknown), LIMITS)
     assert_within_limits(velocity, previous, dt, reason)
 
 
 @given(velocities, velocities, st.floats(0.01, 0.2), places, cells)
 @example((5e-324, 1.0), STANDSTILL, 0.125, (2.5, 2.9375, 0.0), FREE)
-def test_no_body_gets_deeper_into_what_the_sight_shows_blocked(
+def test_no_body_gets_deeper_into_what_the_local_grid_shows_blocked(
         command, previous, dt, pose, around):
-    sight = sight_of(around)
-    velocity, _ = gate(command, previous, dt, pose, sight, LIMITS)
-    for box in sight.boxes:
+    local_grid = local_grid_of(around)
+    velocity, _ = gate(command, previous, dt, pose, local_grid, LIMITS)
+    for box in local_grid.boxes:
         start = distance_to_box(pose[0], pose[1], box)
         for seconds in np.linspace(0.0, dt, 9):
             x, y, _ = after(pose, velocity, seconds)
@@ -85,7 +85,7 @@ def test_no_body_gets_deeper_into_what_the_sight_shows_blocked(
 
 @given(velocities, velocities, steps, places)
 def test_in_the_open_it_only_ramps(command, previous, dt, pose):
-    _, reason = gate(command, previous, dt, pose, sight_of(FREE), LIMITS)
+    _, reason = gate(command, previous, dt, pose, local_grid_of(FREE), LIMITS)
     room = LIMITS.radius + MARGIN + braking_way(LIMITS.v_max, min(dt, LONGEST_STEP), LIMITS)
     clear = all(2.25 + room < c < 3.0 - room for c in pose[:2])
     if clear:
@@ -98,42 +98,42 @@ def test_what_is_not_finite_stands_still(value, place):
     numbers = [0.1, 0.0, 0.1, 0.0, 2.6, 2.6, 0.0]
     numbers[place] = value
     answer = gate(tuple(numbers[:2]), tuple(numbers[2:4]), 0.05, tuple(numbers[4:]),
-                  sight_of(FREE), LIMITS)
+                  local_grid_of(FREE), LIMITS)
     assert answer == (STANDSTILL, GateReason.NOT_FINITE)
 
 
 def test_a_time_that_runs_backwards_stands_still():
-    answer = gate((0.1, 0.0), (0.1, 0.0), -0.01, pose_in(10, 10), sight_of(FREE), LIMITS)
+    answer = gate((0.1, 0.0), (0.1, 0.0), -0.01, pose_in(10, 10), local_grid_of(FREE), LIMITS)
     assert answer == (STANDSTILL, GateReason.NOT_FINITE)
 
 
 def test_too_fast_is_cut_and_said():
-    velocity, reason = gate((1.0, 0.0), (0.22, 0.0), 0.05, pose_in(10, 10), sight_of(FREE), LIMITS)
+    velocity, reason = gate((1.0, 0.0), (0.22, 0.0), 0.05, pose_in(10, 10), local_grid_of(FREE), LIMITS)
     assert (velocity, reason) == ((0.22, 0.0), GateReason.SPEED)
 
 
 def test_a_start_is_ramped_and_said():
-    velocity, reason = gate((0.22, 0.0), STANDSTILL, 0.05, pose_in(10, 10), sight_of(FREE), LIMITS)
+    velocity, reason = gate((0.22, 0.0), STANDSTILL, 0.05, pose_in(10, 10), local_grid_of(FREE), LIMITS)
     assert velocity[0] == pytest.approx(0.125)
     assert reason is GateReason.ACCELERATION
 
 
 def test_a_wall_ahead_stops_and_lets_turn():
     near = pose_in(10, 10, dx=0.018)
-    velocity, reason = gate((0.2, 1.0), (0.2, 1.0), 0.05, near, sight_of(WALL_AHEAD), LIMITS)
+    velocity, reason = gate((0.2, 1.0), (0.2, 1.0), 0.05, near, local_grid_of(WALL_AHEAD), LIMITS)
     assert (velocity, reason) == ((0.0, 1.0), GateReason.BLOCKED)
 
 
 def test_a_wall_some_way_ahead_only_slows():
     velocity, reason = gate(
-        (0.2, 0.0), (0.2, 0.0), 0.05, pose_in(10, 10, dx=0.005), sight_of(WALL_AHEAD), LIMITS)
+        (0.2, 0.0), (0.2, 0.0), 0.05, pose_in(10, 10, dx=0.005), local_grid_of(WALL_AHEAD), LIMITS)
     assert reason is GateReason.SLOWED
     assert 0.0 < velocity[0] < 0.2
 
 
 def test_away_from_a_wall_it_overlaps_is_free():
     inside = pose_in(10, 10, yaw=math.pi, dx=0.06)
-    velocity, reason = gate((0.1, 0.0), (0.1, 0.0), 0.05, inside, sight_of(WALL_AHEAD), LIMITS)
+    velocity, reason = gate((0.1, 0.0), (0.1, 0.0), 0.05, inside, local_grid_of(WALL_AHEAD), LIMITS)
     assert (velocity, reason) == ((0.1, 0.0), GateReason.NONE)
 
 
@@ -141,7 +141,7 @@ def test_along_a_corridor_is_free():
     corridor = [[100, 100, 100], [0, 0, 0], [100, 100, 100]]
     for off in (-0.015, 0.0, 0.015):
         _, reason = gate((0.22, 0.0), (0.22, 0.0), 0.05, pose_in(10, 10, dy=off),
-                         sight_of(corridor), LIMITS)
+                         local_grid_of(corridor), LIMITS)
         assert reason is GateReason.NONE
 
 
@@ -151,21 +151,21 @@ def test_unknown_is_blocked_only_when_it_is_to_be(around):
     at_the_edge = pose_in(10, 10, dx=0.018)
     for blocked in (False, True):
         _, reason = gate((0.2, 0.0), (0.2, 0.0), 0.05, at_the_edge,
-                         sight_of(around, unknown=blocked), LIMITS)
+                         local_grid_of(around, unknown=blocked), LIMITS)
         assert (reason is GateReason.BLOCKED) == (unknown and blocked)
 
 
-def test_what_lies_outside_the_workspace_is_blocked_whatever_the_sight_says():
+def test_what_lies_outside_the_workspace_is_blocked_whatever_the_local_grid_says():
     pose = pose_in(0, 0, yaw=math.pi, dx=-0.018)
-    _, reason = gate((0.2, 0.0), (0.2, 0.0), 0.05, pose, sight_of(FREE, 0, 0), LIMITS)
+    _, reason = gate((0.2, 0.0), (0.2, 0.0), 0.05, pose, local_grid_of(FREE, 0, 0), LIMITS)
     assert reason is GateReason.BLOCKED
 
 
 def test_without_sight_or_far_from_it_the_robot_may_only_turn():
-    for sight in (None, sight_of(FREE, 3, 3)):
+    for local_grid in (None, local_grid_of(FREE, 3, 3)):
         velocity, reason = gate(
-            (0.2, 0.1), (0.2, 0.1), 0.05, pose_in(10, 10), sight, LIMITS)
-        assert (velocity, reason) == ((0.0, 0.1), GateReason.NO_SIGHT)
+            (0.2, 0.1), (0.2, 0.1), 0.05, pose_in(10, 10), local_grid, LIMITS)
+        assert (velocity, reason) == ((0.0, 0.1), GateReason.NO_LOCAL_GRID)
 
 
 def wander(n_decisions, seed):
@@ -183,7 +183,7 @@ def _wander_in_a_world(choice, n_decisions):
     world = np.where(rng.random((12, 12)) < choice.choice([0.1, 0.3, 0.5]), 100, 0).astype(np.int8)
     world[5, 5] = 0
     grid, dt = Grid(12, 12, 0.25), choice.choice([0.01, 0.05, 0.1, 0.2])
-    sights, pose, previous, n_moves = {}, (1.375, 1.375, choice.uniform(-3, 3)), STANDSTILL, 0
+    local_grids, pose, previous, n_moves = {}, (1.375, 1.375, choice.uniform(-3, 3)), STANDSTILL, 0
     command = STANDSTILL
     for k in range(min(n_decisions, 2000)):
         if k % choice.choice([1, 7, 30]) == 0:
@@ -191,15 +191,15 @@ def _wander_in_a_world(choice, n_decisions):
                 (choice.uniform(-1, 1), choice.uniform(-6, 6)), (0.22, 0.0), (0.22, 2.84),
                 (math.nan, 0.0), (0.3, choice.gauss(0.0, 1.0)), (0.0, math.inf)])
         here = grid.cell_from_world(pose[0], pose[1])
-        if here not in sights:
-            sights[here] = sight_from_cells(
+        if here not in local_grids:
+            local_grids[here] = local_grid_from_cells(
                 crop_neighbourhood(world, *here).tolist(), *here, grid)
-        velocity, reason = gate(command, previous, dt, pose, sights[here], LIMITS)
+        velocity, reason = gate(command, previous, dt, pose, local_grids[here], LIMITS)
         assert_within_limits(velocity, previous, dt, reason)
         n_moves += velocity[0] != 0.0
         for share in (0.5, 1.0):
             x, y, _ = after(pose, velocity, share * dt)
-            for box in sights[here].boxes:
+            for box in local_grids[here].boxes:
                 assert distance_to_box(x, y, box) >= LIMITS.radius
         pose, previous = after(pose, velocity, dt), velocity
     return n_decisions - 2000, n_moves

@@ -23,9 +23,9 @@ def along(cells, n=20, offset=(0.0, 0.0)):
     return np.concatenate([*legs, corners[-1:]])
 
 
-def learn(xy, dt=0.05, sights=NOTHING, stamps=None):
+def learn(xy, dt=0.05, local_grids=NOTHING, stamps=None):
     stamps = np.arange(len(xy)) * dt if stamps is None else stamps
-    return demonstration_from_poses(GRID, stamps, np.asarray(xy), *sights, episode=3)
+    return demonstration_from_poses(GRID, stamps, np.asarray(xy), *local_grids, episode=3)
 
 
 def cells_of(demonstration):
@@ -134,8 +134,8 @@ def test_jitter_on_an_edge_is_no_step():
 
 def test_sparse_poses_are_filled_with_straight_steps_that_nothing_was_seen_from():
     corners = [(3, 2), (3, 4), (5, 7), (7, 10), (7, 12)]
-    sights = np.array([0.0]), np.array([7], np.uint8), np.array([0], np.uint8)
-    demonstration, report = learn(GRID.world_from_cells(np.array(corners)), 3.0, sights)
+    local_grids = np.array([0.0]), np.array([7], np.uint8), np.array([0], np.uint8)
+    demonstration, report = learn(GRID.world_from_cells(np.array(corners)), 3.0, local_grids)
     cells = cells_of(demonstration)
     assert cells == leg(*corners)
     assert report.n_filled == len(cells) - len(corners)
@@ -173,11 +173,11 @@ def test_what_leads_nowhere_is_refused_with_what_was_dropped(xy):
         learn(xy)
 
 
-def test_each_cell_has_the_sight_that_was_newest_when_it_was_entered():
+def test_each_cell_has_the_local_grid_that_was_newest_when_it_was_entered():
     xy = along(leg((3, 2), (3, 5)), 20)
     at = np.arange(len(xy)) * 0.05
-    sights = at[9:], np.arange(len(at) - 9).astype(np.uint8), np.zeros(len(at) - 9, np.uint8)
-    demonstration, _ = learn(xy, sights=sights)
+    local_grids = at[9:], np.arange(len(at) - 9).astype(np.uint8), np.zeros(len(at) - 9, np.uint8)
+    demonstration, _ = learn(xy, local_grids=local_grids)
     assert demonstration.unknown.tolist()[0] == 255  # nothing had been seen yet
     for stamp, blocked, unknown in list(zip(demonstration.stamps, demonstration.blocked,
                                             demonstration.unknown, strict=True))[1:]:

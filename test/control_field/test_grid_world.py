@@ -57,7 +57,7 @@ def test_every_step_of_a_trial_is_one_the_world_allows(lesson, seed):
     for row in rows:
         allowed = allowed_steps(world.truth, int(row['row']), int(row['col']), world.rules)
         assert bool(allowed >> int(row['action']) & 1) == (row['kind'] != Kind.BLOCKED)
-        assert row['blocked'] == world.sight(row['row'], row['col'])
+        assert row['blocked'] == world.local_grid(row['row'], row['col'])
     assert (moved['next_row'][:-1] == moved['row'][1:]).all()
     assert (moved['next_col'][:-1] == moved['col'][1:]).all()
     assert length == pytest.approx(STEP_LENGTH[moved['action']].sum())

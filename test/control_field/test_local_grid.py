@@ -6,7 +6,7 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels.decision import see
-from control_field.kernels.steps import allowed_steps, remember_sight
+from control_field.kernels.steps import allowed_steps, remember_local_grid
 from control_field.local_grid import (
     BLOCKED, crop_neighbourhood, FREE, masks_from_neighbourhood, UNKNOWN)
 from oracles import allowed_from_blocked, neighbourhood_from_masks
@@ -16,25 +16,25 @@ from strategies import knowns, masks, steady
 @given(masks, masks)
 @steady
 def test_masks_survive_the_way_there_and_back(blocked, unknown):
-    sight = neighbourhood_from_masks(blocked, unknown)
-    assert sight[1, 1] == FREE
-    assert masks_from_neighbourhood(sight) == (blocked, unknown & ~blocked)
+    local_grid = neighbourhood_from_masks(blocked, unknown)
+    assert local_grid[1, 1] == FREE
+    assert masks_from_neighbourhood(local_grid) == (blocked, unknown & ~blocked)
 
 
 @given(hnp.arrays(np.int8, (3, 3)))
 @steady
-def test_what_is_neither_free_nor_unknown_is_blocked(sight):
-    blocked, unknown = masks_from_neighbourhood(sight)
+def test_what_is_neither_free_nor_unknown_is_blocked(local_grid):
+    blocked, unknown = masks_from_neighbourhood(local_grid)
     for heading in range(8):
-        state = sight[1 + STEP_ROW[heading], 1 + STEP_COL[heading]]
+        state = local_grid[1 + STEP_ROW[heading], 1 + STEP_COL[heading]]
         assert bool(unknown >> heading & 1) == (state == UNKNOWN)
         assert bool(blocked >> heading & 1) == (state not in (UNKNOWN, FREE))
 
 
 def test_bit_0_is_the_neighbour_in_x_and_bit_2_the_one_in_y():
-    sight = np.zeros((3, 3), np.int8)
-    sight[1, 2], sight[2, 1] = BLOCKED, UNKNOWN
-    assert masks_from_neighbourhood(sight) == (1 << 0, 1 << 2)
+    local_grid = np.zeros((3, 3), np.int8)
+    local_grid[1, 2], local_grid[2, 1] = BLOCKED, UNKNOWN
+    assert masks_from_neighbourhood(local_grid) == (1 << 0, 1 << 2)
 
 
 def test_another_shape_is_refused():
@@ -47,19 +47,19 @@ def test_another_shape_is_refused():
 def test_the_crop_is_the_map_with_walls_around_it(occupancy, row, col):
     around = np.pad(occupancy, 15, constant_values=BLOCKED)
     expected = around[row + 14:row + 17, col + 14:col + 17]
-    sight = crop_neighbourhood(occupancy, row, col)
-    assert sight.dtype == np.int8
-    assert np.array_equal(sight, expected)
+    local_grid = crop_neighbourhood(occupancy, row, col)
+    assert local_grid.dtype == np.int8
+    assert np.array_equal(local_grid, expected)
     inside = 0 <= row < occupancy.shape[0] and 0 <= col < occupancy.shape[1]
     if inside:
-        assert masks_from_neighbourhood(sight)[0] == see(occupancy, row, col)
+        assert masks_from_neighbourhood(local_grid)[0] == see(occupancy, row, col)
 
 
 @given(masks, st.booleans())
 @steady
-def test_sight_and_map_allow_the_same_steps(blocked, cutting):
+def test_local_grid_and_map_allow_the_same_steps(blocked, cutting):
     known = np.full((3, 3), UNKNOWN, np.int8)
-    remember_sight(known, 1, 1, blocked, 0)
+    remember_local_grid(known, 1, 1, blocked, 0)
     assert allowed_from_blocked(blocked, cutting) == allowed_steps(
         known, 1, 1, (cutting, False, 8))
 
@@ -81,7 +81,7 @@ def test_what_was_seen_is_remembered_and_the_rest_stays(known, blocked, unknown,
     row = data.draw(st.integers(0, known.shape[0] - 1))
     col = data.draw(st.integers(0, known.shape[1] - 1))
     before = known.copy()
-    n_barred = remember_sight(known, row, col, blocked, unknown)
+    n_barred = remember_local_grid(known, row, col, blocked, unknown)
     shown = neighbourhood_from_masks(blocked & ~unknown, unknown)
     expected = np.pad(before, 1)
     window = expected[row:row + 3, col:col + 3]

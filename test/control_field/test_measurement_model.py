@@ -17,14 +17,14 @@ def places(*cells):
 
 @given(MAPS)
 def test_what_is_seen_from_a_cell_fits_that_cell(world):
-    sight = crop_neighbourhood(world, 4, 4)
-    fit = likeness(world, sight, *places((4, 4), (5, 4), (4, 2)))
+    local_grid = crop_neighbourhood(world, 4, 4)
+    fit = likeness(world, local_grid, *places((4, 4), (5, 4), (4, 2)))
     assert fit[0] == 1.0 >= fit.max()
     assert fit.min() >= UPHEAVAL
 
 
 @given(MAPS)
-def test_an_unseen_map_and_an_unknown_sight_contradict_nothing(world):
+def test_an_unseen_map_and_an_unknown_local_grid_contradict_nothing(world):
     here = places((4, 4))
     assert likeness(np.full_like(world, -1), crop_neighbourhood(world, 4, 4), *here) == 1.0
     assert likeness(world, np.full((3, 3), -1, np.int8), *here) == 1.0
@@ -34,9 +34,9 @@ def test_each_cell_that_is_wrong_makes_it_less_likely_down_to_upheaval():
     world = np.zeros((9, 9), np.int8)
     fits = []
     for n in range(10):
-        sight = np.zeros(9, np.int8)
-        sight[:n] = 100
-        fits.append(float(likeness(world, sight.reshape(3, 3), *places((4, 4)))[0]))
+        local_grid = np.zeros(9, np.int8)
+        local_grid[:n] = 100
+        fits.append(float(likeness(world, local_grid.reshape(3, 3), *places((4, 4)))[0]))
     assert fits[:2] == [1.0, 0.1]
     assert sorted(fits, reverse=True) == fits
     assert fits[-1] == UPHEAVAL
@@ -48,7 +48,7 @@ def test_beyond_the_map_the_rim_counts():
 
 
 @given(MAPS, STEPS, STEPS)
-def test_two_sights_of_one_world_fit_the_step_between_them(world, rows, cols):
+def test_two_local_grids_of_one_world_fit_the_step_between_them(world, rows, cols):
     last, now = crop_neighbourhood(world, 4, 4), crop_neighbourhood(world, 4 + rows, 4 + cols)
     assert continuity(last, now, *places((rows, cols)))[0] == 1.0
 

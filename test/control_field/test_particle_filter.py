@@ -147,7 +147,7 @@ def test_a_pose_far_off_is_passed_over_until_it_insists():
     assert belief.estimate().x == pytest.approx(3.0, abs=0.01)
 
 
-def test_free_cells_of_a_sight_whose_place_is_in_doubt_are_unknown():
+def test_free_cells_of_a_local_grid_whose_place_is_in_doubt_are_unknown():
     belief = belief_at(10, 8)
     belief.place(2.25, 2.625, 0.0, std=0.03)  # on the edge of columns 8 and 9
     free = np.zeros((3, 3), np.int8)
@@ -159,7 +159,7 @@ def test_free_cells_of_a_sight_whose_place_is_in_doubt_are_unknown():
     assert (belief.doubted(blocked, estimate.row, estimate.col) == blocked).all()
 
 
-def test_a_sight_whose_place_is_sure_stays_as_it_is():
+def test_a_local_grid_whose_place_is_sure_stays_as_it_is():
     belief = belief_at(10, 8)
     assert (belief.doubted(np.zeros((3, 3), np.int8), 10, 8) == 0).all()
 

@@ -299,7 +299,7 @@ def test_the_robot_decides_what_the_simulation_decides(lesson, seed, full):
     policy = TrialPolicy(field, parameters, np.random.default_rng(seed % 1000), 4)
     (row, col), tables = cells[0], []
     while not policy.at_goal(row, col):
-        choice = policy.decide(row, col, world.sight(row, col), 0, float(policy.n_steps))
+        choice = policy.decide(row, col, world.local_grid(row, col), 0, float(policy.n_steps))
         tables.append(choice.decisions)
         if choice.heading < 0:
             break
@@ -332,7 +332,7 @@ def test_the_learner_arrives_at_the_Q_matrix_the_robot_had(lesson, seed):
                          np.random.default_rng(seed), 4)
     (row, col), tables = cells[0], [np.zeros(0, DECISION_DTYPE)]
     while not policy.at_goal(row, col):
-        choice = policy.decide(row, col, world.sight(row, col), 0, 0.0)
+        choice = policy.decide(row, col, world.local_grid(row, col), 0, 0.0)
         tables.append(choice.decisions)
         if choice.heading < 0:
             break

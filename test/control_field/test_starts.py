@@ -15,7 +15,7 @@ SHOWN = leg((1, 1), (1, 7), (2, 8))
 
 @given(knowns)
 @steady
-def test_unseen_cells_are_counted_in_the_sight(known):
+def test_unseen_cells_are_counted_in_the_local_grid(known):
     count = n_unseen_around(known)
     for row, col in np.ndindex(known.shape):
         window = known[max(row - 1, 0):row + 2, max(col - 1, 0):col + 2]
@@ -82,7 +82,7 @@ def test_chosen_starts_see_the_workspace_in_few_trials():
 
 def test_a_start_promises_the_unseen_ground_along_its_flow_weighed_by_who_depends_on_it():
     corridor = np.zeros((1, 5), np.int8)
-    field = taught(leg((0, 0), (0, 4)), (1, 5)).refresh.field  # shown without sight: all its own
+    field = taught(leg((0, 0), (0, 4)), (1, 5)).refresh.field  # shown without local grid: all its own
     known = np.full((1, 5), -1, np.int8)
     unseen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
                           known, field.flags)

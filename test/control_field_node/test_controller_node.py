@@ -176,7 +176,7 @@ def test_teleop_outside_a_trial_goes_through_the_limits(peer):
     peer.wait(peer.has_stopped, 'a standstill when the keys are let go')
 
 
-def test_before_there_is_a_field_a_person_is_kept_off_what_the_sight_shows(ros_node, tmp_path):
+def test_before_there_is_a_field_a_person_is_kept_off_what_the_local_grid_shows(ros_node, tmp_path):
     hand = ros_node.create_publisher(Twist, 'cmd_vel_teleop', qos.COMMAND)
     diagnostics = ros_helpers.collect(ros_node, DiagnosticArray, '/diagnostics')
     push = Twist()
@@ -268,7 +268,7 @@ def test_all_who_have_the_other_type_are_named_also_on_cmd_vel_teleop(ros_node, 
     ros_node.destroy_publisher(teleop)
 
 
-@pytest.mark.parametrize('order', ['sight first', 'odometry first'])
+@pytest.mark.parametrize('order', ['local grid first', 'odometry first'])
 def test_lockstep_answers_each_stamp_exactly_once(stepped, order):
     stepped.push().start()
     stepped.wait(lambda: stepped.commands, 'the first answer')
@@ -333,7 +333,7 @@ def test_malformed_messages_between_the_ticks_of_a_lockstep_hold_nothing_up(ros_
     odometry.pose.pose.position.x = math.nan
     elsewhere = odometry_from_pose(Pose(0.0, 1.0, 1.0, 0.0, frame_id='map'))
     odoms = ros_node.create_publisher(Odometry, 'odom', qos.ODOMETRY_PUB)
-    sights = ros_node.create_publisher(OccupancyGrid, 'neighbourhood', qos.ODOMETRY_PUB)
+    local_grids = ros_node.create_publisher(OccupancyGrid, 'neighbourhood', qos.ODOMETRY_PUB)
     with simulator(tmp_path, LOCKSTEP), controller(tmp_path, LOCKSTEP):
         peer = Peer(ros_node, stamped=True)
         peer.push(straight_field(BEHIND))
@@ -341,7 +341,7 @@ def test_malformed_messages_between_the_ticks_of_a_lockstep_hold_nothing_up(ros_
 
         def has_ended():
             odoms.publish(odometry)
-            sights.publish(OccupancyGrid())
+            local_grids.publish(OccupancyGrid())
             odoms.publish(elsewhere)
             return peer.status.state is State.ENDED
 

@@ -59,13 +59,13 @@ class Robot:
         pose, seen = self.pose, self.seen()
         self.velocity, _ = gate(
             self.drive.velocity(pose), self.velocity, DT, (pose.x, pose.y, pose.yaw),
-            seen.sight, LIMITS)
+            seen.local_grid, LIMITS)
         v, w = self.velocity
         middle = pose.yaw + 0.5 * w * DT
         self.pose = Pose(pose.stamp + DT, pose.x + v * DT * math.cos(middle),
                          pose.y + v * DT * math.sin(middle), pose.yaw + w * DT)
         self.seconds += DT
-        for box in self.seen().sight.boxes:
+        for box in self.seen().local_grid.boxes:
             self.clearance = min(self.clearance, distance_to_box(self.pose.x, self.pose.y, box))
 
 
@@ -172,7 +172,7 @@ def test_who_is_pushed_two_cells_off_the_way_decides_anew():
     assert robot.until_due().col == 4
 
 
-def test_an_old_sight_lets_nothing_be_decided():
+def test_an_old_local_grid_lets_nothing_be_decided():
     robot = Robot(open_world(), (5, 5))
     robot.until_due()
     old = seen_from_neighbourhood(
@@ -211,7 +211,7 @@ def test_seen_agrees_with_the_masks_and_the_workspace():
     assert cautious.barred == {(0, 5), (0, 6), (2, 6)}
 
 
-def test_the_same_sight_is_made_ready_once():
+def test_the_same_local_grid_is_made_ready_once():
     seen = cached_seen()
     cells = np.zeros((3, 3), np.int8)
     first = seen(Neighbourhood(0.0, 5, 5, cells), GRID, False)

@@ -76,7 +76,7 @@ def test_a_robot_that_is_inert_coarse_or_slow_is_not_taken_for_late(robot):
 
 
 def test_a_good_link_costs_no_time():
-    """What may be driven blind is a part of what a sight shows in the open."""
+    """What may be driven blind is a part of what a local grid shows in the open."""
     world = World(Grid(20, 20, 0.25), np.zeros((20, 20), np.int8))
     field = straight_to((10, 16), world.grid)
     ride = LateBench(world, field, CALM, 1).run()

@@ -85,7 +85,7 @@ def test_a_late_pose_is_turned_with_the_robot():
         pytest.approx(3.0 + ahead * math.sin(0.3) + left * math.cos(0.3), abs=0.005))
 
 
-def test_the_sight_belongs_around_the_robot():
+def test_the_local_grid_belongs_around_the_robot():
     where = ready(anchoring=True)
     where.place(pose_at(1.0, 0.875), None)
     assert (where.see(Neighbourhood(1.0, 5, 4, FREE)).row,
@@ -137,7 +137,7 @@ def test_slip_leads_odometry_astray_and_anchoring_mends_it():
     assert mended[0].room > 0.025
 
 
-def test_localisation_and_sight_together_are_as_good_as_exact_wheels():
+def test_localisation_and_local_grid_together_are_as_good_as_exact_wheels():
     ride = rides('task1', 2, localised=True, anchoring=True, pose_topic='amcl_pose')[0]
     assert ride.is_success()
     assert math.hypot(ride.off_x, ride.off_y) < 0.05

@@ -32,7 +32,7 @@ def test_whatever_arrives_in_whatever_order_a_tick_is_answered_at_most_once(arri
         if is_odometry:
             book.odometry = message(Odometry, tick)
         else:
-            book.sight = message(OccupancyGrid, tick)
+            book.local_grid = message(OccupancyGrid, tick)
         if book.is_open() and (not answered or tick > answered[-1]):
             assert book.answer(book.odometry, False)
             answered.append(tick)
@@ -48,13 +48,13 @@ def test_a_tick_is_open_when_both_have_come_in_either_order(order):
         if is_odometry:
             book.odometry = message(Odometry, 3)
         else:
-            book.sight = message(OccupancyGrid, 3)
+            book.local_grid = message(OccupancyGrid, 3)
     assert book.is_open()
 
 
 def test_messages_of_two_ticks_make_no_open_one():
     book = TickBook()
-    book.odometry, book.sight = message(Odometry, 3), message(OccupancyGrid, 4)
+    book.odometry, book.local_grid = message(Odometry, 3), message(OccupancyGrid, 4)
     assert not book.is_open()
 
 

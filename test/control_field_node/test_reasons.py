@@ -74,7 +74,7 @@ def test_a_person_who_drives_is_not_stopped_by_what_does_not_come():
     assert bench.supervisor.problem is StopReason.STALE_ODOMETRY
 
 
-def test_a_sight_of_somewhere_else_is_not_to_be_trusted():
+def test_a_local_grid_of_somewhere_else_is_not_to_be_trusted():
     bench = driving()
     row, col = GRID.cell_from_world(bench.pose.x, bench.pose.y)
     for _ in range(60):
@@ -133,7 +133,7 @@ class TestHeartbeat:
 
 
 def frozen(bench):
-    """Let odometry arrive whose stamps stand still, and fresh sight, for a second."""
+    """Let odometry arrive whose stamps stand still, and fresh local grid, for a second."""
     watch = bench.supervisor.intake
     for k in range(20):
         now = bench.now + DT * k
@@ -172,15 +172,15 @@ def test_stamps_that_stood_before_anybody_listened_are_not_called_a_slow_link():
 
 
 @pytest.mark.parametrize(('spoil', 'said'), [
-    (lambda sights, intake, now: intake.sight.pass_over(now, 'neighbourhood: resolution is 1 m'),
+    (lambda local_grids, intake, now: intake.local_grid.pass_over(now, 'neighbourhood: resolution is 1 m'),
      'neighbourhood arrives but does not count: neighbourhood: resolution is 1 m'),
-    (lambda sights, intake, now: None, 'no neighbourhood has arrived for 2.0 s')])
+    (lambda local_grids, intake, now: None, 'no neighbourhood has arrived for 2.0 s')])
 def test_a_neighbourhood_that_was_refused_is_not_said_to_be_absent(spoil, said):
     bench = driving()
     bench.supervisor.stop()
     now = bench.now + 2.0
     bench.supervisor.intake.odometry.saw(now)
-    spoil(bench.supervisor.sights, bench.supervisor.intake, now)
+    spoil(bench.supervisor.local_grids, bench.supervisor.intake, now)
     assert bench.supervisor.start(now) == said
 
 

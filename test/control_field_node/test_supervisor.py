@@ -347,7 +347,7 @@ def test_teleop_outside_trials_can_be_turned_off():
     assert bench.supervisor.teleop((0.1, 0.0), bench.now, DT).velocity is None
 
 
-def test_teleop_without_any_sight_keeps_to_the_limits():
+def test_teleop_without_any_local_grid_keeps_to_the_limits():
     bench = Bench(field=False)
     assert bench.supervisor.teleop((1.0, 9.0), 0.0, 0.1).velocity == pytest.approx((0.22, 0.32))
 

@@ -51,14 +51,14 @@ def test_an_end_is_a_warning_but_at_the_goal():
     assert [bench.lines[-1][0] for bench in (stopped, arrived)] == ['warning', 'info']
 
 
-def test_time_alone_finds_a_stale_sight():
+def test_time_alone_finds_a_stale_local_grid():
     bench = driving(neighbourhood_timeout=0.2)
     assert bench.take(bench.supervisor.watch(bench.now + 0.3)).velocity == STANDSTILL
     assert bench.supervisor.problem is StopReason.STALE_NEIGHBOURHOOD
     assert bench.take(bench.supervisor.watch(bench.now + 0.3)).velocity is None
 
 
-def test_a_stale_sight_while_a_person_drives_is_the_persons_business():
+def test_a_stale_local_grid_while_a_person_drives_is_the_persons_business():
     bench = driving(neighbourhood_timeout=0.2)
     bench.supervisor.saw_foreign((0.1, 0.0), bench.now)
     assert bench.supervisor.watch(bench.now + 0.3).velocity is None
@@ -137,7 +137,7 @@ def test_the_status_tells_the_revision_and_forgets_the_last_trial_with_a_new_fie
 
 
 @pytest.mark.parametrize('settings', [{}, {'lockstep': True}])
-def test_nothing_starts_before_odometry_and_sight_have_come(settings):
+def test_nothing_starts_before_odometry_and_local_grid_have_come(settings):
     bench = Bench(**settings)
     assert 'no odometry' in bench.supervisor.start(bench.now)
     bench.tick(sees=False)

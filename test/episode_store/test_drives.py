@@ -7,7 +7,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from bridge_helpers import (
-    CLOUD, GRID, nanoseconds, OCCUPANCY, ODOMETRY, raw_decisions, raw_odometry, raw_sight,
+    CLOUD, GRID, nanoseconds, OCCUPANCY, ODOMETRY, raw_decisions, raw_local_grid, raw_odometry,
     raw_status, STATUS)
 from control_field.headings import heading_from_step
 from control_field.parameters import Parameters
@@ -129,7 +129,7 @@ def test_what_was_seen_from_where_the_robot_was_not_is_not_remembered(tmp_path):
             if i % 10:  # so that a cell is entered while that of the spike is the newest
                 continue
             at = GRID.cell_from_world(x, y)
-            bag.write('/neighbourhood', OCCUPANCY, raw_sight(
+            bag.write('/neighbourhood', OCCUPANCY, raw_local_grid(
                 stamp, *at, all_blocked if x > 4.0 else np.zeros((3, 3))), nanoseconds(stamp))
     episode = read_episode(bag.folder, GRID)
     assert '6.00 s' in str(episode.report)

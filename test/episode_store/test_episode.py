@@ -8,7 +8,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from bridge_helpers import (
     CLOUD, demonstration_bag, GRID, LOOP, loop_bag, OCCUPANCY, ODOMETRY, random_decisions,
-    raw_decisions, raw_odometry, raw_sight, raw_status, STATUS, trial_bag, write_drive)
+    raw_decisions, raw_local_grid, raw_odometry, raw_status, STATUS, trial_bag, write_drive)
 from control_field.grid import Grid
 from control_field.records import Outcome
 from episode_store.episode import (
@@ -19,7 +19,7 @@ from episode_store.making import start_bag
 from episode_store.repair import repair_bag
 from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.errors import BagError, mcap_path
-from episode_store.rosbag2.topic_tables import pose_table, sight_table
+from episode_store.rosbag2.topic_tables import local_grid_table, pose_table
 from episode_store.task_folder import TaskFolder
 from foreign_bags import FOREIGN, foreign_bag
 from msgs_bridge.messages.trial_status import Label, State
@@ -64,7 +64,7 @@ class TestDemonstrations:
             write_drive(bag)
             bag.write('/odom', ODOMETRY, raw_odometry(3.0, 1.0, 1.0, 'map'), 0)
             bag.write('/neighbourhood', OCCUPANCY,
-                      raw_sight(3.0, 1, 1, np.zeros((3, 3)), Grid(20, 20, 0.5)), 0)
+                      raw_local_grid(3.0, 1, 1, np.zeros((3, 3)), Grid(20, 20, 0.5)), 0)
         notes = read_episode(bag.folder, GRID).notes
         assert notes[0] == ("1 message refused, the first: "
                             "/odom: frame is 'map', must be 'odom'")
@@ -304,9 +304,9 @@ def test_ten_minutes_at_50_hz_are_read_in_a_blink(tmp_path):
         start = time.perf_counter()
         bag = open_bag(folder)
         poses = pose_table(bag.messages('/odom'), 'odom')
-        sights = sight_table(bag.messages('/neighbourhood'), GRID)
+        local_grids = local_grid_table(bag.messages('/neighbourhood'), GRID)
         took.append(time.perf_counter() - start)
-        assert len(poses.stamps) == len(sights.stamps) == 30_000
+        assert len(poses.stamps) == len(local_grids.stamps) == 30_000
     # 0.02 s on a machine that is free; others may be at work on this one.
     assert min(took) < 0.2
 

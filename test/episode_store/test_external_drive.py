@@ -1,4 +1,4 @@
-"""Poses from `/tf` and sight from scans: of drives whose truth is known."""
+"""Poses from `/tf` and local grid from scans: of drives whose truth is known."""
 
 import math
 import struct
@@ -15,7 +15,7 @@ from episode_store.external.take_over import learnt_from
 from episode_store.external.transforms import read_transforms
 from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.errors import BagError
-from episode_store.rosbag2.topic_tables import pose_table, sight_table
+from episode_store.rosbag2.topic_tables import local_grid_table, pose_table
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.rigid_motions import Motions, rotated, STILL
 from robot_bags import LASER, MAP, N, place, robot_bag, RobotBag
@@ -32,17 +32,17 @@ def expected_xy(offset=(0.0, 0.0)):
 
 
 def blocked_cells(drive, grid=GRID):
-    """Return the cells of the workspace that its sights call blocked, but for its edge."""
+    """Return the cells of the workspace that its local grids call blocked, but for its edge."""
     messages = drive.bag.messages(drive.topics['neighbourhood'])
-    sights = sight_table(messages, grid)
-    assert sights.n_refused == 0
+    local_grids = local_grid_table(messages, grid)
+    assert local_grids.n_refused == 0
     steps = [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)]
     return {(row + dr, col + dc) for (row, col), mask in zip(
-        sights.cells.tolist(), sights.blocked.tolist(), strict=True)
+        local_grids.cells.tolist(), local_grids.blocked.tolist(), strict=True)
         for k, (dr, dc) in enumerate(steps) if mask >> k & 1}
 
 
-class TestSight:
+class TestLocalGrid:
     @pytest.mark.parametrize('mount', [
         LASER, Mount(0.1, 0.0, 0.0, 0.2), Mount(0.0, -0.05, 2.0, 0.2, 0.0, 0.1)], ids=str)
     @pytest.mark.parametrize('odometry', [True, False])
@@ -51,10 +51,10 @@ class TestSight:
         assert blocked_cells(drive) == {(5, 6), (5, 7)}
         record, _, notes = learnt_from(drive, GRID)
         assert record.blocked.any()
-        [note] = [note for note in notes if note.startswith('sight is made from 60 scans on /sc')]
+        [note] = [note for note in notes if note.startswith('local grid is made from 60 scans on /sc')]
         assert ('upside down' in note) == (mount is LASER)
 
-    def test_a_sight_that_was_recorded_goes_before(self, tmp_path):
+    def test_a_local_grid_that_was_recorded_goes_before(self, tmp_path):
         path = robot_bag(tmp_path / 'bag')
         made = list(open_drive(path, GRID).bag.messages('/neighbourhood'))
         with RobotBag(tmp_path / 'seen') as bag:
@@ -72,20 +72,20 @@ class TestSight:
         assert 1 < len(again.bag.messages(again.topics['neighbourhood'])) <= N
         assert made[0] not in list(again.bag.messages(again.topics['neighbourhood']))[1:]
 
-    def test_where_nothing_says_where_the_laser_sits_there_is_no_sight_until_it_is_said(
+    def test_where_nothing_says_where_the_laser_sits_there_is_no_local_grid_until_it_is_said(
             self, tmp_path):
         path = robot_bag(tmp_path / 'bag', said_mount=False)
         drive = open_drive(path, GRID)
         assert 'neighbourhood' not in drive.topics
         [note] = drive.notes
-        assert note == ("no sight from /scan: nothing says where 'base_scan' sits on the robot, "
+        assert note == ("no local grid from /scan: nothing says where 'base_scan' sits on the robot, "
                         'say so with --laser X Y Z ROLL PITCH YAW')
         assert blocked_cells(open_drive(path, GRID, Reading(mount=LASER))) == {(5, 6), (5, 7)}
 
     def test_a_laser_that_is_tilted_too_far(self, tmp_path):
         drive = open_drive(robot_bag(tmp_path / 'bag', mount=Mount(pitch=0.5)), GRID)
         [note] = drive.notes
-        assert note.startswith('no sight from /scan: the laser is tilted by 29 degrees')
+        assert note.startswith('no local grid from /scan: the laser is tilted by 29 degrees')
 
     def test_several_lasers_have_to_be_named(self, tmp_path):
         with RobotBag(tmp_path / 'bag') as bag:
@@ -95,7 +95,7 @@ class TestSight:
                 for name in ('/front', '/rear'):
                     bag.scan(stamp, x, y, yaw, [], Mount(), name, 'base_footprint')
         [note] = open_drive(tmp_path / 'bag', GRID).notes
-        assert note == ('no sight: it may be made from /front or /rear, name one with '
+        assert note == ('no local grid: it may be made from /front or /rear, name one with '
                         '--scan-topic')
         drive = open_drive(tmp_path / 'bag', GRID, Reading({'scan': 'front'}))
         assert drive.topics['neighbourhood'] == '/neighbourhood'
@@ -108,8 +108,8 @@ class TestSight:
                 if not 20 <= i < 90:
                     bag.scan(stamp, x, y, yaw, [], Mount(), frame='base_footprint')
         drive = open_drive(tmp_path / 'bag', GRID)
-        sights = sight_table(drive.bag.messages('/neighbourhood'), GRID)
-        unknown = sights.stamps[sights.unknown == 255]
+        local_grids = local_grid_table(drive.bag.messages('/neighbourhood'), GRID)
+        unknown = local_grids.stamps[local_grids.unknown == 255]
         assert unknown[0] == pytest.approx(place(19)[0] + 0.5, abs=0.06)
         assert unknown[-1] < place(90)[0]
 

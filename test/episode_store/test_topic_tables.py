@@ -1,4 +1,4 @@
-"""Poses, sights and decisions by column: the same as by message."""
+"""Poses, local grids and decisions by column: the same as by message."""
 
 import math
 
@@ -9,12 +9,13 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 
 from bridge_helpers import (
-    CLOUD, GRID, message_class, OCCUPANCY, ODOMETRY, random_decisions, raw_decisions, raw_odometry,
-    raw_sight, raw_status, refusal, spoil, STATUS)
+    CLOUD, GRID, message_class, OCCUPANCY, ODOMETRY, random_decisions, raw_decisions,
+    raw_local_grid, raw_odometry, raw_status, refusal, spoil, STATUS)
 from control_field.local_grid import masks_from_neighbourhood
 from control_field.records import Outcome
 from episode_store.rosbag2.reader import RawMessages
-from episode_store.rosbag2.topic_tables import decision_table, pose_table, sight_table, statuses
+from episode_store.rosbag2.topic_tables import (
+    decision_table, local_grid_table, pose_table, statuses)
 from msgs_bridge.messages.cdr import CdrError
 from msgs_bridge.messages.neighbourhoods import neighbourhood_from_grid
 from msgs_bridge.messages.poses import Pose, pose_from_odometry, pose_stamped_from_pose
@@ -64,9 +65,9 @@ def test_poses_are_those_of_the_messages(raw):
 
 
 @st.composite
-def sights(draw):
+def local_grids(draw):
     cells = np.array(draw(st.lists(st.sampled_from([0, 100, -1]), min_size=9, max_size=9)))
-    raw = raw_sight(draw(st.floats(0, 1e6)), draw(st.integers(0, 19)), draw(st.integers(0, 19)),
+    raw = raw_local_grid(draw(st.floats(0, 1e6)), draw(st.integers(0, 19)), draw(st.integers(0, 19)),
                     cells.reshape(3, 3))
     for name in draw(st.lists(st.sampled_from([
             'info.resolution', 'info.origin.position.x', 'info.origin.position.y',
@@ -83,8 +84,8 @@ def sights(draw):
     return raw
 
 
-@given(st.lists(sights(), max_size=9))
-def test_sights_are_those_of_the_messages(raw):
+@given(st.lists(local_grids(), max_size=9))
+def test_local_grids_are_those_of_the_messages(raw):
     by_message = []
     for message in raw:
         msg = deserialize_message(message, message_class(OCCUPANCY))
@@ -92,7 +93,7 @@ def test_sights_are_those_of_the_messages(raw):
             seen = neighbourhood_from_grid(msg, GRID)
             by_message.append((seen.stamp, seen.row, seen.col,
                                *masks_from_neighbourhood(seen.cells)))
-    table = sight_table(raw_of(OCCUPANCY, raw), GRID)
+    table = local_grid_table(raw_of(OCCUPANCY, raw), GRID)
     read = zip(table.stamps.tolist(), *table.cells.T.tolist(), table.blocked.tolist(),
                table.unknown.tolist(), strict=True)
     assert list(read) == by_message
@@ -147,7 +148,7 @@ def test_other_frames_are_named():
 
 
 def test_topics_of_another_type_are_an_error():
-    for read in (lambda raw: pose_table(raw, 'odom'), lambda raw: sight_table(raw, GRID),
+    for read in (lambda raw: pose_table(raw, 'odom'), lambda raw: local_grid_table(raw, GRID),
                  lambda raw: decision_table(raw, GRID), lambda raw: list(statuses(raw))):
         with pytest.raises(CdrError, match='/t is geometry_msgs/msg/Twist'):
             read(raw_of('geometry_msgs/msg/Twist', [b'']))

@@ -88,7 +88,7 @@ def test_a_refused_course_is_told_with_what_was_done_instead(task, explain):
     assert [row['reward'] for row in shown['decision']] == [-1, 1]
     assert shown['decision'][0]['heading'] in shown['decision'][0]['sight_blocked']
     text = explain(FIRST, shown['at'], '--bags', 'bags')
-    assert 'was refused: the sight showed it blocked' in text
+    assert 'was refused: the local grid showed it blocked' in text
     assert 'by the Q-matrix' in text
     assert "which is the field's vector" in text
 

@@ -12,7 +12,7 @@ from rosbags.typesys import get_typestore, Stores
 from sensor_msgs.msg import PointCloud2
 
 from bridge_helpers import (
-    demonstration_bag, GRID, loop_bag, nanoseconds, ODOMETRY, raw_odometry, raw_sight)
+    demonstration_bag, GRID, loop_bag, nanoseconds, ODOMETRY, raw_local_grid, raw_odometry)
 from episode_store.episode import read_episode, read_header
 from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.reader import BagReader
@@ -49,7 +49,7 @@ def record(path, topics, storage=StoragePlugin.MCAP, compression=None, frame='od
             stamp, x, y = drive(i)
             raw = {'odom': raw_odometry(stamp, x, y, frame),
                    'other': raw_odometry(stamp, 0.0, 0.0, frame),
-                   'neighbourhood': raw_sight(stamp, *GRID.cell_from_world(x, y),
+                   'neighbourhood': raw_local_grid(stamp, *GRID.cell_from_world(x, y),
                                               np.zeros((3, 3))),
                    'map': serialize_message(OccupancyGrid()),
                    'goal': serialize_message(PoseStamped()),
@@ -345,7 +345,7 @@ def test_a_topic_without_messages_is_neither_taken_nor_offered(tmp_path, capsys)
 
 
 class TestWhatIsMade:
-    """Poses from `/tf` and sight from scans go into the bag that is kept, as messages."""
+    """Poses from `/tf` and local grid from scans go into the bag that is kept, as messages."""
 
     @pytest.mark.parametrize('frame', ['odom', 'map'])
     def test_the_bag_that_is_kept_teaches_what_the_foreign_one_does(
@@ -356,7 +356,7 @@ class TestWhatIsMade:
             assert learn(bag, '--frame', frame, *options) == 0
             said = capsys.readouterr().out
             assert f'poses are those of base_footprint in {frame}, from /tf' in said
-            assert 'sight is made from 60 scans on /scan' in said
+            assert 'local grid is made from 60 scans on /scan' in said
             shas.append(said.split()[-1])
         bag.unlink()
         assert learn(tmp_path / 'bags' / 'kitchen') == 0
@@ -367,7 +367,7 @@ class TestWhatIsMade:
             '/odom': 'geometry_msgs/msg/PoseStamped', '/neighbourhood': OCCUPANCY}
         assert read_episode(episode.path).record.blocked.any()
         [(_, header), *_] = kept.metadata
-        assert 'sight is made from' in header['imported_notes']
+        assert 'local grid is made from' in header['imported_notes']
 
     def test_taken_over_twice_the_bytes_are_the_same(self, tmp_path):
         bag = robot_bag(tmp_path / 'bag', to_map=True)
@@ -380,7 +380,7 @@ class TestWhatIsMade:
     def test_where_the_laser_sits_can_be_said(self, tmp_path, capsys):
         bag = robot_bag(tmp_path / 'bag', said_mount=False)
         assert learn(bag) == 0
-        assert 'no sight from /scan: nothing says where' in capsys.readouterr().out
+        assert 'no local grid from /scan: nothing says where' in capsys.readouterr().out
         assert learn(bag, '--laser', -0.03, 0.02, 0.17, 3.14159265, 0, 0.4) == 0
         assert 'turned by 0.40 rad, upside down' in capsys.readouterr().out
         assert 'six finite numbers' in mistake(capsys, bag, '--laser', 0, 0, 0, 'nan', 0, 0)
@@ -424,7 +424,7 @@ class TestOtherCommands:
         assert code == 0
         assert out.splitlines()[-1] == str(tmp_path / 'tour.bag.png')
         assert (tmp_path / 'tour.bag.png').stat().st_size
-        assert 'sight is made from 60 scans' in err
+        assert 'local grid is made from 60 scans' in err
 
     def test_explain(self, tmp_path, capsys):
         bag = robot_bag(tmp_path / 'tour', odometry=False)

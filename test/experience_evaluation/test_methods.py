@@ -32,7 +32,7 @@ def test_every_method_is_judged_alike(method):
         for name in ('field_success', 'success'):
             assert 0.0 < row[name] <= 1.0  # the goal itself counts
             assert row[f'{name}_spl'] <= row[name]
-        # With sight there is more than without, but for wandering at random.
+        # With local grid there is more than without, but for wandering at random.
         assert row['success'] >= row['field_success'] - 0.05
 
 

@@ -43,7 +43,7 @@ def odometry(**values):
     return spoilt(odometry_from_pose(Pose(1.0, 1.0, 1.0, 0.0)), **values)
 
 
-def sight(**values):
+def local_grid(**values):
     return spoilt(grid_from_neighbourhood(Neighbourhood(
         1.0, 5, 5, np.zeros((3, 3), np.int8)), GRID), **values)
 
@@ -85,7 +85,7 @@ ABSURD = [
         {'pose__pose__orientation__w': math.inf}, {'pose__pose__orientation__w': 0.0},
         {'header__stamp__sec': -5}, {'header__frame_id': CODES},
         {'header__frame_id': 'x' * 10_000}, {'twist__twist__linear__x': -math.inf})),
-    *(('neighbourhood', sight(**values)) for values in (
+    *(('neighbourhood', local_grid(**values)) for values in (
         {'data': []}, {'info__width': 0}, {'info__width': 2}, {'info__width': 2**32 - 1},
         {'info__resolution': 0.0}, {'info__origin__position__x': math.nan},
         {'info__origin__position__x': 1e308}, {'header__frame_id': CODES})),

@@ -16,7 +16,7 @@ from learner_node import settings as learner
 from learner_node.node import LearnerNode
 from localised_odometry_node import fusion as localised
 from localised_odometry_node.node import LocalisedOdometryNode
-from neighbourhood_node import settings as sight
+from neighbourhood_node import settings as local_grid
 from neighbourhood_node.node import NeighbourhoodNode
 import ros_helpers
 from sim_node import parameters as simulator
@@ -34,7 +34,7 @@ RECORDS = [
     ('control_field_node', controller.Settings, None, controller.FIXED),
     ('learner_node', Parameters, None, list(Parameters.__dataclass_fields__)),
     ('learner_node', learner.Settings, None, learner.FIXED),
-    ('neighbourhood_node', sight.SightSettings, None, sight.FIXED),
+    ('neighbourhood_node', local_grid.NeighbourhoodSettings, None, local_grid.FIXED),
     ('localised_odometry_node', localised.LocalisedSettings, None, localised.FIXED),
     ('teleop_node', teleop.Settings, None, teleop.FIXED),
 ]

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 LONG = [pytest.mark.long, pytest.mark.timeout(900)]
 #: A base that stops by itself before the robot gets where its last command was not meant for.
 BASE = {'cmd_vel_timeout': 0.5}
-#: The simulated robot's sight is a costmap here, which `neighbourhood_node` reads.
+#: The simulated robot's local grid is a costmap here, which `neighbourhood_node` reads.
 SIM = {**BASE, 'world': 'task1', 'lockstep': False, 'rate': 10.0, 'speed_factor': 3.0}
 NODES = ('sim_node', 'control_field_node', 'learner_node', 'neighbourhood_node', 'teleop_node')
 

@@ -6,7 +6,7 @@ from control_field.records import Outcome
 from control_field.robot.stop_rules import StopReason
 from episode_store.task_folder import EpisodeKind
 from learner_node.effects import Abandon, Close, Discard, Place, Record, Say, StartTrial, StopTrial
-from learner_node.phases import LOST, MAX_REQUESTS, Peers, Phase, SessionError, SIGHT_PATIENCE
+from learner_node.phases import LOCAL_GRID_PATIENCE, LOST, MAX_REQUESTS, Peers, Phase, SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import State, TrialStatus
@@ -135,7 +135,7 @@ class TestDemonstration:
             effects += play.wait(0.05)
         assert effects == [Close()]
 
-    def test_waits_for_the_sight_of_its_end_but_not_for_long(self, play):
+    def test_waits_for_the_local_grid_of_its_end_but_not_for_long(self, play):
         play('saw_sight', 0.5)
         play('heard_odometry', 1.0)
         play('record')
@@ -220,7 +220,7 @@ class TestTrials:
         assert play('saw_pose', START.x, START.y, START.yaw + 0.1) == []
         assert play('saw_pose', *HERE)
 
-    def test_start_when_the_sight_is_of_where_the_robot_was_placed(self, play):
+    def test_start_when_the_local_grid_is_of_where_the_robot_was_placed(self, play):
         play('saw_sight', 0.9)
         play('run_trials', 1)
         play('heard_odometry', 1.0)
@@ -236,10 +236,10 @@ class TestTrials:
         play('run_trials', 1)
         play('heard_odometry', 1.0)
         assert play('saw_pose', *HERE) == []
-        assert play.wait(SIGHT_PATIENCE - 0.05) == []
+        assert play.wait(LOCAL_GRID_PATIENCE - 0.05) == []
         assert play.wait(0.1) == [Record(EpisodeKind.TRIAL), StartTrial()]
 
-    def test_start_each_on_a_sight_of_its_own(self, trying):
+    def test_start_each_on_a_local_grid_of_its_own(self, trying):
         trying('saw_sight', 1.0)
         trying('saw_decisions', 1, 3)
         trying('saw_status', ended())

@@ -1,4 +1,4 @@
-"""A sight that is slower than odometry: no trial of a series begins on that of another place."""
+"""A local grid that is slower than odometry: no trial of a series begins on that of another place."""
 
 from contextlib import ExitStack
 import time
@@ -17,11 +17,11 @@ N_TRIALS = 3
 
 
 class Robot:
-    """The simulated one with a slow sight, and a person who drives it."""
+    """The simulated one with a slow local grid, and a person who drives it."""
 
     def __init__(self, node):
         self.pose, self._passed = None, 0.0
-        self.sights = node.create_publisher(OccupancyGrid, 'neighbourhood', qos.SENSOR)
+        self.local_grids = node.create_publisher(OccupancyGrid, 'neighbourhood', qos.SENSOR)
         self.commands = node.create_publisher(Twist, 'cmd_vel_teleop', 10)
         node.create_subscription(OccupancyGrid, 'every_sight', self._pass_on, qos.SENSOR)
         node.create_subscription(Odometry, 'odom', self._look, qos.SENSOR)
@@ -32,7 +32,7 @@ class Robot:
     def _pass_on(self, msg):
         if time.monotonic() - self._passed > PERIOD:
             self._passed = time.monotonic()
-            self.sights.publish(msg)
+            self.local_grids.publish(msg)
 
     def drive(self, speed):
         command = Twist()
@@ -41,7 +41,7 @@ class Robot:
 
 
 @pytest.mark.slow
-def test_a_trial_begins_when_the_sight_is_of_its_start(ros_node, tmp_path):
+def test_a_trial_begins_when_the_local_grid_is_of_its_start(ros_node, tmp_path):
     with ExitStack() as stack:
         processes = [stack.enter_context(start_node(*arguments, **options)) for *arguments, options
                      in (('sim_node.node', tmp_path, {'speed_factor': 3.0},

@@ -15,7 +15,7 @@ from localised_odometry_node.fusion import LocalisedSettings
 from msgs_bridge.node.command_line import (
     _SLIP, ALIKE, check_names, Given, names_of, split_arguments)
 from msgs_bridge.node.parameter_files import names_for_all
-from neighbourhood_node.settings import SightSettings
+from neighbourhood_node.settings import NeighbourhoodSettings
 import ros_helpers
 from sim_node.parameters import SimParameters
 from teleop_node import settings as teleop
@@ -23,7 +23,7 @@ from teleop_node import settings as teleop
 NODES = {
     'sim_node.node': [SimParameters], 'control_field_node.node': [controller.Settings],
     'learner_node.node': [Parameters, learner.Settings], 'teleop_node.node': [teleop.Settings],
-    'neighbourhood_node.node': [SightSettings],
+    'neighbourhood_node.node': [NeighbourhoodSettings],
     'localised_odometry_node.node': [LocalisedSettings]}
 
 

@@ -106,8 +106,8 @@ def test_what_waits_is_taken_before_it_is_fetched_and_who_keeps_nothing_is_heard
     listener.start()
     try:
         say_until_heard(publisher, 'goes on', found)
-        ear.has_lost_sight = True
-        wait_until(lambda: not ear.has_lost_sight, what='another look')
+        ear.has_lost_local_grid = True
+        wait_until(lambda: not ear.has_lost_local_grid, what='another look')
         say_until_heard(publisher, 'and on', found)
     finally:
         listener.close()

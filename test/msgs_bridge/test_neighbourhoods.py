@@ -1,4 +1,4 @@
-"""Occupancy grids: the 3x3 sight and whole maps."""
+"""Occupancy grids: the 3x3 local grid and whole maps."""
 
 import array
 import math

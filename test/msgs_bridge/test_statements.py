@@ -20,11 +20,11 @@ def said(name, role, *, grid=None, parameters=None, number=1):
         method_from_parameters(parameters)))
 
 
-def suite(world=GRID, sight=GRID, controller=None):
+def suite(world=GRID, local_grid=GRID, controller=None):
     return [said('/learner_node', 'learner', grid=GRID, parameters=Parameters()),
             said('/control_field_node', 'controller', parameters=controller or Parameters()),
             said('/sim_node', 'robot', grid=world),
-            said('/neighbourhood_node', 'sight', grid=sight)]
+            said('/neighbourhood_node', 'sight', grid=local_grid)]
 
 
 def status(statement, **values):
@@ -71,14 +71,14 @@ def test_another_world_than_the_learners_is_named_with_what_to_set(world, remedy
     assert problem.stops == (frozenset((Deed.TEACH, Deed.DRIVE)) if stops else frozenset())
 
 
-def test_a_sight_of_other_cells_can_be_set_right_on_either_side():
-    [problem] = misfits(suite(sight=replace(GRID, resolution=0.5)))
+def test_a_local_grid_of_other_cells_can_be_set_right_on_either_side():
+    [problem] = misfits(suite(local_grid=replace(GRID, resolution=0.5)))
     assert ('restart learner_node with -p resolution:=0.5, or neighbourhood_node with -p '
             'resolution:=0.25') in problem.text
 
 
-def test_without_a_learner_simulator_and_sight_are_compared():
-    [problem] = misfits(suite(sight=replace(GRID, resolution=0.5))[1:])
+def test_without_a_learner_simulator_and_local_grid_are_compared():
+    [problem] = misfits(suite(local_grid=replace(GRID, resolution=0.5))[1:])
     assert 'neighbourhood_node and sim_node have different workspaces' in problem.text
 
 

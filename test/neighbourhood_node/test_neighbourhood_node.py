@@ -16,7 +16,7 @@ from msgs_bridge.messages.poses import odometry_from_pose, Pose, stamp_from_seco
 from msgs_bridge.node import qos
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker, PoseHistory
 from neighbourhood_node.node import NeighbourhoodNode
-from neighbourhood_node.settings import SightSettings
+from neighbourhood_node.settings import NeighbourhoodSettings
 import ros_helpers
 
 GRID = Grid(20, 20, 0.25)
@@ -41,7 +41,7 @@ def scan(stamp, wall_x, robot_x=2.625, n=360):
 
 class TestMaker:
     def maker(self, **settings):
-        return NeighbourhoodMaker(SightSettings(**settings))
+        return NeighbourhoodMaker(NeighbourhoodSettings(**settings))
 
     def test_a_wall_ahead(self):
         maker = self.maker()
@@ -73,7 +73,7 @@ class TestMaker:
         maker = self.maker()
         maker.saw(scan(1.0, 3.1))
         assert (maker.neighbourhood(odometry(1.0)).cells[:, 2] == FREE).all()
-        maker.settings = SightSettings(robot_radius=0.3)
+        maker.settings = NeighbourhoodSettings(robot_radius=0.3)
         assert (maker.neighbourhood(odometry(1.05)).cells[:, 2] == BLOCKED).all()
 
     @pytest.mark.parametrize(('age', 'said'), [

@@ -21,7 +21,7 @@ from msgs_bridge.node import qos
 from msgs_bridge.sensing.laser_mount import Mount
 from neighbourhood_node.laser_place import are_alike, frames_type, LaserPlace
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker
-from neighbourhood_node.settings import SightSettings
+from neighbourhood_node.settings import NeighbourhoodSettings
 from neighbourhood_node.static_frames import StaticFrames
 from robot_bags import LASER, quaternion, RobotBag
 import ros_helpers
@@ -104,8 +104,8 @@ def test_a_place_that_is_none_is_refused(frames_message):
 
 class TestMaker:
     def made(self, message, **settings):
-        """Return the sight of a wall ahead of the laser, with what the frames say."""
-        maker, frames = NeighbourhoodMaker(SightSettings(**settings)), StaticFrames()
+        """Return the local grid of a wall ahead of the laser, with what the frames say."""
+        maker, frames = NeighbourhoodMaker(NeighbourhoodSettings(**settings)), StaticFrames()
         frames.saw(message)
         maker.found = frames.mount('base_scan', 'base_footprint')
         maker.saw(scan(1.0))
@@ -126,7 +126,7 @@ class TestMaker:
 
 class TestNode:
     def place(self, node, **settings):
-        maker = NeighbourhoodMaker(SightSettings(**settings))
+        maker = NeighbourhoodMaker(NeighbourhoodSettings(**settings))
         return LaserPlace(node, maker), maker
 
     def test_what_it_makes_of_the_place_is_said(self, ros_node, frames_message):

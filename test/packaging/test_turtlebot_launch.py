@@ -13,14 +13,14 @@ from control_field.parameters import Parameters
 from control_field_node.settings import Settings as ControllerSettings
 from learner_node.settings import Settings as LearnerSettings
 from localised_odometry_node.fusion import LocalisedSettings
-from neighbourhood_node.settings import SightSettings
+from neighbourhood_node.settings import NeighbourhoodSettings
 import ros_helpers
 from ros_helpers import ROOT, start_node
 from teleop_node.settings import Settings as TeleopSettings
 
 LAUNCH = ROOT / 'launch/turtlebot.launch.py'
 ROBOTS = sorted((ROOT / 'config/robots').glob('*.yaml'))
-KINDS = {'neighbourhood_node': [SightSettings], 'localised_odometry_node': [LocalisedSettings],
+KINDS = {'neighbourhood_node': [NeighbourhoodSettings], 'localised_odometry_node': [LocalisedSettings],
          'teleop_node': [TeleopSettings],
          'control_field_node': [ControllerSettings, Parameters],
          'learner_node': [LearnerSettings, Parameters]}
@@ -80,16 +80,16 @@ class TestRobots:
             assert set(values) <= known
 
     def test_both_nodes_have_the_same_workspace_and_body(self, robot):
-        sight, learner = (parameters(robot, name) for name in (
+        local_grid, learner = (parameters(robot, name) for name in (
             'neighbourhood_node', 'learner_node'))
-        assert [sight[key] for key in WORKSPACE] == [learner[key] for key in WORKSPACE]
-        assert sight['robot_radius'] == parameters(robot, 'control_field_node')['robot_radius']
+        assert [local_grid[key] for key in WORKSPACE] == [learner[key] for key in WORKSPACE]
+        assert local_grid['robot_radius'] == parameters(robot, 'control_field_node')['robot_radius']
 
     def test_the_body_fits_into_a_cell_and_the_start_is_a_centre(self, robot):
-        sight = SightSettings(**parameters(robot, 'neighbourhood_node'))
-        assert 2.0 * sight.robot_radius < sight.resolution
-        cell = sight.grid.cell_from_world(0.0, 0.0)
-        assert math.hypot(*sight.grid.world_from_cell(*cell)) < 1e-9
+        local_grid = NeighbourhoodSettings(**parameters(robot, 'neighbourhood_node'))
+        assert 2.0 * local_grid.robot_radius < local_grid.resolution
+        cell = local_grid.grid.cell_from_world(0.0, 0.0)
+        assert math.hypot(*local_grid.grid.world_from_cell(*cell)) < 1e-9
 
     def test_the_node_reads_it(self, robot, ros_node, tmp_path):
         process = start_node('neighbourhood_node.node', tmp_path,

@@ -138,14 +138,14 @@ class TestLockStep:
         with simulator(ros_node, tmp_path, lockstep=True, rate=10.0) as peer:
             peer.first_tick()
             last = peer.drive([(0.2, 0.0)] * 10)
-            sights, poses = peer.of(OccupancyGrid), peer.of(Odometry)
-            assert [s.header.stamp for s in sights][-11:] == [p.header.stamp for p in poses][-11:]
+            local_grids, poses = peer.of(OccupancyGrid), peer.of(Odometry)
+            assert [s.header.stamp for s in local_grids][-11:] == [p.header.stamp for p in poses][-11:]
             peer.wait(lambda: clocks and clocks[-1].clock == last.header.stamp, 'the clock')
             pose = pose_from_odometry(last)
             assert (pose.x, pose.y) == (pytest.approx(0.825), 0.875)
             assert (pose.v, pose.w, pose.frame_id) == (0.2, 0.0, 'odom')
             assert last.child_frame_id == 'base_footprint'
-            seen = neighbourhood_from_grid(sights[-1], GRID)
+            seen = neighbourhood_from_grid(local_grids[-1], GRID)
             assert (seen.row, seen.col) == GRID.cell_from_world(pose.x, pose.y)
             steps = np.diff([seconds_from_stamp(p.header.stamp) for p in poses[-11:]])
             np.testing.assert_allclose(steps, 0.1, atol=1e-9)

@@ -1,4 +1,4 @@
-"""The simulation: commands and their age, contacts, placing, sight, parameters."""
+"""The simulation: commands and their age, contacts, placing, local grid, parameters."""
 
 import math
 
@@ -152,7 +152,7 @@ class TestChange:
             simulation.place(Placement(0.25, 1.0, 0.0))
 
 
-class TestSight:
+class TestLocalGrid:
     @given(st.integers(0, 19), st.integers(0, 19))
     def test_is_the_truth_around_the_robot_with_walls_beyond_the_border(self, row, col):
         blocked = [(r, c) for r in range(20) for c in range(20)
@@ -160,22 +160,22 @@ class TestSight:
         simulation = make(blocked)
         world = simulation.world
         simulation.place(Placement(*world.grid.world_from_cell(row, col), 0.0))
-        sight = simulation.sight()
-        assert (sight.row, sight.col) == (row, col)
+        local_grid = simulation.local_grid()
+        assert (local_grid.row, local_grid.col) == (row, col)
         for d_row in (-1, 0, 1):
             for d_col in (-1, 0, 1):
-                assert (sight.cells[1 + d_row, 1 + d_col] == 100) == world.is_blocked(
+                assert (local_grid.cells[1 + d_row, 1 + d_col] == 100) == world.is_blocked(
                     row + d_row, col + d_col)
 
     def test_is_seen_from_the_true_cell_and_placed_by_the_odometry(self):
         simulation = make([(4, 4)], slip=0.5)
         while simulation.robot.odometry.x < 1.3:
             run(simulation, 1, (0.2, 0.0))
-        sight = simulation.sight()
+        local_grid = simulation.local_grid()
         row, col = simulation.world.grid.cell_from_world(*simulation.robot.truth[:2])
-        assert (sight.row, sight.col) == (3, 5)
+        assert (local_grid.row, local_grid.col) == (3, 5)
         assert (row, col) == (3, 3)
-        assert sight.cells[2, 2] == 100
+        assert local_grid.cells[2, 2] == 100
 
 
 class TestParameters:
