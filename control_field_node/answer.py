@@ -19,7 +19,7 @@ class Answer:
     rows : tuple of ndarray of DECISION_DTYPE
         For `experience`, a message each.
     requested : tuple of float or None
-        What the field wanted, where the gate let something else through.
+        What the field wanted, where the collision monitor let something else through.
 
     """
 

@@ -72,7 +72,7 @@ class Outbox:
             self._writer.send(answer.velocity, odometry or self._writer.odometry)
 
     def request(self, velocity: Velocity, stamp: Time) -> None:
-        """Publish what was asked for before the gate."""
+        """Publish what was asked for before the collision monitor."""
         self._requests.publish(twist_stamped_from_velocity(
             *velocity, stamp, self._settings.base_frame_id))
 

@@ -88,7 +88,7 @@ def diagnostic_from_supervisor(
     message = (
         peers.mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
         or (supervisor.odometry_refusal and f'odometry refused: {supervisor.odometry_refusal}')
-        or (supervisor.is_ungated and words.UNGATED) or '')
+        or (supervisor.is_unmonitored and words.UNMONITORED) or '')
     if supervisor.field is None and not message:
         message = 'no control field yet'
     warns = bool(message) or problem is not None

@@ -23,7 +23,7 @@ class Seen:
     barred : frozenset of (row, col)
         Cells of the nine that must not be entered.
     local grid : Sight
-        The same for the gate.
+        The same for the collision monitor.
 
     """
 

@@ -11,7 +11,7 @@ from typing import Final
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.records import ControlField
-from control_field.robot.collision_monitor import GateReason
+from control_field.robot.collision_monitor import Intervention
 from control_field.robot.limits import nearest_to_rest, STANDSTILL, Velocity
 from control_field.robot.stop_rules import StopReason
 from control_field.robot.takeover import moves, TakeoverWatch
@@ -65,7 +65,7 @@ class Supervisor:
         self.problem: StopReason | None = None
         self.ended_by: StopReason | None = None
         self.refusal = self.odometry_refusal = ''
-        self.is_ungated = self.is_reading = False
+        self.is_unmonitored = self.is_reading = False
         self.pose: Pose | None = None
         self.trial = 0
         self.ended: TrialStatus | None = None
@@ -298,7 +298,7 @@ class Supervisor:
             return self._end(move)
         reason = self._pass_on(self.wheels.slowed(move.velocity), pose, seen, self._dt, now)
         return Answer(
-            self.velocity, move.rows, None if reason is GateReason.NONE else move.velocity)
+            self.velocity, move.rows, None if reason is Intervention.NONE else move.velocity)
 
     def _follow(self, run: TrialRun, pose: Pose, seen: Seen | None) -> Answer:
         self._hand_over()
@@ -315,9 +315,9 @@ class Supervisor:
         return None if self.intake.odometry.is_stale(now) else self._seen_now(now)
 
     def _pass_on(self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float,
-                 now: float) -> GateReason:
+                 now: float) -> Intervention:
         reason = self.wheels.pass_on(wanted, pose, seen, dt, now)
-        if self.held and reason is GateReason.NO_LOCAL_GRID:
+        if self.held and reason is Intervention.NO_LOCAL_GRID:
             self.wheels.held += f': {self.local_grids.problem(pose, now)}'
         return reason
 
@@ -327,14 +327,14 @@ class Supervisor:
                 self.problem is StopReason.TAKEN_OVER and not self.by_hand):
             return NOTHING
         seen = self._seen_lately(now)
-        drives = (self.run is not None or self.by_hand) and not self.is_ungated
+        drives = (self.run is not None or self.by_hand) and not self.is_unmonitored
         if self.wheels.look(self.pose, seen, now, clock, drives):
             return Answer(self.velocity)
         return NOTHING
 
     def let_go(self) -> bool:
         """Take in that nobody drives by hand any more; tell whether the robot is to be stopped."""
-        self.by_hand = self._is_stopped = self.is_ungated = False
+        self.by_hand = self._is_stopped = self.is_unmonitored = False
         if self.run is not None:
             return False
         self._driven = None
@@ -366,7 +366,7 @@ class Supervisor:
 
     def teleop(self, wanted: Velocity, now: float, dt: float) -> Answer:
         """
-        Pass a person's command on, as far as the gate lets it.
+        Pass a person's command on, as far as the collision monitor lets it.
 
         In a trial standstill takes nothing over from the field, unless it follows a drive. Where
         no local grid has ever come only the limits hold; where it is stale, the robot only turns.
@@ -384,10 +384,10 @@ class Supervisor:
             return NOTHING
         self._hand_over()
         wanted = self.wheels.ramped(wanted, dt)
-        self.is_ungated = self.pose is None or not self.intake.local_grid.has_come
-        if self.pose is None or self.is_ungated:
-            if self.intake.is_new(words.UNGATED):
-                self._log('warning', words.UNGATED)
+        self.is_unmonitored = self.pose is None or not self.intake.local_grid.has_come
+        if self.pose is None or self.is_unmonitored:
+            if self.intake.is_new(words.UNMONITORED):
+                self._log('warning', words.UNMONITORED)
             self.wheels.velocity, self.wheels.held = wanted, ''
             return Answer(wanted)
         self._pass_on(wanted, self.pose, self._seen_lately(now), self._dt + self._since(dt), now)

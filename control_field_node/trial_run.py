@@ -32,7 +32,7 @@ class Move:
     Parameters
     ----------
     velocity : tuple of float, [m/s] and [rad/s]
-        Wanted; the gate comes after it.
+        Wanted; the collision monitor comes after it.
     rows : tuple of ndarray of DECISION_DTYPE
         Decisions to publish, a table each.
     outcome : Outcome or None

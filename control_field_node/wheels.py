@@ -1,12 +1,12 @@
-"""What goes to the wheels: the last gate, and where the robot is by now. ROS-free."""
+"""What goes to the wheels: the collision monitor, and where the robot is by now. ROS-free."""
 
 from collections import Counter
 from dataclasses import replace
 import math
 from typing import Final
 
-from control_field.robot.collision_monitor import gate, GateReason
-from control_field.robot.late_collision_monitor import gate_late
+from control_field.robot.collision_monitor import Intervention, limit_command
+from control_field.robot.late_collision_monitor import limit_late_command
 from control_field.robot.latency import Lateness, REPEAT
 from control_field.robot.limits import STANDSTILL, Velocity, within_acceleration, within_speed
 from control_field_node.punctuality import Punctuality
@@ -20,7 +20,7 @@ GUARD_PERIOD: Final = 0.02
 
 class Wheels:
     """
-    Passes commands on as far as the gate lets them, and remembers them.
+    Passes commands on as far as the collision monitor lets them, and remembers them.
 
     In lock-step a pose is of now and its answer holds for exactly one tick; else there is a link
     between, and `Lateness` knows how late things are.
@@ -29,7 +29,7 @@ class Wheels:
     ----------
     settings : Settings
     counts : Counter
-        What the gate did is counted there.
+        What the collision monitor did is counted there.
 
     Attributes
     ----------
@@ -128,9 +128,9 @@ class Wheels:
 
     def pass_on(
         self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float, now: float,
-    ) -> GateReason:
+    ) -> Intervention:
         """
-        Make a command what holds from now on, as far as the gate lets it.
+        Make a command what holds from now on, as far as the collision monitor lets it.
 
         Parameters
         ----------
@@ -148,15 +148,15 @@ class Wheels:
         if not self._lockstep and self.lateness.following.is_lost:
             wanted = STANDSTILL
         if self._lockstep:
-            self.velocity, reason = gate(
+            self.velocity, reason = limit_command(
                 wanted, self.velocity, dt, _place(pose), local_grid, self._limits)
         else:
             at = self._time(now)
-            self.velocity, reason = gate_late(
+            self.velocity, reason = limit_late_command(
                 wanted, self.velocity, dt, _place(pose), local_grid, self._limits,
                 self.lateness.lag(at))
             self._sent(at)
-        if reason is not GateReason.NONE:
+        if reason is not Intervention.NONE:
             self._counts[f'gate {reason}'] += 1
         self.held = reason.sentence if wanted[0] and not self.velocity[0] else ''
         return reason

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.learning.provenance import Voices, voices_at
 from control_field.records import ControlField, Kind, Prototypes
-from control_field.robot.collision_monitor import gate, local_grid_from_cells, LocalGrid
+from control_field.robot.collision_monitor import limit_command, local_grid_from_cells, LocalGrid
 from control_field.robot.limits import Limits, STANDSTILL, Velocity
 from episode_store.recording import Recording
 from episode_store.relearn import Lessons
@@ -35,13 +35,13 @@ BURGER: Final = Limits()
 @dataclass(frozen=True)
 class Gated:
     """
-    What the last gate makes of the requested command under limits that are taken for granted.
+    What the collision monitor makes of the requested command under limits that are taken for granted.
 
     Parameters
     ----------
     velocity : tuple of float, [m/s] and [rad/s]
     rule : str
-        `collision_monitor.GateReason`.
+        `collision_monitor.Intervention`.
     reproduces : bool
         Whether that is the command that went to the wheels.
 
@@ -166,11 +166,11 @@ class Moment:
     @property
     def clipped_by(self) -> str:
         """
-        Return what the last gate did to the requested command, `collision_monitor.GateReason`.
+        Return what the collision monitor did to the requested command, `collision_monitor.Intervention`.
 
-        Empty if none was recorded, ``unknown`` if the gate does not make the one of the other
-        with the limits taken and the recorded pose (a localisation or anchoring may have mended
-        it).
+        Empty if none was recorded, ``unknown`` if the collision monitor does not make the one of
+        the other with the limits taken and the recorded pose (a localisation or anchoring may have
+        mended it).
         """
         if self.requested is None or self.applied is None:
             return ''
@@ -180,12 +180,12 @@ class Moment:
 
     @cached_property
     def gated(self) -> Gated | None:
-        """Return what the gate makes of the requested command; None if that was applied as is."""
+        """Return what the collision monitor makes of the requested command; None if that was applied as is."""
         if self.requested is None or self.applied is None:
             return None
         if math.dist(self.requested, self.applied) < 1e-9:
             return None
-        velocity, rule = gate(
+        velocity, rule = limit_command(
             self.requested, *self._before(), self.pose, self._local_grid(), self.limits)
         return Gated(velocity, str(rule), math.dist(velocity, self.applied) < _SAME)
 

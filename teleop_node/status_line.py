@@ -48,7 +48,7 @@ class Facts:
     problem : str
         What a person has to mend before the robot moves.
     held : str
-        Why the gate lets it stand that is told to drive.
+        Why the collision monitor lets it stand that is told to drive.
     bag : str
         In which the last trial is recorded; empty where that is not known.
 

@@ -1,5 +1,5 @@
 """
-The last gate before the wheels: what no learnt thing can change.
+The collision monitor before the wheels: what no learnt thing can change.
 
 It knows neither field nor Q-value, only a command, where the robot is and what its 3x3 local grid
 shows. A command passes as far as it is finite, within the limits of speed and acceleration, and as
@@ -27,8 +27,8 @@ SLOWEST: Final = 1e-9
 LONGEST_STEP: Final = 0.5
 
 
-class GateReason(StrEnum):
-    """What the gate did to a command; the gravest if several."""
+class Intervention(StrEnum):
+    """What the collision monitor did to a command; the gravest if several."""
 
     NONE = 'none'                  #: passed as it was
     ACCELERATION = 'acceleration'  #: ramped
@@ -41,15 +41,15 @@ class GateReason(StrEnum):
 
     @property
     def sentence(self) -> str:
-        """Say why a robot that is to drive stands; empty where the gate only ramps."""
+        """Say why a robot that is to drive stands; empty where the collision monitor only ramps."""
         return _SENTENCES.get(self, '')
 
 
 _SENTENCES: Final = {
-    GateReason.BLOCKED: 'blocked or unseen cells are in the way',
-    GateReason.LATE: 'poses arrive so late that where it is by now is too uncertain here',
-    GateReason.NO_LOCAL_GRID: 'nothing shows what is around it',
-    GateReason.NOT_FINITE: 'command, pose or time is no number, or the time is negative'}
+    Intervention.BLOCKED: 'blocked or unseen cells are in the way',
+    Intervention.LATE: 'poses arrive so late that where it is by now is too uncertain here',
+    Intervention.NO_LOCAL_GRID: 'nothing shows what is around it',
+    Intervention.NOT_FINITE: 'command, pose or time is no number, or the time is negative'}
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,28 +106,28 @@ def local_grid_from_cells(
 
 def clear_of_obstacles(
     velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid, limits: Limits,
-) -> tuple[Velocity, GateReason]:
+) -> tuple[Velocity, Intervention]:
     """Return the velocity, slowed as far as its braking way needs."""
     v, w = velocity
     if abs(v) < SLOWEST:
-        return (0.0, w), GateReason.NONE
+        return (0.0, w), Intervention.NONE
     if not is_within(pose, local_grid):
-        return (0.0, w), GateReason.NO_LOCAL_GRID
+        return (0.0, w), Intervention.NO_LOCAL_GRID
     for share in (1.0, 0.5, 0.25):
         if is_clear((share * v, w), dt, pose, local_grid, limits):
-            return (share * v, w), GateReason.NONE if share == 1.0 else GateReason.SLOWED
-    return (0.0, w), GateReason.BLOCKED
+            return (share * v, w), Intervention.NONE if share == 1.0 else Intervention.SLOWED
+    return (0.0, w), Intervention.BLOCKED
 
 
 #: What slows a velocity down for what is in its way.
 Slowing = Callable[[Velocity, float, tuple[float, float, float], LocalGrid, Limits],
-                   tuple[Velocity, GateReason]]
+                   tuple[Velocity, Intervention]]
 
 
-def gate(
+def limit_command(
     command: Velocity, previous: Velocity, dt: float, pose: tuple[float, float, float],
     local_grid: LocalGrid | None, limits: Limits, slowed: Slowing = clear_of_obstacles,
-) -> tuple[Velocity, GateReason]:
+) -> tuple[Velocity, Intervention]:
     """
     Return the command that may go to the wheels, and what was done to it.
 
@@ -159,18 +159,18 @@ def gate(
 
     """
     if not all(map(math.isfinite, (*command, *previous, dt, *pose))) or dt < 0.0:
-        return STANDSTILL, GateReason.NOT_FINITE
+        return STANDSTILL, Intervention.NOT_FINITE
     dt = min(dt, LONGEST_STEP)
     slow = within_speed(command, limits)
     ramped = within_speed(within_acceleration(slow, previous, dt, limits), limits)
     if local_grid is None:
-        return (0.0, ramped[1]), GateReason.NO_LOCAL_GRID
+        return (0.0, ramped[1]), Intervention.NO_LOCAL_GRID
     velocity, reason = slowed(ramped, dt, pose, local_grid, limits)
-    if reason is not GateReason.NONE:
+    if reason is not Intervention.NONE:
         return velocity, reason
     if ramped != slow:
-        return ramped, GateReason.ACCELERATION
-    return ramped, GateReason.SPEED if slow != command else GateReason.NONE
+        return ramped, Intervention.ACCELERATION
+    return ramped, Intervention.SPEED if slow != command else Intervention.NONE
 
 
 def is_within(pose: tuple[float, float, float], local_grid: LocalGrid) -> bool:

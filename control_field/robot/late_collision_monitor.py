@@ -1,5 +1,5 @@
 """
-The gate for a robot that is heard late: it looks at every way that the robot may have gone since.
+The collision monitor for a robot that is heard late: it looks at every way that the robot may have gone since.
 
 Each way begins at the last pose, follows what was sent since, then the command in question for as
 long as it may hold, then the braking way.
@@ -11,8 +11,8 @@ import math
 from typing import Final
 
 from control_field.robot.collision_monitor import (
-    braking_way, clear_of_obstacles, distance_to_box, distance_to_edge, gate, GateReason,
-    is_within, LocalGrid, MARGIN, SLOWEST, SPACING)
+    braking_way, clear_of_obstacles, distance_to_box, distance_to_edge, Intervention, is_within,
+    limit_command, LocalGrid, MARGIN, SLOWEST, SPACING)
 from control_field.robot.latency import Lag
 from control_field.robot.limits import Limits, Velocity
 from control_field.robot.sent_commands import moved, Piece, Place
@@ -39,26 +39,26 @@ class _Room:
             distance_to_box(x, y, box) >= least for box, least in self.boxes)
 
 
-def gate_late(
+def limit_late_command(
     command: Velocity, previous: Velocity, dt: float, pose: Place, local_grid: LocalGrid | None,
     limits: Limits, lag: Lag,
-) -> tuple[Velocity, GateReason]:
-    """Return what `gate` returns; ``pose`` was heard last, ``lag`` tells what came since."""
+) -> tuple[Velocity, Intervention]:
+    """Return what `limit_command` returns; ``pose`` was heard last, ``lag`` tells what came since."""
     def slowed(
         velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid, limits: Limits,
-    ) -> tuple[Velocity, GateReason]:
+    ) -> tuple[Velocity, Intervention]:
         v, w = velocity
         if abs(v) < SLOWEST:
-            return (0.0, w), GateReason.NONE
+            return (0.0, w), Intervention.NONE
         if not is_within(pose, local_grid):
-            return (0.0, w), GateReason.NO_LOCAL_GRID
+            return (0.0, w), Intervention.NO_LOCAL_GRID
         share = share_that_is_clear(velocity, dt, pose, local_grid, limits, lag)
         if share:
-            return (share * v, w), GateReason.NONE if share == 1.0 else GateReason.SLOWED
-        near = clear_of_obstacles(velocity, dt, pose, local_grid, limits)[1] is GateReason.BLOCKED
-        return (0.0, w), GateReason.LATE if lag.is_late and not near else GateReason.BLOCKED
+            return (share * v, w), Intervention.NONE if share == 1.0 else Intervention.SLOWED
+        near = clear_of_obstacles(velocity, dt, pose, local_grid, limits)[1] is Intervention.BLOCKED
+        return (0.0, w), Intervention.LATE if lag.is_late and not near else Intervention.BLOCKED
 
-    return gate(command, previous, dt, pose, local_grid, limits, slowed)
+    return limit_command(command, previous, dt, pose, local_grid, limits, slowed)
 
 
 def share_that_is_clear(

@@ -56,7 +56,7 @@ _PATIENCE: Final = 3.0
 @dataclass(frozen=True, slots=True)
 class Lag:
     """
-    What the gate has to know of a late link.
+    What the collision monitor has to know of a late link.
 
     Parameters
     ----------

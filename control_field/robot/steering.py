@@ -4,7 +4,7 @@ Steering: which velocity brings the robot to the next cell's centre.
 The way to a cell is a `Leg`. An *exact* leg keeps to the line between its ends and turns on the
 spot for anything but small errors: a body of 0.105 m has 2 cm to spare in a corridor of 0.25 m. An
 open leg heads for its end and turns while driving. Both brake so as to rest at the end, should
-nobody know what comes next. How suddenly the robot may change is the gate's business
+nobody know what comes next. How suddenly the robot may change is the collision monitor's business
 (`control_field.robot.collision_monitor`).
 """
 

@@ -41,7 +41,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         description='Say in a sentence what the robot did at a moment of a bag and where it has '
         'that from. Then in numbers: the decision, which prototypes (places with the direction '
         'learnt there) weighed how much in it by equation 7 of the paper, from which bag and '
-        'second each of them is, and what the safety gate did to the command.')
+        'second each of them is, and what the collision monitor did to the command.')
     add_bag(parser)
     parser.add_argument('--at', type=float, required=True, metavar='T',
                         help='seconds from the first odometry, or a stamp past the end of that')
@@ -274,8 +274,8 @@ def _command_lines(command: dict[str, Any]) -> list[str]:
         return [line + ', as it was asked for']
     line += f'; {_velocity_text(command["requested"])} was asked for, '
     if gated['reproduces']:
-        return [line + f'the last gate says: {gated["rule"]} (for {_body(command["limits"])})']
-    return [line + 'what the last gate did is not known:', _unexplained(command)]
+        return [line + f'the collision monitor says: {gated["rule"]} (for {_body(command["limits"])})']
+    return [line + 'what the collision monitor did is not known:', _unexplained(command)]
 
 
 def _unexplained(command: dict[str, Any]) -> str:

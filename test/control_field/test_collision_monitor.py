@@ -9,7 +9,8 @@ import pytest
 from control_field.grid import Grid
 from control_field.local_grid import crop_neighbourhood
 from control_field.robot.collision_monitor import (
-    braking_way, distance_to_box, gate, GateReason, local_grid_from_cells, LONGEST_STEP, MARGIN)
+    braking_way, distance_to_box, Intervention, limit_command, local_grid_from_cells, LONGEST_STEP,
+    MARGIN)
 from control_field.robot.limits import Limits, STANDSTILL
 
 LIMITS = Limits()
@@ -17,7 +18,7 @@ GRID = Grid(20, 20, 0.25)
 FREE = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]
 WALL_AHEAD = [[0, 0, 100], [0, 0, 100], [0, 0, 100]]
 #: Reasons that stand the robot at once, faster than its wheels are asked to otherwise.
-BRAKES = {GateReason.BLOCKED, GateReason.SLOWED, GateReason.NO_LOCAL_GRID, GateReason.NOT_FINITE}
+BRAKES = {Intervention.BLOCKED, Intervention.SLOWED, Intervention.NO_LOCAL_GRID, Intervention.NOT_FINITE}
 
 speeds = st.floats(-10.0, 10.0)
 wild = st.one_of(st.floats(), speeds)
@@ -50,11 +51,11 @@ def assert_within_limits(velocity, previous, dt, reason):
     assert abs(v) <= LIMITS.v_max
     assert abs(w) <= LIMITS.w_max
     dt = min(dt, LONGEST_STEP)
-    if reason is not GateReason.NOT_FINITE:
+    if reason is not Intervention.NOT_FINITE:
         assert abs(w - previous[1]) <= LIMITS.alpha_max * dt + 1e-9
     if reason not in BRAKES:
         assert abs(v - previous[0]) <= LIMITS.a_max * dt + 1e-9
-    elif reason is not GateReason.NOT_FINITE:
+    elif reason is not Intervention.NOT_FINITE:
         assert v == 0.0 or abs(v) <= abs(previous[0]) + LIMITS.a_max * dt + 1e-9
 
 
@@ -63,7 +64,7 @@ def assert_within_limits(velocity, previous, dt, reason):
 @example((0.22, 2.84), (0.22, -2.84), 0.0, (2.6, 2.6, 0.0), WALL_AHEAD, False)
 def test_no_limit_is_broken_whatever_is_asked_for(
         command, previous, dt, pose, around, unknown):
-    velocity, reason = gate(command, previous, dt, pose, local_grid_of(around, unknown=unknown), LIMITS)
+    velocity, reason = limit_command(command, previous, dt, pose, local_grid_of(around, unknown=unknown), LIMITS)
     assert_within_limits(velocity, previous, dt, reason)
 
 
@@ -72,7 +73,7 @@ def test_no_limit_is_broken_whatever_is_asked_for(
 def test_no_body_gets_deeper_into_what_the_local_grid_shows_blocked(
         command, previous, dt, pose, around):
     local_grid = local_grid_of(around)
-    velocity, _ = gate(command, previous, dt, pose, local_grid, LIMITS)
+    velocity, _ = limit_command(command, previous, dt, pose, local_grid, LIMITS)
     for box in local_grid.boxes:
         start = distance_to_box(pose[0], pose[1], box)
         for seconds in np.linspace(0.0, dt, 9):
@@ -85,11 +86,11 @@ def test_no_body_gets_deeper_into_what_the_local_grid_shows_blocked(
 
 @given(velocities, velocities, steps, places)
 def test_in_the_open_it_only_ramps(command, previous, dt, pose):
-    _, reason = gate(command, previous, dt, pose, local_grid_of(FREE), LIMITS)
+    _, reason = limit_command(command, previous, dt, pose, local_grid_of(FREE), LIMITS)
     room = LIMITS.radius + MARGIN + braking_way(LIMITS.v_max, min(dt, LONGEST_STEP), LIMITS)
     clear = all(2.25 + room < c < 3.0 - room for c in pose[:2])
     if clear:
-        assert reason in {GateReason.NONE, GateReason.ACCELERATION}
+        assert reason in {Intervention.NONE, Intervention.ACCELERATION}
 
 
 @pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
@@ -97,52 +98,52 @@ def test_in_the_open_it_only_ramps(command, previous, dt, pose):
 def test_what_is_not_finite_stands_still(value, place):
     numbers = [0.1, 0.0, 0.1, 0.0, 2.6, 2.6, 0.0]
     numbers[place] = value
-    answer = gate(tuple(numbers[:2]), tuple(numbers[2:4]), 0.05, tuple(numbers[4:]),
+    answer = limit_command(tuple(numbers[:2]), tuple(numbers[2:4]), 0.05, tuple(numbers[4:]),
                   local_grid_of(FREE), LIMITS)
-    assert answer == (STANDSTILL, GateReason.NOT_FINITE)
+    assert answer == (STANDSTILL, Intervention.NOT_FINITE)
 
 
 def test_a_time_that_runs_backwards_stands_still():
-    answer = gate((0.1, 0.0), (0.1, 0.0), -0.01, pose_in(10, 10), local_grid_of(FREE), LIMITS)
-    assert answer == (STANDSTILL, GateReason.NOT_FINITE)
+    answer = limit_command((0.1, 0.0), (0.1, 0.0), -0.01, pose_in(10, 10), local_grid_of(FREE), LIMITS)
+    assert answer == (STANDSTILL, Intervention.NOT_FINITE)
 
 
 def test_too_fast_is_cut_and_said():
-    velocity, reason = gate((1.0, 0.0), (0.22, 0.0), 0.05, pose_in(10, 10), local_grid_of(FREE), LIMITS)
-    assert (velocity, reason) == ((0.22, 0.0), GateReason.SPEED)
+    velocity, reason = limit_command((1.0, 0.0), (0.22, 0.0), 0.05, pose_in(10, 10), local_grid_of(FREE), LIMITS)
+    assert (velocity, reason) == ((0.22, 0.0), Intervention.SPEED)
 
 
 def test_a_start_is_ramped_and_said():
-    velocity, reason = gate((0.22, 0.0), STANDSTILL, 0.05, pose_in(10, 10), local_grid_of(FREE), LIMITS)
+    velocity, reason = limit_command((0.22, 0.0), STANDSTILL, 0.05, pose_in(10, 10), local_grid_of(FREE), LIMITS)
     assert velocity[0] == pytest.approx(0.125)
-    assert reason is GateReason.ACCELERATION
+    assert reason is Intervention.ACCELERATION
 
 
 def test_a_wall_ahead_stops_and_lets_turn():
     near = pose_in(10, 10, dx=0.018)
-    velocity, reason = gate((0.2, 1.0), (0.2, 1.0), 0.05, near, local_grid_of(WALL_AHEAD), LIMITS)
-    assert (velocity, reason) == ((0.0, 1.0), GateReason.BLOCKED)
+    velocity, reason = limit_command((0.2, 1.0), (0.2, 1.0), 0.05, near, local_grid_of(WALL_AHEAD), LIMITS)
+    assert (velocity, reason) == ((0.0, 1.0), Intervention.BLOCKED)
 
 
 def test_a_wall_some_way_ahead_only_slows():
-    velocity, reason = gate(
+    velocity, reason = limit_command(
         (0.2, 0.0), (0.2, 0.0), 0.05, pose_in(10, 10, dx=0.005), local_grid_of(WALL_AHEAD), LIMITS)
-    assert reason is GateReason.SLOWED
+    assert reason is Intervention.SLOWED
     assert 0.0 < velocity[0] < 0.2
 
 
 def test_away_from_a_wall_it_overlaps_is_free():
     inside = pose_in(10, 10, yaw=math.pi, dx=0.06)
-    velocity, reason = gate((0.1, 0.0), (0.1, 0.0), 0.05, inside, local_grid_of(WALL_AHEAD), LIMITS)
-    assert (velocity, reason) == ((0.1, 0.0), GateReason.NONE)
+    velocity, reason = limit_command((0.1, 0.0), (0.1, 0.0), 0.05, inside, local_grid_of(WALL_AHEAD), LIMITS)
+    assert (velocity, reason) == ((0.1, 0.0), Intervention.NONE)
 
 
 def test_along_a_corridor_is_free():
     corridor = [[100, 100, 100], [0, 0, 0], [100, 100, 100]]
     for off in (-0.015, 0.0, 0.015):
-        _, reason = gate((0.22, 0.0), (0.22, 0.0), 0.05, pose_in(10, 10, dy=off),
+        _, reason = limit_command((0.22, 0.0), (0.22, 0.0), 0.05, pose_in(10, 10, dy=off),
                          local_grid_of(corridor), LIMITS)
-        assert reason is GateReason.NONE
+        assert reason is Intervention.NONE
 
 
 @pytest.mark.parametrize('around', [FREE, [[-1] * 3] * 3])
@@ -150,22 +151,22 @@ def test_unknown_is_blocked_only_when_it_is_to_be(around):
     unknown = around[0][0] == -1
     at_the_edge = pose_in(10, 10, dx=0.018)
     for blocked in (False, True):
-        _, reason = gate((0.2, 0.0), (0.2, 0.0), 0.05, at_the_edge,
+        _, reason = limit_command((0.2, 0.0), (0.2, 0.0), 0.05, at_the_edge,
                          local_grid_of(around, unknown=blocked), LIMITS)
-        assert (reason is GateReason.BLOCKED) == (unknown and blocked)
+        assert (reason is Intervention.BLOCKED) == (unknown and blocked)
 
 
 def test_what_lies_outside_the_workspace_is_blocked_whatever_the_local_grid_says():
     pose = pose_in(0, 0, yaw=math.pi, dx=-0.018)
-    _, reason = gate((0.2, 0.0), (0.2, 0.0), 0.05, pose, local_grid_of(FREE, 0, 0), LIMITS)
-    assert reason is GateReason.BLOCKED
+    _, reason = limit_command((0.2, 0.0), (0.2, 0.0), 0.05, pose, local_grid_of(FREE, 0, 0), LIMITS)
+    assert reason is Intervention.BLOCKED
 
 
 def test_without_sight_or_far_from_it_the_robot_may_only_turn():
     for local_grid in (None, local_grid_of(FREE, 3, 3)):
-        velocity, reason = gate(
+        velocity, reason = limit_command(
             (0.2, 0.1), (0.2, 0.1), 0.05, pose_in(10, 10), local_grid, LIMITS)
-        assert (velocity, reason) == ((0.0, 0.1), GateReason.NO_LOCAL_GRID)
+        assert (velocity, reason) == ((0.0, 0.1), Intervention.NO_LOCAL_GRID)
 
 
 def wander(n_decisions, seed):
@@ -194,7 +195,7 @@ def _wander_in_a_world(choice, n_decisions):
         if here not in local_grids:
             local_grids[here] = local_grid_from_cells(
                 crop_neighbourhood(world, *here).tolist(), *here, grid)
-        velocity, reason = gate(command, previous, dt, pose, local_grids[here], LIMITS)
+        velocity, reason = limit_command(command, previous, dt, pose, local_grids[here], LIMITS)
         assert_within_limits(velocity, previous, dt, reason)
         n_moves += velocity[0] != 0.0
         for share in (0.5, 1.0):

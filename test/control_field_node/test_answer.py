@@ -1,4 +1,4 @@
-"""What the field asked for is told where the gate let something else through."""
+"""What the field asked for is told where the collision monitor let something else through."""
 
 from controller_bench import Bench
 

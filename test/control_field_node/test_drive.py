@@ -8,7 +8,7 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.local_grid import crop_neighbourhood, masks_from_neighbourhood
-from control_field.robot.collision_monitor import distance_to_box, gate
+from control_field.robot.collision_monitor import distance_to_box, limit_command
 from control_field.robot.limits import Limits, STANDSTILL
 from control_field_node.drive import Drive
 from control_field_node.seen import cached_seen, seen_from_neighbourhood
@@ -22,7 +22,7 @@ DT = 0.05
 
 
 class Robot:
-    """A robot in a world of cells that drives where it is sent, through the gate."""
+    """A robot in a world of cells that drives where it is sent, through the collision monitor."""
 
     def __init__(self, world, cell, yaw=0.0, dx=0.0, dy=0.0, aside=0.0):
         self.world = world
@@ -57,7 +57,7 @@ class Robot:
 
     def _tick(self):
         pose, seen = self.pose, self.seen()
-        self.velocity, _ = gate(
+        self.velocity, _ = limit_command(
             self.drive.velocity(pose), self.velocity, DT, (pose.x, pose.y, pose.yaw),
             seen.local_grid, LIMITS)
         v, w = self.velocity

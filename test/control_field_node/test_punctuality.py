@@ -40,7 +40,7 @@ def test_what_happens_while_the_robot_stands_is_not_among_them():
 
 
 def test_who_was_held_up_sends_standstill_first_and_then_goes_on():
-    """In the open, too, where the gate would let the old command pass."""
+    """In the open, too, where the collision monitor would let the old command pass."""
     bench = driving()
     supervisor, punctuality = bench.supervisor, bench.supervisor.wheels.punctuality
     for gap, moves in ((PERIOD, True), (0.9 * MOST_HELD, True), (1.1 * MOST_HELD, False)):

@@ -52,8 +52,8 @@ def test_who_drives_where_nothing_was_ever_seen_is_told_that_only_the_limits_hol
     for _ in range(3):
         assert bench.supervisor.teleop((0.2, 0.0), bench.now, DT).velocity[0] > 0.0
     assert is_warning(bench)
-    assert diagnostic(bench).message == words.UNGATED
-    assert bench.lines.count(('warning', words.UNGATED)) == 1
+    assert diagnostic(bench).message == words.UNMONITORED
+    assert bench.lines.count(('warning', words.UNMONITORED)) == 1
     bench.supervisor.let_go()
     assert not is_warning(bench)
     bench.supervisor.teleop((0.2, 0.0), bench.now, DT)

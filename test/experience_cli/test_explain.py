@@ -229,7 +229,7 @@ def test_what_the_gate_did_to_a_requested_command_is_named(task, explain, asked,
     assert command['clipped_by'] == rule
     assert command['requested'] == [asked[0] if math.isfinite(asked[0]) else None, asked[1]]
     text = explain(episode.name, 3.0, '--bags', 'bags')
-    assert f'was asked for, the last gate says: {rule} (for a TurtleBot3 Burger)' in text
+    assert f'was asked for, the collision monitor says: {rule} (for a TurtleBot3 Burger)' in text
 
 
 def test_a_command_that_was_let_through_is_said_to_be_so(task, explain):
@@ -254,7 +254,7 @@ def test_what_a_burgers_gate_does_not_explain_is_not_passed_off_as_asked_for(tas
     assert 'for a TurtleBot3 Burger at the recorded pose it would have let through 0.200' in text
     waffle = ('--v-max', '0.26', '--w-max', '1.82', '--robot-radius', '0.22')
     text = explain(episode.name, at, *waffle)
-    assert ('the last gate says: slowed (for a robot with v_max 0.26, w_max 1.82, '
+    assert ('the collision monitor says: slowed (for a robot with v_max 0.26, w_max 1.82, '
             'robot_radius 0.22)') in text
 
 

@@ -157,7 +157,8 @@ def test_a_refreshed_field_does_not_make_the_robot_jerk(driving):
                 for msg in driving.commands[n:]]
     assert len(commands) > 2
     for (t0, v0), (t1, v1) in pairwise(commands):
-        # On a busy machine poses come late, and the gate slows down as much as that needs.
+        # On a busy machine poses come late, and the collision monitor slows down as much as that
+        # needs.
         assert v1 - v0 <= ACCELERATION * (t1 - t0) + 1e-9
 
 

@@ -320,7 +320,7 @@ class TestWorker:
         assert 'test_library.py' in logged[0]
 
     def test_does_not_wait_for_ever(self):
-        worker, gate = Worker(), threading.Event()
-        worker.do(gate.wait, lambda future: None)
+        worker, limit_command = Worker(), threading.Event()
+        worker.do(limit_command.wait, lambda future: None)
         assert not worker.close(0.01)
-        gate.set()
+        limit_command.set()

@@ -14,12 +14,12 @@ class Here:
     def __init__(self, simulated=True, trying=False, refused=(), recording=False, series=False):
         self.asked, self.recording, self.series = [], recording, series
         self.simulated, self.trying, self.refused = simulated, trying, refused
-        self.gate = None
+        self.limit_command = None
 
     async def ask(self, service, on=None, patience=60.0):
         self.asked.append(service if on is None else f'{service} {on}')
-        if self.gate is not None:
-            await self.gate.wait()
+        if self.limit_command is not None:
+            await self.limit_command.wait()
         return Answer(service not in self.refused, f'{service} says so')
 
     async def is_simulated(self):
@@ -175,12 +175,12 @@ def test_a_stop_while_trials_are_asked_for_ends_them_whoever_is_quicker():
 
     async def both():
         teaching = Teaching(here, 'l', 'c')
-        here.gate = asyncio.Event()
+        here.limit_command = asyncio.Event()
         running = asyncio.create_task(teaching.perform(Action.RUN_TRIALS))
         await asyncio.sleep(0)
         stopping = asyncio.create_task(teaching.perform(Action.STOP))
         await asyncio.sleep(0)
-        here.gate.set()
+        here.limit_command.set()
         await asyncio.gather(running, stopping)
     asyncio.run(both())
     assert here.asked[:2] == ['let go', 'l/run_trials']
@@ -192,14 +192,14 @@ def test_one_at_a_time_but_stopping_never_waits():
 
     async def both():
         teaching = Teaching(here, 'l', 'c')
-        here.gate = asyncio.Event()
+        here.limit_command = asyncio.Event()
         keeping = asyncio.create_task(teaching.perform(Action.KEEP))
         await asyncio.sleep(0)
         refused = await teaching.perform(Action.START)
         stopping = asyncio.create_task(teaching.perform(Action.STOP))
         await asyncio.sleep(0)
         assert here.asked[-1] == 'c/stop_trial'
-        here.gate.set()
+        here.limit_command.set()
         assert (await keeping).success
         assert (await stopping).success
         assert (await teaching.perform(Action.START)).success
