@@ -5,7 +5,7 @@ from collections.abc import Callable
 import math
 
 from control_field.robot.latency import OTHER_CLOCK
-from control_field.robot.stop_rules import Freshness, PoseWatch, StopReason
+from control_field.robot.stop_rules import PoseMonitor, StopReason, Timeout
 from control_field_node.settings import Settings
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
@@ -39,9 +39,9 @@ class Intake:
     def __init__(self, settings: Settings, log: Callable[[str, str], None]) -> None:
         """Start with nothing received."""
         self.counts: Counter[str] = Counter()
-        self.odometry, self.local_grid = Freshness(0.0), Freshness(0.0)
-        self.places = Freshness(math.inf)  # of a localisation
-        self.poses = PoseWatch(settings.rules)
+        self.odometry, self.local_grid = Timeout(0.0), Timeout(0.0)
+        self.places = Timeout(math.inf)  # of a localisation
+        self.poses = PoseMonitor(settings.rules)
         self.why_late = ''
         self.too_late, self._old_stamp = 0.0, -math.inf
         self._log = log
@@ -76,7 +76,7 @@ class Intake:
         """Tell whether what was bad or missing has not been good for long enough."""
         return now < self._bad_until
 
-    def came(self, what: Freshness, now: float, is_missed: bool) -> None:
+    def came(self, what: Timeout, now: float, is_missed: bool) -> None:
         """Take in that odometry or local grid has come; what was missed has to stay for a while."""
         if is_missed and what.is_stale(now):
             self._bad_until = now + what.timeout

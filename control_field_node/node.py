@@ -37,7 +37,7 @@ from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.graph import publishers_on
 from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import quickest_executor, run_node
 from msgs_bridge.node.statements import Deed, method_from_parameters
 from msgs_bridge.node.subscription_threads import Hearing
@@ -83,7 +83,7 @@ class ControlFieldNode(Node):
         self._out = Outbox(self, self._settings, self.supervisor, self._writer)
         if not self._settings.lockstep:
             self._hearing.step_aside()
-        self._company = CompanyWatch(self, 'controller', ears=self._hearing.ears)
+        self._company = PeerMonitor(self, 'controller', ears=self._hearing.ears)
         self._on_parameters(parameters)
         self._make_subscriptions(self._hearing)
         locked = self._hearing.locked

@@ -18,7 +18,7 @@ from msgs_bridge.messages.tables import cloud_from_decisions
 from msgs_bridge.messages.trial_status import status_from_trial
 from msgs_bridge.messages.velocities import twist_stamped_from_velocity
 from msgs_bridge.node import qos
-from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.peers import PeerMonitor
 
 
 class Outbox:
@@ -85,7 +85,7 @@ class Outbox:
             self._told = now
             self.trials.publish(status_from_trial(status, self._settings.robot_id))
 
-    def tell(self, peers: Peers, company: CompanyWatch) -> None:
+    def tell(self, peers: Peers, company: PeerMonitor) -> None:
         """Publish how the controller does, and what it says of itself to its company."""
         status = diagnostic_from_supervisor(
             self._supervisor, self._node.get_fully_qualified_name(), peers)

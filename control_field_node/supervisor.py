@@ -14,7 +14,7 @@ from control_field.records import ControlField
 from control_field.robot.collision_monitor import Intervention
 from control_field.robot.limits import nearest_to_rest, STANDSTILL, Velocity
 from control_field.robot.stop_rules import StopReason
-from control_field.robot.takeover import moves, TakeoverWatch
+from control_field.robot.takeover import moves, TakeoverDetector
 from control_field_node import words
 from control_field_node.answer import Answer, NOTHING, STOP
 from control_field_node.heartbeat import Heartbeat
@@ -72,7 +72,7 @@ class Supervisor:
         self._log = log
         self.who: Callable[[str], Sequence[str]] = lambda topic: ()
         self.localisation = Localisation(settings, parameters.seed)
-        self._takeover = TakeoverWatch(settings.takeover_timeout)
+        self._takeover = TakeoverDetector(settings.takeover_timeout)
         self.intake = Intake(settings, log)
         self.heartbeat = Heartbeat(settings)
         self.local_grids = LocalGrids(self.intake, self.localisation)

@@ -11,7 +11,7 @@ from control_field.parameters import Parameters
 from control_field.records import CellFlag, ControlField, Outcome
 from control_field.robot.limits import STANDSTILL, Velocity
 from control_field.robot.policy import TrialPolicy
-from control_field.robot.stop_rules import is_lost, ProgressWatch, StopReason
+from control_field.robot.stop_rules import is_lost, ProgressChecker, StopReason
 from control_field_node import words
 from control_field_node.drive import Drive
 from control_field_node.field_reader import FEW_CELLS
@@ -86,7 +86,7 @@ class TrialRun:
             control_field, parameters, np.random.default_rng(parameters.seed + trial), trial)
         self.drive = Drive(control_field.grid, settings.limits, settings.arrival_tolerance,
                            parameters.corner_cutting, settings.aside)
-        self._progress = ProgressWatch(settings.rules)
+        self._progress = ProgressChecker(settings.rules)
         self._fresh: ControlField | None = None
         self._is_home = False
         self._followed: Seen | None = None

@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-from control_field.robot.stop_rules import Freshness
+from control_field.robot.stop_rules import Timeout
 from learner_node.settings import Settings
 from msgs_bridge.node.kinds_of_text import kind_of
 
@@ -18,7 +18,7 @@ class Absence:
 
     def __init__(self) -> None:
         """Start with nothing arrived."""
-        self._odometry = Freshness(math.inf)
+        self._odometry = Timeout(math.inf)
         self._stamp = -math.inf
         self._advanced = -math.inf
         self._unsound, self._n_unsound, self._since = '', 0, 0.0

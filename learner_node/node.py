@@ -46,7 +46,7 @@ from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names
 from msgs_bridge.node.listener import Listener
 from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import exit_with, run_node
 from msgs_bridge.node.statements import Deed, method_from_parameters, workspace_from_grid
 from msgs_bridge.node.throttled_log import Complaints
@@ -103,7 +103,7 @@ class LearnerNode(Node):
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
         self._named: dict[str, str] = {}
-        self._company, self._in_force = CompanyWatch(self, 'learner'), FieldInForce()
+        self._company, self._in_force = PeerMonitor(self, 'learner'), FieldInForce()
         self._company.state(workspace_from_grid(grid), method_from_parameters(parameters))
         self._session.why_not = self._company.why_not
         self._make_topics()

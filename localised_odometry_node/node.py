@@ -9,14 +9,14 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
-from control_field.robot.stop_rules import Freshness
+from control_field.robot.stop_rules import Timeout
 from localised_odometry_node.fusion import FIXED, LocalisedOdometry, LocalisedSettings
 from msgs_bridge.messages.poses import (
     odometry_from_pose, pose_from_initialpose, pose_from_odometry)
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import run_node
 from msgs_bridge.node.throttled_log import Complaints
 
@@ -49,10 +49,10 @@ class LocalisedOdometryNode(Node):
         settings = declare_parameters_from(
             self, LocalisedSettings, fixed=FIXED, on_change=self._on_settings)
         check_names(self)
-        self._company = CompanyWatch(self)
+        self._company = PeerMonitor(self)
         self._localised = LocalisedOdometry(settings)
         self._complaints = Complaints(self)
-        self._odometry = Freshness(_SILENCE)
+        self._odometry = Timeout(_SILENCE)
         self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
         qos.hear_all(self, PoseWithCovarianceStamped, settings.pose_topic, self._on_pose,

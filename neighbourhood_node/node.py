@@ -12,12 +12,12 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import LaserScan
 
-from control_field.robot.stop_rules import Freshness
+from control_field.robot.stop_rules import Timeout
 from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import run_node
 from msgs_bridge.node.statements import workspace_from_grid
 from msgs_bridge.node.throttled_log import Complaints
@@ -69,8 +69,8 @@ class NeighbourhoodNode(Node):
             qos.hear_all(
                 self, OccupancyGrid, 'costmap', self._on_costmap, qos.COSTMAPS, raw=True)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
-        self._problem, self._odometry = '', Freshness(_SILENCE)
-        self._company = CompanyWatch(self, 'sight')
+        self._problem, self._odometry = '', Timeout(_SILENCE)
+        self._company = PeerMonitor(self, 'sight')
         self._company.state(workspace_from_grid(self._maker.grid))
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(_TELL_PERIOD, self._tell, clock=Clock(clock_type=ClockType.STEADY_TIME))

@@ -15,7 +15,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
-from control_field.robot.stop_rules import Freshness
+from control_field.robot.stop_rules import Timeout
 from msgs_bridge.messages.neighbourhoods import (
     grid_from_neighbourhood, map_from_occupancy, Neighbourhood)
 from msgs_bridge.messages.poses import (
@@ -26,7 +26,7 @@ from msgs_bridge.node.command_age import problem_with_age
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.command_types import mismatch
 from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import run_node
 from msgs_bridge.node.statements import workspace_from_grid
 from msgs_bridge.node.subscription_threads import Hearing
@@ -87,10 +87,10 @@ class SimNode(Node):
         self._n_ticks = 1  # a stamp of 0 means "no time" to ROS
         self._n_refused = self._n_readers = self._repeats = self._unanswered = 0
         self._told_contact: bool | None = None
-        self._commands = Freshness(self._settings.cmd_vel_timeout)
+        self._commands = Timeout(self._settings.cmd_vel_timeout)
         if not self._settings.lockstep:
             self._hearing.step_aside()
-        self._company = CompanyWatch(self, 'robot', ears=self._hearing.ears)
+        self._company = PeerMonitor(self, 'robot', ears=self._hearing.ears)
         self._state_world()
         self._make_topics()
         self._make_timers()

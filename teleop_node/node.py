@@ -25,7 +25,7 @@ from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.environment import prepare
 from msgs_bridge.node.log_valve import Valve
 from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import start_node
 from msgs_bridge.node.statements import Deed
 from teleop_node.asking import Asking
@@ -92,7 +92,7 @@ class TeleopNode(Node):
             self._full_name(self.settings.learner), self._full_name(self.settings.controller))
         self._teaching = Teaching(self, self.settings.learner, self.settings.controller)
         self._valve = Valve()
-        self._company = CompanyWatch(self, say=self._say)
+        self._company = PeerMonitor(self, say=self._say)
         self._make_topics()
         self._make_services()
         self.create_timer(_KEY_PERIOD, self._look_at_keys, clock=self._steady)

@@ -58,7 +58,7 @@ _SET_BACK: Final = 5
 _LATELY: Final = 2.0
 
 
-class Freshness:
+class Timeout:
     """
     How old the newest message of one kind is.
 
@@ -115,7 +115,7 @@ class Freshness:
         return now - self.arrived > self.timeout
 
 
-class PoseWatch:
+class PoseMonitor:
     """
     Whether odometry can be trusted: stamps that go forward, poses that the robot can reach.
 
@@ -194,7 +194,7 @@ class PoseWatch:
         return None
 
 
-class ProgressWatch:
+class ProgressChecker:
     """
     Whether the robot comes forward: `progress_distance` or a cell within `progress_time`.
 

@@ -14,7 +14,7 @@ def moves(velocity: Velocity) -> bool:
     return abs(velocity[0]) > _REST[0] or abs(velocity[1]) > _REST[1]
 
 
-class TakeoverWatch:
+class TakeoverDetector:
     """
     Whether somebody else commands the robot.
 

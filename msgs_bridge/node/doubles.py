@@ -136,7 +136,7 @@ class _Ear:
         self._node.destroy_node()
 
 
-class DoublesWatch:
+class DuplicateMonitor:
     """
     Looks for two publishers of `odom` and of `/clock`; where there are, it listens who sends.
 

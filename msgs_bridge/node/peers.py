@@ -16,7 +16,7 @@ from rclpy.clock_type import ClockType
 
 from msgs_bridge.messages.serialized import message_from_cdr
 from msgs_bridge.node import qos
-from msgs_bridge.node.doubles import DoublesWatch
+from msgs_bridge.node.doubles import DuplicateMonitor
 from msgs_bridge.node.graph import elsewhere, in_vain
 from msgs_bridge.node.kinds_of_text import SaidOnce
 from msgs_bridge.node.reader_threads import Ears
@@ -105,7 +105,7 @@ class Company:
                    for other in self._heard.values())
 
 
-class CompanyWatch:
+class PeerMonitor:
     """
     Looks around for a node, and says once what does not fit.
 
@@ -134,7 +134,7 @@ class CompanyWatch:
         self._node = node
         self._say = say or (lambda text: node.get_logger().warning(text))
         self._company = Company(node.get_fully_qualified_name(), role)
-        self._doubles, self._said = DoublesWatch(node), SaidOnce(kind=str)
+        self._doubles, self._said = DuplicateMonitor(node), SaidOnce(kind=str)
         self.problems: list[Misfit] = []
         self._mistyped: list[Misfit] = []
         self._judged_at, self._n_timeless = -math.inf, 0

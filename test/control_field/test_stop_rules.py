@@ -7,7 +7,7 @@ import pytest
 from control_field.grid import Grid
 from control_field.records import Outcome
 from control_field.robot.stop_rules import (
-    Freshness, is_lost, PoseWatch, ProgressWatch, StopReason, StopRules)
+    is_lost, PoseMonitor, ProgressChecker, StopReason, StopRules, Timeout)
 
 GRID = Grid(20, 20, 0.25)
 RULES = StopRules()
@@ -27,48 +27,48 @@ def test_no_reason_to_stop_is_a_success(reason):
 
 
 def test_what_never_came_is_stale():
-    assert Freshness(0.5).is_stale(0.0)
+    assert Timeout(0.5).is_stale(0.0)
 
 
 @given(st.floats(0.05, 10.0), st.floats(0.0, 1e6), st.floats(0.0, 20.0))
 def test_a_message_is_stale_after_its_timeout(timeout, arrived, age):
-    freshness = Freshness(timeout)
-    freshness.saw(arrived)
-    assert freshness.is_stale(arrived + age) == (arrived + age - arrived > timeout)
+    timeout = Timeout(timeout)
+    timeout.saw(arrived)
+    assert timeout.is_stale(arrived + age) == (arrived + age - arrived > timeout)
 
 
-def pose_watch(*, stamp=10.0, x=1.0, y=1.0):
-    watch = PoseWatch(RULES)
+def pose_monitor(*, stamp=10.0, x=1.0, y=1.0):
+    watch = PoseMonitor(RULES)
     assert watch.observe(stamp, x, y, GRID) is None
     return watch
 
 
 def test_a_clock_that_goes_back_is_told():
-    assert pose_watch().observe(9.0, 1.0, 1.0, GRID) is StopReason.CLOCK_JUMPED_BACK
+    assert pose_monitor().observe(9.0, 1.0, 1.0, GRID) is StopReason.CLOCK_JUMPED_BACK
 
 
 def test_the_same_stamp_again_is_no_clock_that_goes_back():
-    assert pose_watch().observe(10.0, 1.0, 1.0, GRID) is None
+    assert pose_monitor().observe(10.0, 1.0, 1.0, GRID) is None
 
 
 def test_the_first_pose_is_not_taken_for_a_repeated_one():
-    assert not PoseWatch(RULES).is_repeated(1.0)
+    assert not PoseMonitor(RULES).is_repeated(1.0)
 
 
 def test_after_a_clock_went_back_the_new_time_counts():
-    watch = pose_watch()
+    watch = pose_monitor()
     watch.observe(2.0, 1.0, 1.0, GRID)
     assert watch.observe(2.05, 1.0, 1.0, GRID) is None
 
 
 def test_a_jump_is_told_and_driving_is_not():
-    assert pose_watch().observe(10.05, 1.0, 1.2, GRID) is StopReason.POSE_JUMPED
-    assert pose_watch().observe(10.05, 1.0, 1.011, GRID) is None
-    assert pose_watch().observe(20.0, 3.0, 1.0, GRID) is None
+    assert pose_monitor().observe(10.05, 1.0, 1.2, GRID) is StopReason.POSE_JUMPED
+    assert pose_monitor().observe(10.05, 1.0, 1.011, GRID) is None
+    assert pose_monitor().observe(20.0, 3.0, 1.0, GRID) is None
 
 
 def test_who_is_placed_has_not_jumped_but_a_clock_set_back_is_told():
-    watch = pose_watch()
+    watch = pose_monitor()
     watch.place_anew()
     assert watch.observe(10.05, 3.0, 1.0, GRID) is None
     assert watch.observe(10.1, 1.0, 1.0, GRID) is StopReason.POSE_JUMPED
@@ -77,12 +77,12 @@ def test_who_is_placed_has_not_jumped_but_a_clock_set_back_is_told():
 
 
 def test_outside_is_told():
-    watch = pose_watch(x=4.99)
+    watch = pose_monitor(x=4.99)
     assert watch.observe(10.05, 5.0, 1.0, GRID) is StopReason.OUTSIDE_WORKSPACE
 
 
 def test_where_odometry_is_mended_the_mended_place_counts():
-    watch = pose_watch(x=4.99)
+    watch = pose_monitor(x=4.99)
     assert watch.observe(10.05, 5.0, 1.0, GRID, (4.9, 1.0)) is None
     assert watch.observe(10.1, 5.0, 1.0, GRID, (5.1, 1.0)) is StopReason.OUTSIDE_WORKSPACE
 
@@ -90,7 +90,7 @@ def test_where_odometry_is_mended_the_mended_place_counts():
 @pytest.mark.parametrize(('stamp', 'repeated'), [
     (10.0, True), (9.9, True), (9.4, False), (10.05, False)])
 def test_duplicates_and_late_ones_are_passed_over_and_counted(stamp, repeated):
-    watch = pose_watch()
+    watch = pose_monitor()
     assert watch.is_repeated(stamp) == repeated
     assert watch.n_dropped == repeated
 
@@ -109,7 +109,7 @@ def seconds(n, dt=0.5):
 
 
 def test_a_robot_that_only_turns_makes_no_progress():
-    assert told(ProgressWatch(RULES), seconds(60), lambda t: (1.0, 1.0, t)) == (
+    assert told(ProgressChecker(RULES), seconds(60), lambda t: (1.0, 1.0, t)) == (
         10.5, StopReason.NO_PROGRESS)
 
 
@@ -117,40 +117,40 @@ def test_circling_in_a_small_place_is_no_progress():
     def place(t):
         return 1.0 + 0.2 * math.cos(t), 1.0 + 0.2 * math.sin(t), t
 
-    assert told(ProgressWatch(RULES), seconds(60), place, speed=0.2) == (
+    assert told(ProgressChecker(RULES), seconds(60), place, speed=0.2) == (
         10.5, StopReason.NO_PROGRESS)
 
 
 def test_slow_but_far_enough_is_progress():
-    assert told(ProgressWatch(RULES), seconds(60), lambda t: (0.06 * t, 1.0, 0.0)) is None
+    assert told(ProgressChecker(RULES), seconds(60), lambda t: (0.06 * t, 1.0, 0.0)) is None
 
 
 def test_a_step_is_progress():
-    assert told(ProgressWatch(RULES), seconds(60), lambda t: (1.0, 1.0, t),
+    assert told(ProgressChecker(RULES), seconds(60), lambda t: (1.0, 1.0, t),
                 n_steps=lambda t: int(t / 9)) is None
 
 
 def test_told_to_drive_and_not_moving_is_a_stall():
-    assert told(ProgressWatch(RULES), seconds(60), lambda t: (1.0, 1.0, 0.0), speed=0.1) == (
+    assert told(ProgressChecker(RULES), seconds(60), lambda t: (1.0, 1.0, 0.0), speed=0.1) == (
         2.5, StopReason.STALLED)
 
 
 def test_which_way_it_looks_does_not_hide_a_stall():
-    assert told(ProgressWatch(RULES), seconds(60), lambda t: (1.0, 1.0, 2.0), speed=0.1) == (
+    assert told(ProgressChecker(RULES), seconds(60), lambda t: (1.0, 1.0, 2.0), speed=0.1) == (
         2.5, StopReason.STALLED)
 
 
 def test_who_corrects_its_heading_against_an_obstacle_is_stalled_all_the_same():
-    assert told(ProgressWatch(RULES), seconds(60), speed=0.1, place=lambda t: (
+    assert told(ProgressChecker(RULES), seconds(60), speed=0.1, place=lambda t: (
         1.0, 1.0, 0.08 * math.sin(3.0 * t))) == (2.5, StopReason.STALLED)
 
 
 def test_who_is_told_to_stand_is_not_stalled():
-    assert told(ProgressWatch(RULES), seconds(5), lambda t: (1.0, 1.0, 0.0)) is None
+    assert told(ProgressChecker(RULES), seconds(5), lambda t: (1.0, 1.0, 0.0)) is None
 
 
 def test_the_time_limit_counts_from_the_first_pose():
-    watch = ProgressWatch(StopRules(time_limit=4.0))
+    watch = ProgressChecker(StopRules(time_limit=4.0))
     assert told(watch, [100.0 + t for t in seconds(9)], lambda t: (1.0, 1.0, t)) == (
         104.5, StopReason.TIME_LIMIT)
 
@@ -162,22 +162,22 @@ def test_a_clock_that_is_set_forward_stops_nobody(leap):
     def place(t):
         return 0.2 * (t if t <= 3.0 else t - leap), 1.0, 0.0
 
-    assert told(ProgressWatch(RULES), stamps, place, speed=0.2) is None
+    assert told(ProgressChecker(RULES), stamps, place, speed=0.2) is None
 
 
 def test_a_robot_that_stands_is_found_after_a_clock_was_set_forward():
     stamps = [t + (500.0 if t > 1.0 else 0.0) for t in seconds(6)]
-    stamp, reason = told(ProgressWatch(RULES), stamps, lambda t: (1.0, 1.0, 0.0), speed=0.1)
+    stamp, reason = told(ProgressChecker(RULES), stamps, lambda t: (1.0, 1.0, 0.0), speed=0.1)
     assert reason is StopReason.STALLED
     assert 503.0 < stamp < 504.5
 
 
 def test_turning_is_no_stall():
-    assert told(ProgressWatch(RULES), seconds(5), lambda t: (1.0, 1.0, t), speed=0.1) is None
+    assert told(ProgressChecker(RULES), seconds(5), lambda t: (1.0, 1.0, t), speed=0.1) is None
 
 
 def test_a_pause_starts_progress_anew_but_not_the_time_limit():
-    watch = ProgressWatch(StopRules(time_limit=20.0))
+    watch = ProgressChecker(StopRules(time_limit=20.0))
     assert told(watch, seconds(9), lambda t: (1.0, 1.0, t)) is None
     watch.restart()
     assert told(watch, [9.0 + t for t in seconds(10)], lambda t: (1.0, 1.0, t)) is None
@@ -194,7 +194,7 @@ def test_the_field_is_lost_only_where_nothing_speaks_for_it(coherence, supported
 
 
 def test_what_arrives_and_does_not_count_is_not_called_absent():
-    fresh = Freshness(0.5)
+    fresh = Timeout(0.5)
     assert fresh.absence(5.0, 'odometry') == 'no odometry has arrived yet'
     fresh.pass_over(5.0, 'it is upside down')
     assert fresh.absence(5.1, 'odometry') == (

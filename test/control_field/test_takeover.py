@@ -4,13 +4,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from control_field.robot.takeover import moves, OwnCommands, TakeoverWatch
+from control_field.robot.takeover import moves, OwnCommands, TakeoverDetector
 
 commands = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 
 
 def test_a_person_is_gone_after_the_timeout():
-    watch = TakeoverWatch(0.5)
+    watch = TakeoverDetector(0.5)
     assert not watch.is_taken_over(0.0)
     watch.saw_foreign(3.0)
     assert watch.is_taken_over(3.4)
@@ -18,7 +18,7 @@ def test_a_person_is_gone_after_the_timeout():
 
 
 def test_handing_over_forgets_the_person():
-    watch = TakeoverWatch(0.5)
+    watch = TakeoverDetector(0.5)
     watch.saw_foreign(3.0)
     watch.let_go()
     assert not watch.is_taken_over(3.0)
@@ -65,7 +65,7 @@ def test_a_standstill_moves_nobody(velocity, drives):
 
 @given(st.lists(st.floats(0.01, 3.0), max_size=50))
 def test_standstill_alone_takes_nothing_over_however_often_it_comes(waits):
-    watch, now = TakeoverWatch(0.5), 0.0
+    watch, now = TakeoverDetector(0.5), 0.0
     for wait in waits:
         now += wait
         assert not watch.saw_foreign(now, is_driving=False)
@@ -73,7 +73,7 @@ def test_standstill_alone_takes_nothing_over_however_often_it_comes(waits):
 
 
 def test_who_moved_the_robot_holds_it_with_standstill_until_that_breaks_off():
-    watch = TakeoverWatch(0.5)
+    watch = TakeoverDetector(0.5)
     assert watch.saw_foreign(1.0, topic='cmd_vel')
     for k in range(40):
         assert watch.saw_foreign(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
@@ -83,7 +83,7 @@ def test_who_moved_the_robot_holds_it_with_standstill_until_that_breaks_off():
 
 
 def test_standstill_on_another_topic_does_not_hold_what_a_person_let_go():
-    watch = TakeoverWatch(0.5)
+    watch = TakeoverDetector(0.5)
     watch.saw_foreign(1.0, topic='cmd_vel_teleop')
     for k in range(20):
         assert not watch.saw_foreign(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
@@ -92,7 +92,7 @@ def test_standstill_on_another_topic_does_not_hold_what_a_person_let_go():
 
 
 def test_standstill_after_the_robot_was_handed_over_holds_nothing():
-    watch = TakeoverWatch(0.5)
+    watch = TakeoverDetector(0.5)
     watch.saw_foreign(1.0)
     watch.let_go()
     assert not watch.saw_foreign(1.1, is_driving=False)

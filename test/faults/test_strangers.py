@@ -6,7 +6,7 @@ import rclpy
 from control_field.grid import Grid
 from controller_helpers import straight_field
 from controller_peer import controller, GOAL, Peer, simulator
-from msgs_bridge.node.peers import CompanyWatch
+from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.statements import workspace_from_grid
 import ros_helpers
 from teleop_node.node import TeleopNode
@@ -15,7 +15,7 @@ from teleop_node.teaching import Answer
 
 def say_as_learner(node, grid):
     """Let a node say of itself what a learner says; return what has to be called for it."""
-    company = CompanyWatch(node, 'learner')
+    company = PeerMonitor(node, 'learner')
     company.state(workspace_from_grid(grid))
     publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
 

@@ -6,7 +6,7 @@ from nav_msgs.msg import Odometry
 import pytest
 
 from msgs_bridge.node import qos
-from msgs_bridge.node.doubles import Doubles, DoublesWatch, Senders
+from msgs_bridge.node.doubles import Doubles, DuplicateMonitor, Senders
 import ros_helpers
 
 
@@ -75,7 +75,7 @@ class TestDoubles:
 
 
 def test_namesakes_of_two_processes_are_told_by_what_they_send(ros_domain, ros_node):
-    watch = DoublesWatch(ros_node)
+    watch = DuplicateMonitor(ros_node)
     topic = ros_node.resolve_topic_name('odom')
     with ros_helpers.own_node(ros_domain, 'robot') as one, ros_helpers.own_node(
             ros_domain, 'robot') as other:

@@ -8,7 +8,7 @@ from rclpy.parameter import Parameter
 
 from control_field.grid import Grid
 from msgs_bridge.messages.serialized import cdr_from_message
-from msgs_bridge.node.peers import Company, CompanyWatch
+from msgs_bridge.node.peers import Company, PeerMonitor
 from msgs_bridge.node.statements import Deed, Statement, values_from_statement, workspace_from_grid
 import ros_helpers
 
@@ -64,7 +64,7 @@ def test_ever_new_processes_do_not_fill_the_memory():
 
 
 def test_while_a_demonstration_is_recorded_nothing_drives_by_itself(ros_node):
-    watch = CompanyWatch(ros_node, 'controller')
+    watch = PeerMonitor(ros_node, 'controller')
 
     def says(phase, number=1):
         status = DiagnosticStatus(name='learner_node: learner', values=[
@@ -88,7 +88,7 @@ def test_while_a_demonstration_is_recorded_nothing_drives_by_itself(ros_node):
 
 def test_odometry_that_is_in_another_namespace_is_named_with_what_to_set(ros_node):
     said = []
-    watch = CompanyWatch(ros_node, 'controller', said.append)
+    watch = PeerMonitor(ros_node, 'controller', said.append)
     there = ros_node.create_publisher(Odometry, '/r1/odom', 1)
     ros_node.create_publisher(PoseStamped, '/r2/odom', 1)
     ros_node.create_subscription(Odometry, '/r3/odom', lambda _: None, 1)
@@ -103,7 +103,7 @@ def test_odometry_that_is_in_another_namespace_is_named_with_what_to_set(ros_nod
         'with -r __ns:=/r1, or with -r odom:=/r1/odom')
     said.clear()
     ros_node.create_publisher(Odometry, 'odom', 1)
-    other = CompanyWatch(ros_node, 'controller', said.append)
+    other = PeerMonitor(ros_node, 'controller', said.append)
     for _ in range(15):
         other.look()
     assert said == []
@@ -115,7 +115,7 @@ def test_a_time_that_never_comes_is_named_once(ros_domain, is_simulated):
     said = []
     with ros_helpers.own_node(ros_domain, 'lonely', parameter_overrides=[
             Parameter('use_sim_time', value=is_simulated)]) as node:
-        watch = CompanyWatch(node, 'learner', said.append)
+        watch = PeerMonitor(node, 'learner', said.append)
         for _ in range(3):
             watch.look()
         assert said == []
@@ -127,7 +127,7 @@ def test_a_time_that_never_comes_is_named_once(ros_domain, is_simulated):
 
 def test_what_comes_as_another_type_is_named_and_not_just_absent(ros_node):
     said = []
-    watch = CompanyWatch(ros_node, 'controller', said.append)
+    watch = PeerMonitor(ros_node, 'controller', said.append)
     wrong = [ros_node.create_publisher(PoseStamped, topic, 1)
              for topic in ('odom', 'neighbourhood')]
     watch.look()
