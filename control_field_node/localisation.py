@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from control_field.records import ControlField
-from control_field.robot.particle_filter import Belief, Estimate, Wear
+from control_field.robot.particle_filter import Estimate, MotionNoise, ParticleFilter
 from control_field_node.settings import Settings
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
@@ -42,27 +42,27 @@ class Localisation:
         self.estimate: Estimate | None = None
         self.is_lost = settings.has_pose_topic
         self._seed = seed
-        self._belief: Belief | None = None
+        self._particle_filter: ParticleFilter | None = None
         self._kept: deque[Pose] = deque(maxlen=_N_KEPT)
         self._told = math.nan
 
     @property
     def calibration(self) -> tuple[float, float] | None:
         """Return the slip and the drift [rad/m] that are most likely; None if not asked for."""
-        return None if self._belief is None else self._belief.calibration
+        return None if self._particle_filter is None else self._particle_filter.calibration
 
     def take_field(self, field: ControlField) -> None:
         """Take over the workspace and the remembered map of a field."""
         if not self.settings.mends_odometry:
             return
-        if self._belief is None or self._belief.grid != field.grid:
-            wear = Wear(self.settings.slip_std, self.settings.drift_std,
+        if self._particle_filter is None or self._particle_filter.grid != field.grid:
+            motion_noise = MotionNoise(self.settings.slip_std, self.settings.drift_std,
                         self.settings.heading_noise,
                         turning_radius=self.settings.wheel_separation / 2)
-            self._belief = Belief(field.grid, wear, np.random.default_rng([self._seed, 7]),
+            self._particle_filter = ParticleFilter(field.grid, motion_noise, np.random.default_rng([self._seed, 7]),
                                   self.settings.particles)
             self._kept.clear()
-        self._belief.remember(field.known)
+        self._particle_filter.remember(field.known)
 
     def place(self, pose: Pose, neighbourhood: Neighbourhood | None) -> Pose:
         """
@@ -70,8 +70,8 @@ class Localisation:
 
         The result has the stamp and frame of the odometry.
         """
-        belief = self._belief
-        if belief is None:
+        particle_filter = self._particle_filter
+        if particle_filter is None:
             return pose
         last = self._kept[-1] if self._kept else None
         self._kept.append(pose)
@@ -79,10 +79,10 @@ class Localisation:
         if last is None or step is None or self._is_set_back(pose.stamp - last.stamp, step):
             self._restart(pose)
         else:
-            belief.move(*step)
+            particle_filter.move(*step)
         if self.settings.anchoring and neighbourhood is not None:
-            belief.see(neighbourhood.cells)
-        self.estimate = belief.estimate()
+            particle_filter.see(neighbourhood.cells)
+        self.estimate = particle_filter.estimate()
         return replace(pose, x=self.estimate.x, y=self.estimate.y, yaw=self.estimate.yaw)
 
     def see(self, neighbourhood: Neighbourhood) -> Neighbourhood:
@@ -92,26 +92,26 @@ class Localisation:
         What it shows lies around the robot, wherever odometry believes that to be. Free cells that
         may as well be others are unknown.
         """
-        if self._belief is None or self.estimate is None:
+        if self._particle_filter is None or self.estimate is None:
             return neighbourhood
         row, col = self.estimate.row, self.estimate.col
         return replace(neighbourhood, row=row, col=col,
-                       cells=self._belief.doubted(neighbourhood.cells, row, col))
+                       cells=self._particle_filter.doubted(neighbourhood.cells, row, col))
 
     def localise(self, pose: Pose, variances: tuple[float, float, float]) -> bool:
         """Take in a pose of `pose_topic`; tell whether it was of use."""
-        belief = self._belief
+        particle_filter = self._particle_filter
         now = _brought_up_to_date(pose, self._kept)
-        if belief is None or now is None or pose.stamp == self._told:
+        if particle_filter is None or now is None or pose.stamp == self._told:
             return False
         self._told = pose.stamp
         x_var, y_var, yaw_var = (
             max(given, least) for given, least in zip(variances, _LEAST, strict=True))
         if self.is_lost:
-            belief.place(*now, math.sqrt(max(x_var, y_var)), math.sqrt(yaw_var))
+            particle_filter.place(*now, math.sqrt(max(x_var, y_var)), math.sqrt(yaw_var))
             self.is_lost = False
             return True
-        return belief.localise(*now, (x_var, y_var, yaw_var))
+        return particle_filter.localise(*now, (x_var, y_var, yaw_var))
 
     def _is_set_back(self, dt: float, step: tuple[float, float, float]) -> bool:
         settings = self.settings
@@ -123,8 +123,8 @@ class Localisation:
         self._kept.clear()
         self._kept.append(pose)
         self.is_lost = self.settings.has_pose_topic
-        if self._belief is not None:
-            self._belief.place(pose.x, pose.y, pose.yaw)
+        if self._particle_filter is not None:
+            self._particle_filter.place(pose.x, pose.y, pose.yaw)
 
 
 def _step(last: Pose, pose: Pose) -> tuple[float, float, float]:

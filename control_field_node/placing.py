@@ -1,4 +1,4 @@
-"""Poses of a localisation on their way to the controller's own belief of where the robot is."""
+"""Poses of a localisation on their way to the controller's own particle filter of where the robot is."""
 
 import time
 from typing import Any, TYPE_CHECKING

@@ -27,7 +27,7 @@ UPHEAVAL: Final = 1e-3
 OFFSETS: Final = np.array([(i, j) for i in range(-1, 2) for j in range(-1, 2)])
 
 
-def likeness(remembered: Cells, cells: Cells, rows: Indices, cols: Indices) -> Floats:
+def likelihood(remembered: Cells, cells: Cells, rows: Indices, cols: Indices) -> Floats:
     """
     Return how well a local grid fits a map around cells.
 

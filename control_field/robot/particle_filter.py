@@ -18,7 +18,7 @@ import numpy as np
 from control_field.grid import Grid
 from control_field.local_grid import BLOCKED, UNKNOWN
 from control_field.robot.measurement_model import (
-    Cells, continuity, Floats, Indices, likeness, OFFSETS)
+    Cells, continuity, Floats, Indices, likelihood, OFFSETS)
 
 Cell = tuple[int, int]
 
@@ -38,7 +38,7 @@ _EDGE: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Wear:
+class MotionNoise:
     """
     How far the wheels may be trusted: standard deviations.
 
@@ -77,7 +77,7 @@ class Estimate:
     std : float, [m]
         Standard deviation of the place along the axis where it is greater.
     sure : float
-        Share of the belief in that cell.
+        Share of the particle filter in that cell.
 
     """
 
@@ -90,7 +90,7 @@ class Estimate:
     sure: float
 
 
-class Belief:
+class ParticleFilter:
     """
     A cloud of particles: poses, each with its own idea of how its wheels slip and drift.
 
@@ -112,18 +112,18 @@ class Belief:
 
     """
 
-    def __init__(self, grid: Grid, wear: Wear, rng: np.random.Generator, n: int = 1000) -> None:
-        """Believe in exact wheels, as far as ``wear`` does; the pose is still to be said."""
+    def __init__(self, grid: Grid, motion_noise: MotionNoise, rng: np.random.Generator, n: int = 1000) -> None:
+        """Believe in exact wheels, as far as ``motion_noise`` does; the pose is still to be said."""
         self.grid = grid
-        self.wear = wear
+        self.motion_noise = motion_noise
         self._rng = rng
         self._n = n
         rows, cols = grid.shape
         self._map = np.full((rows + 2 * _EDGE, cols + 2 * _EDGE), BLOCKED, np.int8)
         self.remember(np.full(grid.shape, UNKNOWN, np.int8))
         spread = self._normal(3)
-        self._slip, self._turn_slip = wear.slip * spread[0], 0.25 * wear.slip * spread[1]
-        self._drift = wear.drift * spread[2]
+        self._slip, self._turn_slip = motion_noise.slip * spread[0], 0.25 * motion_noise.slip * spread[1]
+        self._drift = motion_noise.drift * spread[2]
         self.place(grid.origin_x, grid.origin_y, 0.0)
 
     def remember(self, known: Cells) -> None:
@@ -154,16 +154,16 @@ class Belief:
 
         """
         distance = math.hypot(ahead, left)
-        travel = distance + self.wear.turning_radius * abs(turn)
+        travel = distance + self.motion_noise.turning_radius * abs(turn)
         if travel == 0.0:
             return
-        noise, wear = self._normal(2), self.wear
+        noise, motion_noise = self._normal(2), self.motion_noise
         kept = 1.0 - self._slip
         turned = (turn * (kept - self._turn_slip) + self._drift * (kept * distance)
-                  + wear.heading_noise * math.sqrt(travel) * noise[0])
+                  + motion_noise.heading_noise * math.sqrt(travel) * noise[0])
         bearing = self._yaw + 0.5 * (turned - turn)
         if distance > _STILL:
-            kept = kept + wear.distance_noise * math.sqrt(travel) / distance * noise[1]
+            kept = kept + motion_noise.distance_noise * math.sqrt(travel) / distance * noise[1]
         cos, sin = np.cos(bearing), np.sin(bearing)
         self._x = self._x + kept * (ahead * cos - left * sin)
         self._y = self._y + kept * (ahead * sin + left * cos)
@@ -187,7 +187,7 @@ class Belief:
             news = (steps[0] != 0) | (steps[1] != 0)
         if news.any():
             weights = np.ones(self._n)
-            weights[news] = likeness(
+            weights[news] = likelihood(
                 self._map, cells, self._rows[news] + _EDGE, self._cols[news] + _EDGE)
             if last is not None:
                 weights[news] *= continuity(last, cells, steps[0][news], steps[1][news])

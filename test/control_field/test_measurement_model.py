@@ -3,7 +3,7 @@ from hypothesis import strategies as st
 import numpy as np
 
 from control_field.local_grid import crop_neighbourhood
-from control_field.robot.measurement_model import continuity, likeness, UPHEAVAL
+from control_field.robot.measurement_model import continuity, likelihood, UPHEAVAL
 
 STATES = st.sampled_from([0, 100])
 MAPS = st.lists(STATES, min_size=81, max_size=81).map(
@@ -18,7 +18,7 @@ def places(*cells):
 @given(MAPS)
 def test_what_is_seen_from_a_cell_fits_that_cell(world):
     local_grid = crop_neighbourhood(world, 4, 4)
-    fit = likeness(world, local_grid, *places((4, 4), (5, 4), (4, 2)))
+    fit = likelihood(world, local_grid, *places((4, 4), (5, 4), (4, 2)))
     assert fit[0] == 1.0 >= fit.max()
     assert fit.min() >= UPHEAVAL
 
@@ -26,8 +26,8 @@ def test_what_is_seen_from_a_cell_fits_that_cell(world):
 @given(MAPS)
 def test_an_unseen_map_and_an_unknown_local_grid_contradict_nothing(world):
     here = places((4, 4))
-    assert likeness(np.full_like(world, -1), crop_neighbourhood(world, 4, 4), *here) == 1.0
-    assert likeness(world, np.full((3, 3), -1, np.int8), *here) == 1.0
+    assert likelihood(np.full_like(world, -1), crop_neighbourhood(world, 4, 4), *here) == 1.0
+    assert likelihood(world, np.full((3, 3), -1, np.int8), *here) == 1.0
 
 
 def test_each_cell_that_is_wrong_makes_it_less_likely_down_to_upheaval():
@@ -36,7 +36,7 @@ def test_each_cell_that_is_wrong_makes_it_less_likely_down_to_upheaval():
     for n in range(10):
         local_grid = np.zeros(9, np.int8)
         local_grid[:n] = 100
-        fits.append(float(likeness(world, local_grid.reshape(3, 3), *places((4, 4)))[0]))
+        fits.append(float(likelihood(world, local_grid.reshape(3, 3), *places((4, 4)))[0]))
     assert fits[:2] == [1.0, 0.1]
     assert sorted(fits, reverse=True) == fits
     assert fits[-1] == UPHEAVAL
@@ -44,7 +44,7 @@ def test_each_cell_that_is_wrong_makes_it_less_likely_down_to_upheaval():
 
 def test_beyond_the_map_the_rim_counts():
     world = np.zeros((9, 9), np.int8)
-    assert (likeness(world, world[:3, :3], *places((-5, 4), (40, 40))) == 1.0).all()
+    assert (likelihood(world, world[:3, :3], *places((-5, 4), (40, 40))) == 1.0).all()
 
 
 @given(MAPS, STEPS, STEPS)
