@@ -26,7 +26,7 @@ _APART = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Lesson:
+class LearntBag:
     """
     What one bag taught.
 
@@ -55,7 +55,7 @@ class Lesson:
     missing: str = ''
 
 
-class Lessons:
+class Relearner:
     """
     The fold over bags: they are learnt from in the order they are given, once each.
 
@@ -85,7 +85,7 @@ class Lessons:
         """Return the field for the next trial, see `Learner.trial_field`."""
         return self._learner.trial_field(curious)
 
-    def learn(self, episode: EpisodeFolder) -> Lesson:
+    def learn(self, episode: EpisodeFolder) -> LearntBag:
         """
         Learn from one bag.
 
@@ -100,32 +100,32 @@ class Lessons:
         except NothingToLearnError as error:
             # The bag is named where this is said.
             why = str(error).removeprefix(f'{episode.path}: ')
-            return Lesson(episode, None, None, with_remedy(f'{NOTHING}{why}'))
+            return LearntBag(episode, None, None, with_remedy(f'{NOTHING}{why}'))
         except BagError:
             raise
         except ValueError as error:
             raise BagError(f'{episode.path} cannot be learnt from: {error}') from error
 
-    def _learn(self, read: Episode) -> Lesson:
+    def _learn(self, read: Episode) -> LearntBag:
         note = '; '.join([*([str(read.report)] if read.report else []), *read.notes])
         if isinstance(read.record, Trial):
             return self._learn_trial(read, read.record, note)
         before = self.refresh
         refresh = self._learner.add_demonstration(read.record)
         self.shown_starts.append(start_of(read.record, self.grid))
-        return Lesson(read.folder, read, refresh, note, goal_moved(before, refresh))
+        return LearntBag(read.folder, read, refresh, note, goal_moved(before, refresh))
 
-    def _learn_trial(self, read: Episode, trial: Trial, note: str) -> Lesson:
+    def _learn_trial(self, read: Episode, trial: Trial, note: str) -> LearntBag:
         if read.doubt:
-            return Lesson(read.folder, read, None, f'{NOTHING}{read.doubt}')
+            return LearntBag(read.folder, read, None, f'{NOTHING}{read.doubt}')
         said = f'{how_it_ended(trial.outcome, trial.n_steps)}' + (f', {note}' if note else '')
         if trial.outcome is Outcome.ABORTED:
-            return Lesson(read.folder, read, None, f'{NOTHING}it {said}')
+            return LearntBag(read.folder, read, None, f'{NOTHING}it {said}')
         self.n_trials += 1
         if self.refresh is None:
-            return Lesson(read.folder, read, None,
+            return LearntBag(read.folder, read, None,
                           f'{NOTHING}no demonstration came before it; it {said}')
-        return Lesson(read.folder, read, self._learner.add_trial(trial), said)
+        return LearntBag(read.folder, read, self._learner.add_trial(trial), said)
 
     def teach_here(self, n: int) -> list[tuple[float, float]]:
         """Return where one more demonstration would help most, (x, y) [m]; a few cells apart."""

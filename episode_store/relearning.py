@@ -5,13 +5,13 @@ from collections.abc import Sequence
 from control_field.learning.learner import Refresh
 from episode_store.episode import read_header
 from episode_store.header import EpisodeHeader
-from episode_store.relearn import Lesson, Lessons
+from episode_store.relearn import LearntBag, Relearner
 from episode_store.rosbag2.errors import BagError, NothingToLearnError
 from episode_store.task_folder import EpisodeFolder, TaskFolder
 from episode_store.workspace import odd_one_named
 
 
-def fold(episodes: Sequence[EpisodeFolder]) -> tuple[Lessons | None, list[Lesson]]:
+def fold(episodes: Sequence[EpisodeFolder]) -> tuple[Relearner | None, list[LearntBag]]:
     """
     Learn from bags in their order, with the parameters of the last one.
 
@@ -30,9 +30,9 @@ def fold(episodes: Sequence[EpisodeFolder]) -> tuple[Lessons | None, list[Lesson
     header = last_header(episodes)
     if header is None:
         return None, []
-    lessons = Lessons(header.grid, header.parameters)
+    relearner = Relearner(header.grid, header.parameters)
     with odd_one_named(episodes):
-        return lessons, [lessons.learn(episode) for episode in episodes]
+        return relearner, [relearner.learn(episode) for episode in episodes]
 
 
 def last_header(episodes: Sequence[EpisodeFolder]) -> EpisodeHeader | None:
@@ -55,8 +55,8 @@ def last_header(episodes: Sequence[EpisodeFolder]) -> EpisodeHeader | None:
 
 def relearnt(task: TaskFolder) -> Refresh | None:
     """Return what the bags of a task teach now; None if there is no demonstration in them."""
-    lessons, _ = fold(task.episodes())
-    return None if lessons is None else lessons.refresh
+    relearner, _ = fold(task.episodes())
+    return None if relearner is None else relearner.refresh
 
 
 def relearnt_sentence(task: TaskFolder) -> str:

@@ -14,7 +14,7 @@ from control_field.records import ControlField, Kind, Prototypes
 from control_field.robot.collision_monitor import limit_command, local_grid_from_cells, LocalGrid
 from control_field.robot.limits import Limits, STANDSTILL, Velocity
 from episode_store.recording import Recording
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.rosbag2.columns import read_columns
 from episode_store.rosbag2.topic_tables import decision_table, local_grid_table, statuses
 from episode_store.rosbag2.writer import HEADER_NAME
@@ -288,17 +288,17 @@ class Moment:
     def _relearnt(self, field: ControlField, prototypes: Prototypes | None) -> Course | None:
         """Learn from the bags before this one, which says on which map the courses were made."""
         episode, parameters = self.recording.episode, self.header.parameters
-        lessons, known = Lessons(self.header.grid, parameters), None
+        relearner, known = Relearner(self.header.grid, parameters), None
         for before in TaskFolder(episode.path.parent.parent, episode.path.parent.name).episodes():
             if before.number < episode.number:
-                refresh = lessons.learn(before).refresh
+                refresh = relearner.learn(before).refresh
                 known = refresh.field.known if refresh is not None and refresh.pushed else known
-        if lessons.refresh is None:
+        if relearner.refresh is None:
             return None if prototypes is None else Course(field, prototypes, voices_at(
                 field, prototypes, parameters, *self.cell), 'recorded')
-        made_of = lessons.refresh.prototypes
-        curious = lessons.field(curious=True)
-        if curious is not lessons.refresh.field and np.array_equal(curious.vx, field.vx) and (
+        made_of = relearner.refresh.prototypes
+        curious = relearner.field(curious=True)
+        if curious is not relearner.refresh.field and np.array_equal(curious.vx, field.vx) and (
                 np.array_equal(curious.vy, field.vy)):
             return Course(field, made_of, None, 'curious')
         return Course(field, made_of, voices_at(

@@ -26,7 +26,7 @@ def is_running(status: TrialStatus | None) -> TypeGuard[TrialStatus]:
     return status is not None and status.state in (State.RUNNING, State.PAUSED)
 
 
-class Tally:
+class DecisionCounter:
     """The decisions that have arrived, by trial, and which trial is over for the session."""
 
     def __init__(self) -> None:

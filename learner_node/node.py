@@ -18,7 +18,7 @@ from std_msgs.msg import Empty
 
 from control_field.parameters import Parameters
 from episode_store.gaps import BagGaps, note_gaps
-from episode_store.relearn import Lesson
+from episode_store.relearn import LearntBag
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.task_names import check_is_meant
@@ -31,13 +31,13 @@ from learner_node.phases import IN_TRIAL, Phase
 from learner_node.publications import Publications
 from learner_node.recorder import Recorder, stamp_of
 from learner_node.reports import (
-    diagnostic_from_session, NEXT, numbers_from_lesson, PROGRAM, sentence_at_start,
-    sentence_from_lesson)
+    diagnostic_from_session, NEXT, numbers_from_learnt_bag, PROGRAM, sentence_at_start,
+    sentence_from_learnt_bag)
 from learner_node.requests import Requests
-from learner_node.services import Desk
+from learner_node.services import LearnerServices
 from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
-from learner_node.task_memory import Library
+from learner_node.task_memory import TaskMemory
 from learner_node.topics import Recorded, recorded_topics
 from learner_node.waiting import Raw
 from learner_node.warm_up import warm_up
@@ -92,14 +92,14 @@ class LearnerNode(Node):
         if not self._settings.new_task:
             check_is_meant(task)
         task.hold()
-        self._library = Library(task, grid, parameters, starts, self._settings.fresh)
-        self._library.speed_max = self._settings.speed_max
+        self._task_memory = TaskMemory(task, grid, parameters, starts, self._settings.fresh)
+        self._task_memory.speed_max = self._settings.speed_max
         self._session = Session(
-            self._settings, lambda: self._library.next_start(self._settings.starts == 'spread'))
-        self._recorder = Recorder(self._library.task, self._library.header)
+            self._settings, lambda: self._task_memory.next_start(self._settings.starts == 'spread'))
+        self._recorder = Recorder(self._task_memory.task, self._task_memory.header)
         self.fatal = ''
         self.has_ended = False  #: whether the worker is done, too; nothing is lost if it is not
-        self._lesson: Lesson | None = None
+        self._learnt_bag: LearntBag | None = None
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
         self._named: dict[str, str] = {}
@@ -110,7 +110,7 @@ class LearnerNode(Node):
         self._make_services()
         self._worker = Worker()
         self._worker.wake = self.create_guard_condition(self._worker.collect).trigger
-        self._worker.do(self._library.relearn, self._on_relearnt)
+        self._worker.do(self._task_memory.relearn, self._on_relearnt)
         self._worker.do(lambda: warm_up(parameters), self._on_warm)
         self._session.begin(time.monotonic())
         self._listener.start()
@@ -120,10 +120,10 @@ class LearnerNode(Node):
         self._requests = Requests(self, self._settings.controller)
         self._performer = Performer(self, self._recorder, self._publications, self._requests)
         self._hearing = Hearing(
-            self._session, self._library.grid, self.carry_out,
-            OdometryCheck(self._library.grid), Complaints(self))
+            self._session, self._task_memory.grid, self.carry_out,
+            OdometryCheck(self._task_memory.grid), Complaints(self))
         topics = recorded_topics(self._settings)
-        self._library.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
+        self._task_memory.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
         self.create_subscription(
             Empty, 'teleop_heartbeat', lambda _: self._session.heard_teacher(time.monotonic()),
             qos.SENSOR)
@@ -131,11 +131,11 @@ class LearnerNode(Node):
         self._newest = 0  #: stamp of the newest odometry that the listener has heard, [ns]
         self._listener = Listener(self, self._recorder.lost, self._recorder.catch_up)
         for topic in topics:
-            self._listener.hear(topic.kind, self._library.topics[topic.name],
+            self._listener.hear(topic.kind, self._task_memory.topics[topic.name],
                                 self._reader(topic), topic.profiles, topic.spare, topic.kept)
 
     def _make_services(self) -> None:
-        self._desk = Desk(self, self._session, lambda: Future(executor=self.executor),
+        self._services = LearnerServices(self, self._session, lambda: Future(executor=self.executor),
                           MutuallyExclusiveCallbackGroup())
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
@@ -212,8 +212,8 @@ class LearnerNode(Node):
         """Publish how the learner stands."""
         self._name_trial()
         status = diagnostic_from_session(
-            self.get_fully_qualified_name(), self._session, self._lesson, self._library.refresh,
-            self._hearing.heard, {**self._library.places, **self._named,
+            self.get_fully_qualified_name(), self._session, self._learnt_bag, self._task_memory.refresh,
+            self._hearing.heard, {**self._task_memory.places, **self._named,
                                   'refused': str(self._hearing.n_refused)})
         self._company.add_to(status)
         self._publications.tell(status, self.get_clock().now().to_msg())
@@ -243,7 +243,7 @@ class LearnerNode(Node):
         """Tell people, and whoever waits, that nothing can be recorded any more."""
         self.get_logger().error(text)
         self.said = why
-        self._desk.answer(False, why)
+        self._services.answer(False, why)
         self.carry_out(self._session.failed(why, time.monotonic()))
 
     def on_answer(self, accepted: bool, message: str) -> None:
@@ -253,7 +253,7 @@ class LearnerNode(Node):
     def learn(self, episode: EpisodeFolder) -> None:
         """Learn from a bag that was recorded."""
         self._name_trial()
-        self._worker.do(lambda: self._library.learn(episode), self._on_lesson)
+        self._worker.do(lambda: self._task_memory.learn(episode), self._on_learnt_bag)
 
     def note_gaps(self, episode: EpisodeFolder) -> None:
         """Note what is missing in a bag that is not learnt from."""
@@ -270,46 +270,46 @@ class LearnerNode(Node):
 
     def relearn_after(self, change: str, *arguments: Any) -> None:
         """Let the library change a bag, and learn from all of them anew."""
-        self._worker.do(partial(getattr(self._library, change), *arguments), self._on_changed)
+        self._worker.do(partial(getattr(self._task_memory, change), *arguments), self._on_changed)
 
     def _on_changed(self, future: 'JobFuture[str]') -> None:
         try:
             text = self._result(future)
         except BagError as error:
             self._go_on()
-            self._desk.answer(False, str(error))
+            self._services.answer(False, str(error))
             return
         self._learnt()
         self.say(text)
-        self._desk.answer(True, text)
+        self._services.answer(True, text)
 
     def _on_relearnt(self, future: 'JobFuture[list[str]]') -> None:
         try:
             for line in self._result(future):
                 self.say(line)
-            for line in self._library.doubts:
+            for line in self._task_memory.doubts:
                 self.say(line, warns=True)
         except BagError as error:
             self.fatal = str(error)
             return
-        self.say(sentence_at_start(self._settings, self._library.task, self._library.refresh))
+        self.say(sentence_at_start(self._settings, self._task_memory.task, self._task_memory.refresh))
         self._learnt()
 
-    def _on_lesson(self, future: 'JobFuture[Lesson]') -> None:
+    def _on_learnt_bag(self, future: 'JobFuture[Lesson]') -> None:
         try:
-            self._lesson = self._result(future)
+            self._learnt_bag = self._result(future)
         except BagError as error:
             self._performer.lose(error)
             return
         self._learnt()
-        sentence = sentence_from_lesson(self._lesson)
-        is_refused = self._lesson.episode.kind is EpisodeKind.DEMO and self._lesson.refresh is None
-        if self._lesson.refresh is not None and self._lesson.episode.kind is EpisodeKind.DEMO:
+        sentence = sentence_from_learnt_bag(self._learnt_bag)
+        is_refused = self._learnt_bag.episode.kind is EpisodeKind.DEMO and self._learnt_bag.refresh is None
+        if self._learnt_bag.refresh is not None and self._learnt_bag.episode.kind is EpisodeKind.DEMO:
             sentence += f' {NEXT}'
         self.say(sentence, is_refused)
-        if numbers := numbers_from_lesson(self._lesson):
+        if numbers := numbers_from_learnt_bag(self._learnt_bag):
             self.get_logger().info(f'in numbers: {numbers}')
-        self._desk.answer(self._lesson.refresh is not None, sentence)
+        self._services.answer(self._learnt_bag.refresh is not None, sentence)
 
     def _on_noted(self, future: 'JobFuture[BagGaps]') -> None:
         try:
@@ -334,28 +334,28 @@ class LearnerNode(Node):
         self._publish_field(self._session.n_left > 1)
         self._go_on()
         # Aside, after what somebody waits for.
-        self._worker.do(self._library.find_places, self._on_warm)
+        self._worker.do(self._task_memory.find_places, self._on_warm)
 
     def _go_on(self) -> None:
-        refresh = self._library.refresh
+        refresh = self._task_memory.refresh
         self.carry_out(self._session.learnt(
             -1 if refresh is None else refresh.field.revision, time.monotonic(),
-            self._library.memory))
-        missing = self._settings.auto_trials - self._library.n_trials
+            self._task_memory.memory))
+        missing = self._settings.auto_trials - self._task_memory.n_trials
         if (self._settings.auto_start and missing > 0 and refresh is not None
                 and self._session.phase is Phase.IDLE and not self._session.is_stopped):
             self.carry_out(self.change_trials(
                 partial(self._session.begin_trials, missing), time.monotonic()))
 
     def _publish_field(self, more_trials: bool = False) -> None:
-        refresh = self._library.refresh
+        refresh = self._task_memory.refresh
         if refresh is None:
             # A controller may still hold the field of bags that are gone, or of another task.
-            self._publications.publish_nothing(self._library.grid)
+            self._publications.publish_nothing(self._task_memory.grid)
             self._recorder.in_force = []
             return
-        field = self._library.field(more_trials and self._settings.starts == 'spread')
-        messages = self._publications.publish_field(field, refresh, self._library.memory)
+        field = self._task_memory.field(more_trials and self._settings.starts == 'spread')
+        messages = self._publications.publish_field(field, refresh, self._task_memory.memory)
         self._recorder.in_force = [self._performer.raw(*message) for message in messages.items()]
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ from control_field.parameters import Parameters
 from control_field.records import Trial
 from control_field.words import counted, how_it_ended, sentences
 from episode_store.episode import Episode
-from episode_store.relearn import Lesson, NOTHING
+from episode_store.relearn import LearntBag, NOTHING
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from learner_node.phases import Phase
 from learner_node.session import Session
@@ -37,7 +37,7 @@ def sentence_at_start(settings: Settings, task: TaskFolder, refresh: Refresh | N
 
 
 def diagnostic_from_session(
-    name: str, session: Session, lesson: Lesson | None, refresh: Refresh | None,
+    name: str, session: Session, learnt_bag: LearntBag | None, refresh: Refresh | None,
     heard: Iterable[str], places: Mapping[str, str],
 ) -> DiagnosticStatus:
     """
@@ -60,7 +60,7 @@ def diagnostic_from_session(
     """
     values: dict[str, Any] = {
         'task': session.settings.task, 'phase': session.phase, 'trials_left': session.n_left,
-        'revision': session.revision, 'episode': lesson.episode.number if lesson else 0,
+        'revision': session.revision, 'episode': learnt_bag.episode.number if learnt_bag else 0,
         'doing': session.describe(), 'heard': ' '.join(sorted(heard)), **places,
         **(certificate_values(refresh) if refresh else {})}
     return DiagnosticStatus(
@@ -84,9 +84,9 @@ def certificate_values(refresh: Refresh) -> dict[str, str]:
         'pushed': str(refresh.pushed).lower(), 'not_pushed_because': refresh.reason}
 
 
-def sentence_from_lesson(lesson: Lesson, name: str = '') -> str:
+def sentence_from_learnt_bag(learnt_bag: LearntBag, name: str = '') -> str:
     """
-    Say what an episode taught, in plain sentences; `numbers_from_lesson` has the rest.
+    Say what an episode taught, in plain sentences; `numbers_from_learnt_bag` has the rest.
 
     Parameters
     ----------
@@ -95,33 +95,33 @@ def sentence_from_lesson(lesson: Lesson, name: str = '') -> str:
         What the episode is called; empty: as in ``Drive 0001``.
 
     """
-    name = name or name_from_lesson(lesson)
-    refresh, read = lesson.refresh, lesson.read
+    name = name or name_from_learnt_bag(learnt_bag)
+    refresh, read = learnt_bag.refresh, learnt_bag.read
     if refresh is None or read is None:
-        why = lesson.note
-        if lesson.episode.kind is EpisodeKind.DEMO:
+        why = learnt_bag.note
+        if learnt_bag.episode.kind is EpisodeKind.DEMO:
             return f'{name} is not learnt: {why.removeprefix(NOTHING)}'
         return f'{name}: {why}'
-    said = [lesson.moved,
+    said = [learnt_bag.moved,
             *(read.report.sentences() if read.report is not None else ()), *read.notes,
-            lesson.missing, refresh.certificate.sentence()]
+            learnt_bag.missing, refresh.certificate.sentence()]
     if not refresh.pushed:
         said.append(f'The robot keeps its old courses: {refresh.reason}')
     return sentences([f'{name} {_what_was_done(read)}',
                       *(part[:1].upper() + part[1:] for part in said)])
 
 
-def name_from_lesson(lesson: Lesson) -> str:
+def name_from_learnt_bag(learnt_bag: LearntBag) -> str:
     """Name an episode: a drive, or a trial by the controller's number and by its bag's."""
-    if lesson.episode.kind is EpisodeKind.DEMO:
-        return f'Drive {lesson.episode.number:04d}'
-    trial = trial_number(lesson)
-    return f'Trial {trial} ({lesson.episode.name})' if trial else f'Trial {lesson.episode.name}'
+    if learnt_bag.episode.kind is EpisodeKind.DEMO:
+        return f'Drive {learnt_bag.episode.number:04d}'
+    trial = trial_number(learnt_bag)
+    return f'Trial {trial} ({learnt_bag.episode.name})' if trial else f'Trial {learnt_bag.episode.name}'
 
 
-def trial_number(lesson: Lesson) -> int:
+def trial_number(learnt_bag: LearntBag) -> int:
     """Return the number by which the controller counts a trial; 0 where that is not known."""
-    status = lesson.read.status if lesson.read is not None else None
+    status = learnt_bag.read.status if learnt_bag.read is not None else None
     return status.trial if status is not None else 0
 
 
@@ -132,11 +132,11 @@ def _what_was_done(read: Episode) -> str:
     return f'kept: {counted(steps, "step")}'
 
 
-def numbers_from_lesson(lesson: Lesson) -> str:
+def numbers_from_learnt_bag(learnt_bag: LearntBag) -> str:
     """Return what an episode taught in numbers, for who wants to know more."""
-    if lesson.refresh is None or lesson.read is None:
+    if learnt_bag.refresh is None or learnt_bag.read is None:
         return ''
-    report = lesson.read.report
+    report = learnt_bag.read.report
     return '; '.join([*([report.numbers()] if report is not None else []),
-                      f'{counted(lesson.refresh.reinforcements, "reinforcement")} learnt',
-                      lesson.refresh.certificate.numbers()])
+                      f'{counted(learnt_bag.refresh.reinforcements, "reinforcement")} learnt',
+                      learnt_bag.refresh.certificate.numbers()])

@@ -17,7 +17,7 @@ from msgs_bridge.messages.trial_status import Label
 Request = Callable[[float], Effects]
 
 
-class Desk:
+class LearnerServices:
     """
     Takes what is asked for to the session, and answers.
 

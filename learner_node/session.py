@@ -93,7 +93,7 @@ class Session(Teaching):
         self._peers = peers
         if not peers.controller:
             self._status = None
-            self._tally.clear()
+            self._decision_counter.clear()
         if lost and self.phase in (*IN_TRIAL, Phase.PLACING):
             return self._break_off(f'{lost} went away', now)
         return self._proceed(now)
@@ -126,14 +126,14 @@ class Session(Teaching):
     def _start_placed(self, now: float) -> Effects:
         if self.phase is not Phase.PLACING or not self._arrival.is_seen(now):
             return []
-        self._tally.clear()
+        self._decision_counter.clear()
         self._n_asked, self.trial, self._refusal = 0, 0, ''
         self._go(Phase.STARTING, now)
         return [Record(EpisodeKind.TRIAL), *self._ask(StartTrial(), now)]
 
     def saw_decisions(self, trial: int, n_rows: int, now: float) -> Effects:
         """Take in that decisions of a trial have arrived."""
-        self._tally.add(trial, n_rows)
+        self._decision_counter.add(trial, n_rows)
         return self._finish(now) or self._take_up(now)
 
     def saw_status(self, status: TrialStatus, now: float) -> Effects:
@@ -150,7 +150,7 @@ class Session(Teaching):
             return self._saw_ended(status, before, now)
         if self.phase is Phase.TRIAL:
             return self._break_off('the controller started anew', now)
-        self._tally.pass_over(0)
+        self._decision_counter.pass_over(0)
         # A controller that begins has not got what the one before it was asked.
         if self.phase is Phase.STARTING:
             self._n_silent, self._asked = LOST, now
@@ -172,7 +172,7 @@ class Session(Teaching):
             f'the controller is at trial {status.trial} by now, and its end was not heard; trial '
             f'{status.trial} is not recorded either', now)
         self._status = status
-        self._tally.pass_over(status.trial)
+        self._decision_counter.pass_over(status.trial)
         return effects
 
     def _saw_running(
@@ -191,7 +191,7 @@ class Session(Teaching):
 
     def _take_up(self, now: float) -> Effects:
         """Record the trial that somebody else has started, as long as nothing of it is lost."""
-        if self.phase is not Phase.IDLE or not self._tally.is_whole(self._status):
+        if self.phase is not Phase.IDLE or not self._decision_counter.is_whole(self._status):
             return []
         assert self._status is not None
         if difference(self._status.memory, self.memory):
@@ -203,10 +203,10 @@ class Session(Teaching):
     def _saw_ended(
         self, status: TrialStatus, before: TrialStatus | None, now: float,
     ) -> Effects:
-        if self.phase is Phase.STARTING and self._tally[status.trial] > 0:
+        if self.phase is Phase.STARTING and self._decision_counter[status.trial] > 0:
             self.trial = status.trial  # it ended before it was seen to run
         if self.phase not in IN_TRIAL or status.trial != self.trial:
-            missed = self._tally.missed(status, before, self.phase, self.memory)
+            missed = self._decision_counter.missed(status, before, self.phase, self.memory)
             return [*([Say(missed, warns=True)] if missed else []), *self._proceed(now)]
         self._go(Phase.FINISHING, now)
         return self._finish(now)
@@ -216,7 +216,7 @@ class Session(Teaching):
         status = self._status
         if self.phase is not Phase.FINISHING or status is None or status.outcome is None:
             return []
-        if self._tally[self.trial] < status.decisions or (
+        if self._decision_counter[self.trial] < status.decisions or (
                 (self._stamp < status.stamp or self._arrival.is_behind(status.stamp))
                 and now - self._began < patience(self.settings.lockstep)):
             return []
@@ -227,7 +227,7 @@ class Session(Teaching):
             return self._break_off(status.reason or 'the controller aborted it', now, told=True)
         if status.reason.startswith(_ENDS_SERIES):
             self._end_series()
-        self._tally.forget(self.trial)
+        self._decision_counter.forget(self.trial)
         return self._learn(now)
 
     def start_answered(self, accepted: bool, message: str, now: float) -> Effects:
@@ -255,7 +255,7 @@ class Session(Teaching):
         self._lost = why
         stops = self.phase in RECORDING
         self.n_left = 0
-        self._tally.pass_over(self.trial)
+        self._decision_counter.pass_over(self.trial)
         self._go(Phase.IDLE, now)
         return [Abandon(''), *([StopTrial()] if stops else [])]
 
@@ -265,7 +265,7 @@ class Session(Teaching):
         """Look whether something has not come for too long; call it about every 50 ms."""
         self._look_at_clock(now)
         if self.phase is Phase.IDLE:
-            lost = self._tally.loss(self._status, self.memory)
+            lost = self._decision_counter.loss(self._status, self.memory)
             return [Say(lost, warns=True)] if lost else []
         if self.phase is Phase.SETTLING:
             return self._settle(now)
@@ -287,7 +287,7 @@ class Session(Teaching):
     def _why_short(self, now: float) -> str:
         """Say that a trial has ended of which something is missing."""
         n_decided = self._status.decisions if self._status else 0
-        said = f'{self._tally[self.trial]} of {n_decided} decisions arrived'
+        said = f'{self._decision_counter[self.trial]} of {n_decided} decisions arrived'
         if not self._has_just_woken(now):
             return said
         return f'{said}; the learner itself had stood still for {self._slept:.1f} s'

@@ -15,7 +15,7 @@ from episode_store.episode import read_header
 from episode_store.gaps import note_gaps
 from episode_store.header import EpisodeHeader
 from episode_store.judgement import judge_bag
-from episode_store.relearn import goal_moved, Lesson, Lessons
+from episode_store.relearn import goal_moved, LearntBag, Relearner
 from episode_store.repair import repair_task
 from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
@@ -28,7 +28,7 @@ from msgs_bridge.untrusted.files import draft_beside
 _N_PLACES: Final = 5
 
 
-class Library:
+class TaskMemory:
     """
     The bags of a task and what they have taught so far.
 
@@ -62,7 +62,7 @@ class Library:
         #: Where trials start, ``x y yaw``, and where to teach next, ``x y; x y``, [m, rad].
         self.places: Mapping[str, str] = {}
         self._has_compared = False
-        self.lessons = Lessons(grid, parameters)
+        self.relearner = Relearner(grid, parameters)
         #: Whose field is in force, see `memory_identity`.
         self.memory = NOTHING
         self._starts = starts
@@ -73,25 +73,25 @@ class Library:
     @property
     def grid(self) -> Grid:
         """Return the workspace."""
-        return self.lessons.grid
+        return self.relearner.grid
 
     @property
     def refresh(self) -> Refresh | None:
         """Return what is in force; None before the first demonstration."""
-        return self.lessons.refresh
+        return self.relearner.refresh
 
     @property
     def n_trials(self) -> int:
         """Return how many trials there are that were not aborted."""
-        return self.lessons.n_trials
+        return self.relearner.n_trials
 
     def field(self, curious: bool = False) -> ControlField:
         """Return the field for the next trial, see `Learner.trial_field`."""
-        return self.lessons.field(curious)
+        return self.relearner.field(curious)
 
     def header(self, kind: EpisodeKind) -> Mapping[str, str]:
         """Return the header of a bag that is recorded now."""
-        return EpisodeHeader(kind, self.task.task, self.grid, self.lessons.parameters,
+        return EpisodeHeader(kind, self.task.task, self.grid, self.relearner.parameters,
                              self.topics, self.speed_max,
                              self.memory if kind is EpisodeKind.TRIAL else '').to_mapping()
 
@@ -114,15 +114,15 @@ class Library:
         lines, self.aside = [self.aside] if self.aside else [], ''
         lines += self._mend()
         self._compare()
-        fold = Lessons(self.grid, self.lessons.parameters)
-        lessons = [fold.learn(episode) for episode in self.task.episodes()]
+        fold = Relearner(self.grid, self.relearner.parameters)
+        relearner = [fold.learn(episode) for episode in self.task.episodes()]
         # Only now: until all of them are learnt from, and if that fails, the field stays.
-        self.lessons, self._n_asked = fold, 0
+        self.relearner, self._n_asked = fold, 0
         self._name_memory()
-        lines += [f'{lesson.episode.name}: {lesson.note}'
-                  for lesson in lessons if lesson.refresh is None]
-        if lessons:
-            learnt = [lesson.episode.kind for lesson in lessons if lesson.refresh is not None]
+        lines += [f'{learnt_bag.episode.name}: {learnt_bag.note}'
+                  for learnt_bag in relearner if learnt_bag.refresh is None]
+        if relearner:
+            learnt = [learnt_bag.episode.kind for learnt_bag in relearner if learnt_bag.refresh is not None]
             n_demos = learnt.count(EpisodeKind.DEMO)
             lines.append(f'{self.task.path}: relearnt from {counted(n_demos, "demonstration")} '
                          f'and {counted(len(learnt) - n_demos, "trial")}')
@@ -149,7 +149,7 @@ class Library:
                 theirs = asdict(read_header(episode.path).parameters)
             except BagError:  # said where it is learnt from
                 continue
-            ours = asdict(self.lessons.parameters)
+            ours = asdict(self.relearner.parameters)
             changes = [f'{name}: {theirs[name]} -> {value}' for name, value in ours.items()
                        if theirs[name] != value]
             if changes:
@@ -157,13 +157,13 @@ class Library:
                                    f'are learnt anew with those set now: {", ".join(changes)}')
             return
 
-    def learn(self, episode: EpisodeFolder) -> Lesson:
-        """Learn from one bag that was just recorded, see `Lessons.learn`; note what is missing."""
+    def learn(self, episode: EpisodeFolder) -> LearntBag:
+        """Learn from one bag that was just recorded, see `Relearner.learn`; note what is missing."""
         self._n_asked = 0
         gaps = note_gaps(episode.path)
-        lesson = self.lessons.learn(episode)
+        learnt_bag = self.relearner.learn(episode)
         self._name_memory()
-        return replace(lesson, note='; '.join(filter(None, [lesson.note, str(gaps)])),
+        return replace(learnt_bag, note='; '.join(filter(None, [learnt_bag.note, str(gaps)])),
                        missing=str(gaps))
 
     def _name_memory(self) -> None:
@@ -187,8 +187,8 @@ class Library:
 
     def find_places(self) -> None:
         """Note where trials start and where one more demonstration would help most."""
-        starts = [*self._starts, *self.lessons.shown_starts][:1]
-        spots = self.lessons.teach_here(_N_PLACES) if self.refresh is not None else []
+        starts = [*self._starts, *self.relearner.shown_starts][:1]
+        spots = self.relearner.teach_here(_N_PLACES) if self.refresh is not None else []
         self.places = {
             'start': ' '.join(f'{value:.3f}' for pose in starts
                               for value in (pose.x, pose.y, pose.yaw)),
@@ -258,10 +258,10 @@ class Library:
 
         """
         asked, self._n_asked = self._n_asked, self._n_asked + 1
-        promising = self.lessons.promising_start(asked) if spread else None
+        promising = self.relearner.promising_start(asked) if spread else None
         if promising is not None:
             return promising
-        poses = self._starts or tuple(self.lessons.shown_starts)
+        poses = self._starts or tuple(self.relearner.shown_starts)
         if not poses:
             raise ValueError('nothing was demonstrated yet')
         return poses[(self.n_trials + asked) % len(poses)]

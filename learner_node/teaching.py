@@ -72,7 +72,7 @@ class Teaching(Transitions):
         """Break the demonstration off: what a trial drives is not what a person shows."""
         assert self._status is not None
         self._lost = INTRUDED.format(self._status.trial)
-        self._tally.pass_over(self._status.trial)
+        self._decision_counter.pass_over(self._status.trial)
         self._go(Phase.IDLE, now)
         return [*([StopTrial()] if is_running(self._status) else []), Abandon(self._lost),
                 Say(f'the demonstration is broken off and not kept: {self._lost}', warns=True)]

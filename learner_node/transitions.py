@@ -5,7 +5,7 @@ import math
 
 from control_field.poses import StartPose
 from learner_node.absence import Absence
-from learner_node.arrived_decisions import Intruder, is_running, Tally
+from learner_node.arrived_decisions import DecisionCounter, Intruder, is_running
 from learner_node.attendance import Attendance
 from learner_node.effects import Abandon, Close, Discard, Effect, Effects, Place, Say, StopTrial
 from learner_node.phases import (
@@ -45,7 +45,7 @@ class Transitions:
         self._start = StartPose(0.0, 0.0)
         self._peers = Peers()
         self._status: TrialStatus | None = None
-        self._tally, self._intruder, self._arrival = Tally(), Intruder(), Arrival()
+        self._decision_counter, self._intruder, self._arrival = DecisionCounter(), Intruder(), Arrival()
         self._began = self._heard = self._moved = self._asked = -math.inf
         self._absence, self._attendance = Absence(), Attendance()
         self._n_asked = self._n_silent = 0
@@ -140,8 +140,8 @@ class Transitions:
         if self.phase in IN_TRIAL and self._peers.controller and is_running(self._status):
             effects.append(StopTrial())
         # A controller that is gone may use the number again.
-        self._tally.clear()
-        self._tally.pass_over(self.trial if is_running(self._status) else 0)
+        self._decision_counter.clear()
+        self._decision_counter.pass_over(self.trial if is_running(self._status) else 0)
         self.trial = 0
         self._asked = now
         self._go(Phase.WAITING if self.n_left else Phase.IDLE, now)

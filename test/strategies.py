@@ -51,7 +51,7 @@ def drives(draw, occupancy, moves=8, corner_cutting=False, longest=20):
 
 
 @st.composite
-def lessons(draw, low=3, high=8, blind=False):
+def relearner(draw, low=3, high=8, blind=False):
     """Return a true map and a drive in it that does not end where it began."""
     occupancy = draw(occupancies(low=low, high=high))
     occupancy[0, :2] = 0

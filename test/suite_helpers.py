@@ -8,7 +8,7 @@ from sensor_msgs.msg import PointCloud2
 
 from control_field.grid import Grid
 from episode_store.episode import read_header
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.task_folder import TaskFolder
 from experience_cli.demo.client_node import DemoNode
 from experience_cli.demo.path_follower import Driver, points_from_cells
@@ -119,7 +119,7 @@ def running_suite(folder: Path, domain: int, **learner) -> Iterator[Suite]:
 def relearnt(task):
     """Return what the bags of a task teach when they are read anew, in order."""
     header = read_header(task.episodes()[0].path)
-    lessons = Lessons(header.grid, header.parameters)
+    relearner = Relearner(header.grid, header.parameters)
     for episode in task.episodes():
-        lessons.learn(episode)
-    return lessons
+        relearner.learn(episode)
+    return relearner

@@ -49,25 +49,25 @@ def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
     from experience_cli.output import write_output
 
     episodes = episodes_up_to(last)
-    lessons, each = fold(episodes)
+    relearner, each = fold(episodes)
     say_cuts('inspect', episodes)
     for episode in episodes:
         say_gaps('inspect', episode)
-    if lessons is None or lessons.refresh is None:
+    if relearner is None or relearner.refresh is None:
         raise UserError(f'{arguments.bag}: nothing was learnt up to there')
-    lesson = [lesson for lesson in each if lesson.read is not None][-1]
+    learnt_bag = [learnt_bag for learnt_bag in each if learnt_bag.read is not None][-1]
     out = arguments.out or beside
-    write_output(out, partial(inspection_figure(lesson, lessons).savefig, format='png'))
-    certificate = lessons.refresh.certificate
+    write_output(out, partial(inspection_figure(learnt_bag, relearner).savefig, format='png'))
+    certificate = relearner.refresh.certificate
     print(f'{last.name}: {certificate.sentence()}')
-    places = ', '.join(map(place_text, lessons.teach_here(3)))
+    places = ', '.join(map(place_text, relearner.teach_here(3)))
     if places:
         print(f'One more drive to the goal would help most from (x, y) = {places} m.')
     print(f'in numbers: {certificate.numbers()}')
     print(out)
 
 
-def inspection_figure(lesson: Any, lessons: Any) -> Any:
+def inspection_figure(learnt_bag: Any, relearner: Any) -> Any:
     """
     Draw the field with basin, sinks and prototypes, the remembered map, and the way driven.
 
@@ -81,20 +81,20 @@ def inspection_figure(lesson: Any, lessons: Any) -> Any:
     """
     from experience_cli.figures import drawing
 
-    refresh, grid = lessons.refresh, lessons.grid
+    refresh, grid = relearner.refresh, relearner.grid
     figure = drawing.new_figure(13.0, 8.0)
     left, right = figure.subplots(1, 2)
-    for axes, title in ((left, f'Field after {lesson.episode.name} ({lesson.episode.kind})'),
+    for axes, title in ((left, f'Field after {learnt_bag.episode.name} ({learnt_bag.episode.kind})'),
                         (right, 'Remembered map and prototypes')):
         drawing.draw_frame(axes, grid, title)
-    drawing.draw_basin(left, refresh.field, lessons.parameters)
+    drawing.draw_basin(left, refresh.field, relearner.parameters)
     drawing.draw_cells(left, grid, refresh.field.known == 100, drawing.WALL, 'known to be blocked')
     drawing.draw_field(left, refresh.field)
     drawing.draw_sinks(left, grid, refresh.certificate.sinks)
     drawing.draw_known(right, refresh.field)
     drawing.draw_prototypes(right, grid, refresh)
     for axes in (left, right):
-        _draw_drive(axes, lesson)
+        _draw_drive(axes, learnt_bag)
         drawing.draw_goal(axes, refresh.field)
     drawing.draw_legend(figure)
     certificate = refresh.certificate
@@ -102,7 +102,7 @@ def inspection_figure(lesson: Any, lessons: Any) -> Any:
     return figure
 
 
-def _draw_drive(axes: Any, lesson: Any) -> None:
+def _draw_drive(axes: Any, learnt_bag: Any) -> None:
     """Draw where the robot drove, and in a style of its own what of that is not learnt."""
     import numpy as np
 
@@ -110,13 +110,13 @@ def _draw_drive(axes: Any, lesson: Any) -> None:
     from experience_cli.demo.report import driven_poses
     from experience_cli.figures import drawing
 
-    poses = driven_poses(lesson.episode)
+    poses = driven_poses(learnt_bag.episode)
     stamps, path = poses.stamps, poses.xy
-    label, report = f'driven in {lesson.episode.name}', lesson.read.report
+    label, report = f'driven in {learnt_bag.episode.name}', learnt_bag.read.report
     if report is None:
         drawing.draw_path(axes, path, label)
         return
-    header = lesson.read.header
+    header = learnt_bag.read.header
     limits = DriveLimits(header.grid.resolution, header.speed_max)
     kept = whole_drive(stamps, path, limits, poses.motion).kept
     left_out = np.delete(path, kept, axis=0)

@@ -69,7 +69,7 @@ def _are_foreign(paths: list[Path]) -> bool:
 
 def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     """Learn from bags of ours."""
-    from episode_store.relearn import Lessons
+    from episode_store.relearn import Relearner
     from episode_store.relearning import last_header
     from episode_store.workspace import odd_one_named
     from experience_cli.bag_selection import episodes_from_paths
@@ -82,23 +82,23 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     header = last_header(episodes)
     if header is None:
         raise UserError(f'nothing was learnt: {episodes[-1].path} holds nothing to learn from')
-    lessons = Lessons(header.grid, header.parameters)
+    relearner = Relearner(header.grid, header.parameters)
     differing, n_compared, n_gaps = [], 0, 0
     with odd_one_named(episodes):
         for episode in _with_progress(episodes):
             if arguments.check and episode.bag.exists():
-                differs = recorded_differs(episode, lessons)
+                differs = recorded_differs(episode, relearner)
                 n_compared += differs is not None
                 if differs:
                     differing.append(episode)
-            lesson = lessons.learn(episode)
+            learnt_bag = relearner.learn(episode)
             say_cuts('learn', [episode])
             n_gaps += say_gaps('learn', episode)
             if not arguments.quiet:
-                _print(text_from_lesson(lesson, arguments.verbose))
-    if lessons.refresh is None:
+                _print(text_from_learnt_bag(learnt_bag, arguments.verbose))
+    if relearner.refresh is None:
         raise UserError('nothing was learnt: there is no demonstration in these bags')
-    _finish(arguments, lessons.refresh, lessons.field())
+    _finish(arguments, relearner.refresh, relearner.field())
     return _checked(arguments, episodes, differing, n_compared, n_gaps) if arguments.check else 0
 
 
@@ -162,14 +162,15 @@ def _print(line: str) -> None:
     tqdm.write(line)
 
 
-def text_from_lesson(lesson: Any, verbose: bool = False) -> str:
+def text_from_learnt_bag(learnt_bag: Any, verbose: bool = False) -> str:
     """Say what a bag taught, in numbers, too, where that is asked for."""
-    from learner_node.reports import numbers_from_lesson, sentence_from_lesson, trial_number
+    from learner_node.reports import (
+        numbers_from_learnt_bag, sentence_from_learnt_bag, trial_number)
 
-    number = trial_number(lesson)
-    name = f'{lesson.episode.name} {lesson.episode.kind}' + (f' {number}' if number else '')
-    said = sentence_from_lesson(lesson, name)
-    numbers = numbers_from_lesson(lesson) if verbose else ''
+    number = trial_number(learnt_bag)
+    name = f'{learnt_bag.episode.name} {learnt_bag.episode.kind}' + (f' {number}' if number else '')
+    said = sentence_from_learnt_bag(learnt_bag, name)
+    numbers = numbers_from_learnt_bag(learnt_bag) if verbose else ''
     return f'{said}\n    in numbers: {numbers}' if numbers else said
 
 
@@ -185,7 +186,7 @@ def digest(field: Any) -> str:
     return hashlib.sha256(field_bytes(field)).hexdigest()
 
 
-def recorded_differs(episode: Any, lessons: Any) -> bool | None:
+def recorded_differs(episode: Any, relearner: Any) -> bool | None:
     """
     Tell whether a bag begins with another field than the one its predecessors have taught.
 
@@ -199,7 +200,7 @@ def recorded_differs(episode: Any, lessons: Any) -> bool | None:
     recorded = bag.messages(find_topic(bag.topics, 'control_field', {}))
     if not len(recorded):
         return None
-    if lessons.refresh is None:
+    if relearner.refresh is None:
         return True
     data = struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes()
-    return data not in (field_bytes(lessons.field()), field_bytes(lessons.field(curious=True)))
+    return data not in (field_bytes(relearner.field()), field_bytes(relearner.field(curious=True)))

@@ -14,7 +14,7 @@ from control_field.learning.learner import Refresh
 from control_field.records import ControlField, Kind, Outcome, Trial
 from control_field.words import counted
 from episode_store.episode import find_topic, read_header
-from episode_store.relearn import Lesson, Lessons
+from episode_store.relearn import LearntBag, Relearner
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.topic_tables import pose_table, PoseTable
@@ -157,20 +157,20 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
     if not episodes:
         raise BagError(f'{task.path} holds no bags')
     header = read_header(episodes[0].path)
-    fold = Lessons(header.grid, header.parameters)
-    lessons = [fold.learn(episode) for episode in episodes]
-    demonstrated = next((lesson for lesson in lessons if lesson.refresh is not None), None)
+    fold = Relearner(header.grid, header.parameters)
+    relearner = [fold.learn(episode) for episode in episodes]
+    demonstrated = next((learnt_bag for learnt_bag in relearner if learnt_bag.refresh is not None), None)
     if demonstrated is None:
         raise BagError(f'{task.path} holds no demonstration that was kept')
     truth = GridWorld(world.occupancy, fold.parameters)
     trials: list[TrialReport] = []
-    for lesson in lessons:
-        if lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is not None:
-            trials.append(_trial_report(len(trials) + 1, lesson, truth))
+    for learnt_bag in relearner:
+        if learnt_bag.episode.kind is EpisodeKind.TRIAL and learnt_bag.refresh is not None:
+            trials.append(_trial_report(len(trials) + 1, learnt_bag, truth))
     assert demonstrated.refresh is not None
     assert fold.refresh is not None
-    n_aborted = sum(lesson.episode.kind is EpisodeKind.TRIAL and lesson.refresh is None
-                    for lesson in lessons)
+    n_aborted = sum(learnt_bag.episode.kind is EpisodeKind.TRIAL and learnt_bag.refresh is None
+                    for learnt_bag in relearner)
     start = header.grid.cell_from_world(*trials[0].path[0]) if trials else (0, 0)
     field = fold.refresh.field
     return TaskReport(
@@ -186,12 +186,12 @@ def places_of(truth: GridWorld, field: ControlField) -> npt.NDArray[np.bool_]:
     return reachable
 
 
-def _trial_report(number: int, lesson: Lesson, truth: GridWorld) -> TrialReport:
-    assert lesson.read is not None
-    assert lesson.refresh is not None
-    trial, status = lesson.read.record, lesson.read.status
+def _trial_report(number: int, learnt_bag: LearntBag, truth: GridWorld) -> TrialReport:
+    assert learnt_bag.read is not None
+    assert learnt_bag.refresh is not None
+    trial, status = learnt_bag.read.record, learnt_bag.read.status
     assert isinstance(trial, Trial)
-    stamps, path = driven_path(lesson.episode)
+    stamps, path = driven_path(learnt_bag.episode)
     if status is not None:
         # The robot's last tick may come before or after the word that the trial is over.
         driven = stamps <= status.stamp
@@ -199,10 +199,10 @@ def _trial_report(number: int, lesson: Lesson, truth: GridWorld) -> TrialReport:
     blocked = trial.decisions[trial.decisions['kind'] == Kind.BLOCKED]
     cells = np.stack([blocked['row'], blocked['col']], axis=1)
     return TrialReport(
-        number, trial.n_steps, len(lesson.refresh.prototypes), lesson.refresh.reinforcements,
-        n_contacts(lesson.episode), str(trial.outcome),
+        number, trial.n_steps, len(learnt_bag.refresh.prototypes), learnt_bag.refresh.reinforcements,
+        n_contacts(learnt_bag.episode), str(trial.outcome),
         round(float(stamps[-1] - stamps[0]), 3) if len(stamps) else 0.0, path,
-        lesson.refresh.field.grid.world_from_cells(cells), truth.flow_home(lesson.refresh.field))
+        learnt_bag.refresh.field.grid.world_from_cells(cells), truth.flow_home(learnt_bag.refresh.field))
 
 
 def driven_path(episode: EpisodeFolder) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -226,7 +226,7 @@ def n_contacts(episode: EpisodeFolder) -> int:
 
 
 def other_starts(
-    field: ControlField, fold: Lessons, world: World, taught: tuple[int, int], seed: int,
+    field: ControlField, fold: Relearner, world: World, taught: tuple[int, int], seed: int,
 ) -> dict[str, Any]:
     """Try a field, local grid on, from every free cell with a way to the goal, but for the taught."""
     grid = GridWorld(world.occupancy, fold.parameters)

@@ -134,10 +134,10 @@ def side_from_bags(text: str, episodes: Sequence[EpisodeFolder]) -> Side:
         If one cannot be read.
 
     """
-    lessons, _ = fold(episodes)
-    if lessons is None or lessons.refresh is None:
+    relearner, _ = fold(episodes)
+    if relearner is None or relearner.refresh is None:
         raise UserError(f'{text} holds no demonstration: there is no field to compare')
-    return Side(text, lessons.refresh.field, lessons.refresh.prototypes, lessons.parameters)
+    return Side(text, relearner.refresh.field, relearner.refresh.prototypes, relearner.parameters)
 
 
 def _side_from_file(path: Path) -> Side:

@@ -12,7 +12,7 @@ from control_field.learning.memory import Memory
 from control_field.parameters import Parameters
 from control_field.records import CellFlag
 from control_field.robot.policy import rules_of
-from strategies import few, leg, lessons, practise, steady, taught
+from strategies import few, leg, practise, relearner, steady, taught
 
 #: A wall with a gap, between the way shown and the rest.
 WALLED = np.zeros((9, 9), np.int8)
@@ -24,10 +24,10 @@ def headings_of(field):
     return headings_from_vectors(field.vx, field.vy)
 
 
-@given(lessons(), st.floats(0.5, 6.0), st.floats(1.0, 12.0))
+@given(relearner(), st.floats(0.5, 6.0), st.floats(1.0, 12.0))
 @steady
-def test_the_papers_field_is_equation_7_over_what_was_learnt(lesson, power, window):
-    occupancy, cells = lesson
+def test_the_papers_field_is_equation_7_over_what_was_learnt(learnt_bag, power, window):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, occupancy, profile='paper', power=power,
                      effective_window=window)
     practise(learner, occupancy, [cells[0]] * 2)
@@ -44,10 +44,10 @@ def test_the_papers_field_is_equation_7_over_what_was_learnt(lesson, power, wind
     assert np.array_equal(field.q, learner.memory.q.astype(np.float32))
 
 
-@given(lessons(blind=True), st.sampled_from(['paper', 'full']))
+@given(relearner(blind=True), st.sampled_from(['paper', 'full']))
 @steady
-def test_courses_are_unit_vectors_and_flags_say_what_is_there(lesson, profile):
-    occupancy, cells = lesson
+def test_courses_are_unit_vectors_and_flags_say_what_is_there(learnt_bag, profile):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, profile=profile)
     field, prototypes = learner.refresh.field, learner.refresh.prototypes
     length = np.hypot(field.vx, field.vy)
@@ -64,10 +64,10 @@ def test_courses_are_unit_vectors_and_flags_say_what_is_there(lesson, profile):
                           (near.min(axis=0) <= window).reshape(occupancy.shape))
 
 
-@given(lessons(), st.booleans())
+@given(relearner(), st.booleans())
 @steady
-def test_what_was_shown_is_kept_where_it_is_free(lesson, cutting):
-    occupancy, cells = lesson
+def test_what_was_shown_is_kept_where_it_is_free(learnt_bag, cutting):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, occupancy, corner_cutting=cutting)
     practise(learner, occupancy, [cells[0]])
     assert learner.refresh.certificate.fidelity == 1.0
@@ -76,10 +76,10 @@ def test_what_was_shown_is_kept_where_it_is_free(lesson, cutting):
     assert np.array_equal(headings[shown >= 0], shown[shown >= 0])
 
 
-@given(lessons(low=4, blind=True), st.data())
+@given(relearner(low=4, blind=True), st.data())
 @few
-def test_from_everywhere_on_the_remembered_map_the_flow_comes_home(lesson, data):
-    occupancy, cells = lesson
+def test_from_everywhere_on_the_remembered_map_the_flow_comes_home(learnt_bag, data):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, step_limit=300)
     free = np.argwhere(occupancy == 0).tolist()
     for trial in range(3):
@@ -90,10 +90,10 @@ def test_from_everywhere_on_the_remembered_map_the_flow_comes_home(lesson, data)
     assert learner.refresh.certificate.basin == 1.0
 
 
-@given(lessons(low=4, blind=True))
+@given(relearner(low=4, blind=True))
 @few
-def test_the_robots_headings_are_the_ones_that_were_mended(lesson):
-    occupancy, cells = lesson
+def test_the_robots_headings_are_the_ones_that_were_mended(learnt_bag):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape)
     practise(learner, occupancy, [cells[-1]] if not occupancy[cells[-1]] else [])
     field = learner.refresh.field
@@ -103,10 +103,10 @@ def test_the_robots_headings_are_the_ones_that_were_mended(lesson):
     assert (state[reachable] == 1).all()
 
 
-@given(lessons(low=4), st.data())
+@given(relearner(low=4), st.data())
 @few
-def test_pruning_never_lowers_the_basin_and_never_adds(lesson, data):
-    occupancy, cells = lesson
+def test_pruning_never_lowers_the_basin_and_never_adds(learnt_bag, data):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, occupancy)
     free = np.argwhere(occupancy == 0).tolist()
     practise(learner, occupancy, [data.draw(st.sampled_from(free))])

@@ -9,20 +9,20 @@ from control_field.learning import grid_world as simulation
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from control_field.records import Kind, Outcome
-from strategies import few, leg, lessons, practise, seeds, steady, taught
+from strategies import few, leg, practise, relearner, seeds, steady, taught
 
 
-def world_of(lesson, **values):
-    occupancy, cells = lesson
+def world_of(learnt_bag, **values):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, step_limit=400, **values)
     return learner, GridWorld(occupancy, learner.parameters), cells[-1]
 
 
-@given(lessons(blind=True), seeds)
+@given(relearner(blind=True), seeds)
 @few
-def test_no_trial_ever_collides(lesson, seed):
+def test_no_trial_ever_collides(learnt_bag, seed):
     for profile in ('paper', 'full'):
-        learner, world, _ = world_of(lesson, profile=profile)
+        learner, world, _ = world_of(learnt_bag, profile=profile)
         for _ in range(2):
             starts = np.argwhere(world.truth == 0)
             runs = world.trials(learner.refresh.field, starts, seed % 1000)
@@ -30,10 +30,10 @@ def test_no_trial_ever_collides(lesson, seed):
             practise(learner, world.truth, [starts[seed % len(starts)]])
 
 
-@given(lessons(blind=True), seeds)
+@given(relearner(blind=True), seeds)
 @few
-def test_the_goal_is_reached_from_wherever_there_is_a_way(lesson, seed):
-    learner, world, goal = world_of(lesson)
+def test_the_goal_is_reached_from_wherever_there_is_a_way(learnt_bag, seed):
+    learner, world, goal = world_of(learnt_bag)
     cost = world.cost_to(goal)
     starts = np.argwhere(world.truth == 0)
     for _ in range(2):
@@ -44,10 +44,10 @@ def test_the_goal_is_reached_from_wherever_there_is_a_way(lesson, seed):
         practise(learner, world.truth, [starts[seed % len(starts)]])
 
 
-@given(lessons(blind=True), seeds)
+@given(relearner(blind=True), seeds)
 @few
-def test_every_step_of_a_trial_is_one_the_world_allows(lesson, seed):
-    learner, world, goal = world_of(lesson, profile='paper')
+def test_every_step_of_a_trial_is_one_the_world_allows(learnt_bag, seed):
+    learner, world, goal = world_of(learnt_bag, profile='paper')
     start = tuple(np.argwhere(world.truth == 0)[0].tolist())
     trial, length = world.trial(learner.refresh.field, start, seed % 1000, 8)
     rows = trial.decisions
@@ -65,10 +65,10 @@ def test_every_step_of_a_trial_is_one_the_world_allows(lesson, seed):
         assert (moved['next_row'][-1], moved['next_col'][-1]) == goal
 
 
-@given(lessons(blind=True), seeds, st.booleans())
+@given(relearner(blind=True), seeds, st.booleans())
 @few
-def test_many_trials_end_as_each_would_by_itself(lesson, seed, keep_out):
-    learner, world, _ = world_of(lesson, unknown_is_blocked=keep_out)
+def test_many_trials_end_as_each_would_by_itself(learnt_bag, seed, keep_out):
+    learner, world, _ = world_of(learnt_bag, unknown_is_blocked=keep_out)
     starts, seed = np.argwhere(world.truth == 0), seed % 1000
     runs = world.trials(learner.refresh.field, starts, seed)
     for index, start in enumerate(starts.tolist()):
@@ -89,10 +89,10 @@ def test_who_keeps_out_of_the_unknown_still_finds_a_way_over_ground_never_seen()
     assert learner.refresh.certificate.basin == 1.0
 
 
-@given(lessons())
+@given(relearner())
 @steady
-def test_a_trial_changes_nothing_but_its_own(lesson):
-    learner, world, _ = world_of(lesson, profile='paper')
+def test_a_trial_changes_nothing_but_its_own(learnt_bag):
+    learner, world, _ = world_of(learnt_bag, profile='paper')
     field = learner.refresh.field
     before = field.q.tobytes(), field.known.tobytes(), world.truth.tobytes()
     start = tuple(np.argwhere(world.truth == 0)[-1].tolist())

@@ -9,7 +9,7 @@ from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Outcome, Trial
 from control_field.robot.policy import rules_of
-from strategies import demonstration_of, few, leg, lessons, practise, taught
+from strategies import demonstration_of, few, leg, practise, relearner, taught
 
 WALLED = np.zeros((7, 7), np.int8)
 WALLED[3, 1:6] = 100
@@ -25,10 +25,10 @@ def bytes_of(learner):
                      learner.memory.q.tobytes()])
 
 
-@given(lessons(low=4, blind=True), st.sampled_from(['paper', 'full']), st.data())
+@given(relearner(low=4, blind=True), st.sampled_from(['paper', 'full']), st.data())
 @few
-def test_the_same_episodes_give_the_same_bytes(lesson, profile, data):
-    occupancy, cells = lesson
+def test_the_same_episodes_give_the_same_bytes(learnt_bag, profile, data):
+    occupancy, cells = learnt_bag
     free = np.argwhere(occupancy == 0).tolist()
     starts = data.draw(st.lists(st.sampled_from(free), max_size=3))
     learner = taught(cells, occupancy.shape, profile=profile, step_limit=200)
@@ -55,10 +55,10 @@ def test_another_order_may_give_another_field():
     assert len(fields) == 2
 
 
-@given(lessons(low=4, blind=True), st.data())
+@given(relearner(low=4, blind=True), st.data())
 @few
-def test_a_trial_never_shrinks_the_basin_on_the_known_map(lesson, data):
-    occupancy, cells = lesson
+def test_a_trial_never_shrinks_the_basin_on_the_known_map(learnt_bag, data):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, step_limit=200, repair=data.draw(st.booleans()),
                      rehearsal=data.draw(st.booleans()), pull=data.draw(st.booleans()))
     free = np.argwhere(occupancy == 0).tolist()

@@ -10,7 +10,7 @@ from control_field.learning.grid_world import GridWorld
 from control_field.learning.memory import Memory
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Kind, Outcome, Trial
-from strategies import demonstration_of, drives, leg, lessons, practise, steady, taught
+from strategies import demonstration_of, drives, leg, practise, relearner, steady, taught
 
 OPEN = np.zeros((6, 6), np.int8)
 
@@ -113,10 +113,10 @@ def test_decisions_outside_the_workspace_are_refused_and_change_nothing(name, va
     assert (state(memory), memory.n_episodes) == before
 
 
-@given(lessons())
+@given(relearner())
 @steady
-def test_a_trial_that_the_field_alone_brought_home_changes_nothing(lesson):
-    occupancy, cells = lesson
+def test_a_trial_that_the_field_alone_brought_home_changes_nothing(learnt_bag):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, occupancy, profile='paper')
     before = {name: getattr(learner.memory, name).copy() for name in ('q', 'action', 'shown')}
     field = learner.refresh.field
@@ -191,10 +191,10 @@ def test_a_wall_that_has_gone_is_free_again():
         assert memory.known[2, 3] == expected
 
 
-@given(lessons(blind=True), st.integers(0, 5))
+@given(relearner(blind=True), st.integers(0, 5))
 @steady
-def test_online_rewards_reach_the_memory_as_the_robot_gave_them(lesson, seed):
-    occupancy, cells = lesson
+def test_online_rewards_reach_the_memory_as_the_robot_gave_them(learnt_bag, seed):
+    occupancy, cells = learnt_bag
     if occupancy[cells[0]]:
         return
     parameters = {'profile': 'paper', 'learning_rate': 1.0, 'discount': 0.0}

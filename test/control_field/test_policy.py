@@ -13,7 +13,7 @@ from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
 from control_field.robot.policy import caution_factor, cost_from_q, TrialPolicy
 from oracles import turn_between
-from strategies import few, lessons, seeds, steady, taught
+from strategies import few, relearner, seeds, steady, taught
 
 EAST, NORTH_EAST, NORTH, WEST, SOUTH = 0, 1, 2, 4, 6
 AROUND = 0xFF
@@ -259,10 +259,10 @@ def test_a_field_without_a_course_is_no_reinforcement():
     assert choice.decisions['reward'].tolist() == [0]
 
 
-@given(lessons(blind=True), seeds)
+@given(relearner(blind=True), seeds)
 @few
-def test_circling_at_a_wall_never_pays(lesson, seed):
-    occupancy, cells = lesson
+def test_circling_at_a_wall_never_pays(learnt_bag, seed):
+    occupancy, cells = learnt_bag
     if occupancy[cells[0]]:
         return
     for profile in ('paper', 'full'):
@@ -286,10 +286,10 @@ def test_circling_at_a_wall_on_purpose_never_pays():
     assert (q[1:4, 2, EAST] < 0.0).all()
 
 
-@given(lessons(blind=True), seeds, st.booleans())
+@given(relearner(blind=True), seeds, st.booleans())
 @few
-def test_the_robot_decides_what_the_simulation_decides(lesson, seed, full):
-    occupancy, cells = lesson
+def test_the_robot_decides_what_the_simulation_decides(learnt_bag, seed, full):
+    occupancy, cells = learnt_bag
     if occupancy[cells[0]]:
         return
     learner = taught(cells, occupancy.shape, profile='full' if full else 'paper', step_limit=200)
@@ -320,10 +320,10 @@ def test_the_cost_is_read_back_from_Q(discount, seed):
     assert np.isinf(cost_from_q(np.full((1, 1, 8), -1.0), discount)).all()
 
 
-@given(lessons(blind=True), seeds)
+@given(relearner(blind=True), seeds)
 @few
-def test_the_learner_arrives_at_the_Q_matrix_the_robot_had(lesson, seed):
-    occupancy, cells = lesson
+def test_the_learner_arrives_at_the_Q_matrix_the_robot_had(learnt_bag, seed):
+    occupancy, cells = learnt_bag
     if occupancy[cells[0]]:
         return
     learner = taught(cells, occupancy.shape, profile='paper', discount=0.0, step_limit=100)

@@ -9,7 +9,7 @@ import pytest
 
 from control_field.headings import UNIT
 from control_field.learning.provenance import TOLERANCE, vector_at, voices_at
-from strategies import few, leg, lessons, practise, seeds, taught
+from strategies import few, leg, practise, relearner, seeds, taught
 
 
 def check_everywhere(refresh, parameters, known=None):
@@ -30,9 +30,9 @@ def check_everywhere(refresh, parameters, known=None):
 
 
 @few
-@given(lessons(), st.sampled_from(['paper', 'full']), seeds)
-def test_the_shares_make_up_the_vector_everywhere(lesson, profile, seed):
-    occupancy, cells = lesson
+@given(relearner(), st.sampled_from(['paper', 'full']), seeds)
+def test_the_shares_make_up_the_vector_everywhere(learnt_bag, profile, seed):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, occupancy, profile=profile)
     check_everywhere(learner.refresh, learner.parameters)
     free = np.argwhere(occupancy == 0)

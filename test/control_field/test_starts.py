@@ -6,7 +6,7 @@ from control_field.learning.starts import best_cells, n_unseen_around, promise
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.policy import rules_of
-from strategies import few, knowns, leg, lessons, practise, steady, taught
+from strategies import few, knowns, leg, practise, relearner, steady, taught
 
 WALLED = np.zeros((9, 9), np.int8)
 WALLED[4, 1:8] = 100
@@ -32,10 +32,10 @@ def test_the_best_cells_come_first_and_worthless_ones_never(values, n):
     assert found == sorted(value[value > 0.0].tolist(), reverse=True)[:n]
 
 
-@given(lessons(low=4), st.integers(0, 20), st.sampled_from(['paper', 'full']), st.booleans())
+@given(relearner(low=4), st.integers(0, 20), st.sampled_from(['paper', 'full']), st.booleans())
 @few
-def test_starts_are_cells_of_the_workspace_and_not_known_to_be_walls(lesson, n, profile, curious):
-    occupancy, cells = lesson
+def test_starts_are_cells_of_the_workspace_and_not_known_to_be_walls(learnt_bag, n, profile, curious):
+    occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, occupancy, profile=profile)
     driven = learner.trial_field(curious)
     starts = learner.next_starts(n, np.random.default_rng(0), driven)

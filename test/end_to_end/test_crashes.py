@@ -7,7 +7,7 @@ import pytest
 
 from control_field.records import Outcome
 from episode_store.episode import read_episode, read_header
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
 from suite_helpers import running_suite
@@ -24,10 +24,10 @@ def finish(suite):
     suite.wait_for_revision(3)
     suite.wait(lambda: suite.newest_revision() == 3, 'the last field')
     header = read_header(suite.task.episodes()[0].path)
-    lessons = Lessons(header.grid, header.parameters)
+    relearner = Relearner(header.grid, header.parameters)
     for episode in suite.task.episodes():
-        lessons.learn(episode)
-    assert field_bytes(lessons.field()) == suite.live_bytes()
+        relearner.learn(episode)
+    assert field_bytes(relearner.field()) == suite.live_bytes()
 
 
 def test_a_learner_that_was_suspended_takes_its_own_sleep_for_nobodys_silence(

@@ -11,7 +11,7 @@ from PIL import Image
 import pytest
 
 from episode_store.episode import read_header
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.task_folder import TaskFolder
 from experience_cli.commands.learn import digest
 from ros_helpers import Process, ROOT, wait_until
@@ -74,9 +74,9 @@ def test_both_tasks_start_from_the_same_demonstrated_field(shown):
     for name in ('task1', 'task2'):
         task = TaskFolder(shown[0] / 'bags', name)
         header = read_header(task.find(1).path)
-        lessons = Lessons(header.grid, header.parameters)
-        lessons.learn(task.find(1))
-        digests.append(digest(lessons.field()))
+        relearner = Relearner(header.grid, header.parameters)
+        relearner.learn(task.find(1))
+        digests.append(digest(relearner.field()))
     assert digests[0] == digests[1]
 
 

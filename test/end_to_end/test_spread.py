@@ -5,7 +5,7 @@ import pytest
 
 from control_field.records import Outcome
 from episode_store.episode import find_topic, read_header
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
@@ -32,34 +32,34 @@ def spread(ros_domain, tmp_path_factory):
 def fold(task):
     """Learn the bags anew; yield each bag with the fold before it, and the lesson of it."""
     header = read_header(task.episodes()[0].path)
-    lessons = Lessons(header.grid, header.parameters)
+    relearner = Relearner(header.grid, header.parameters)
     for episode in task.episodes():
-        curious = field_bytes(lessons.field(curious=True)) if lessons.refresh else b''
-        plain = field_bytes(lessons.field()) if lessons.refresh else b''
-        asked = [lessons.promising_start(rank) for rank in range(400)] if lessons.refresh else []
-        yield episode, (curious, plain, asked), lessons.learn(episode), lessons
+        curious = field_bytes(relearner.field(curious=True)) if relearner.refresh else b''
+        plain = field_bytes(relearner.field()) if relearner.refresh else b''
+        asked = [relearner.promising_start(rank) for rank in range(400)] if relearner.refresh else []
+        yield episode, (curious, plain, asked), relearner.learn(episode), relearner
 
 
 def test_live_and_relearnt_field_are_the_same_bytes(spread):
     task, live = spread
-    *_, (_, _, _, lessons) = fold(task)
-    assert field_bytes(lessons.field()) == live
+    *_, (_, _, _, relearner) = fold(task)
+    assert field_bytes(relearner.field()) == live
 
 
 def test_the_known_share_of_the_workspace_grows(spread):
-    known = [float((lesson.refresh.field.known != -1).mean())
-             for _, _, lesson, _ in fold(spread[0])]
+    known = [float((learnt_bag.refresh.field.known != -1).mean())
+             for _, _, learnt_bag, _ in fold(spread[0])]
     assert known == sorted(known)
     assert known[-1] > known[0] + 0.1
 
 
 def test_every_start_is_the_best_one_that_is_free(spread):
     occupancy = load_world(find_world('task1')).occupancy
-    for episode, (_, _, asked), lesson, lessons in fold(spread[0]):
+    for episode, (_, _, asked), learnt_bag, relearner in fold(spread[0]):
         if episode.kind is EpisodeKind.DEMO:
             continue
-        first = lesson.read.record.decisions[0]
-        cells = [lessons.grid.cell_from_world(start.x, start.y) for start in asked]
+        first = learnt_bag.read.record.decisions[0]
+        cells = [relearner.grid.cell_from_world(start.x, start.y) for start in asked]
         start = int(first['row']), int(first['col'])
         rank = cells.index(start)
         # Whatever was proposed before it lies in what the learner did not know of.
@@ -79,7 +79,7 @@ def test_every_trial_drives_on_the_curious_field(spread):
 
 
 def test_no_trial_collides(spread):
-    outcomes = [lesson.read.status.outcome for episode, _, lesson, _ in fold(spread[0])
+    outcomes = [learnt_bag.read.status.outcome for episode, _, learnt_bag, _ in fold(spread[0])
                 if episode.kind is EpisodeKind.TRIAL]
     assert len(outcomes) == N_TRIALS
     assert Outcome.COLLISION not in outcomes
@@ -96,6 +96,6 @@ def test_a_start_in_an_obstacle_gives_way_to_the_next(ros_domain, tmp_path):
         suite.demonstrate()
         suite.node.ask('learner_node/run_trials')
         suite.wait_for_revision(2)
-    *_, (_, _, lesson, _) = fold(suite.task)
-    first = lesson.read.record.decisions[0]
+    *_, (_, _, learnt_bag, _) = fold(suite.task)
+    first = learnt_bag.read.record.decisions[0]
     assert (first['row'], first['col']) == (3, 3)

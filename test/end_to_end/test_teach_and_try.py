@@ -7,7 +7,7 @@ import pytest
 
 from control_field.records import Outcome
 from episode_store.episode import read_header
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
 from experience_cli.errors import UserError
@@ -20,8 +20,8 @@ pytestmark = pytest.mark.slow
 
 def relearnt(task):
     header = read_header(task.episodes()[0].path)
-    lessons = Lessons(header.grid, header.parameters)
-    return lessons, [lessons.learn(episode) for episode in task.episodes()]
+    relearner = Relearner(header.grid, header.parameters)
+    return relearner, [relearner.learn(episode) for episode in task.episodes()]
 
 
 @pytest.fixture(scope='module')
@@ -40,8 +40,8 @@ def taught(ros_domain, tmp_path_factory):
 
 def test_what_the_learner_published_is_what_the_bags_teach(taught):
     for task, live, _, _ in taught:
-        lessons, _ = relearnt(task)
-        assert field_bytes(lessons.field()) == live
+        relearner, _ = relearnt(task)
+        assert field_bytes(relearner.field()) == live
 
 
 def test_the_same_run_twice_gives_the_same_bytes(taught):
@@ -52,14 +52,14 @@ def test_the_same_run_twice_gives_the_same_bytes(taught):
 
 def test_it_learns_the_task(taught):
     for task, _, said, _ in taught:
-        _, lessons = relearnt(task)
-        kinds = [lesson.episode.kind for lesson in lessons]
+        _, relearner = relearnt(task)
+        kinds = [learnt_bag.episode.kind for learnt_bag in relearner]
         assert kinds == [EpisodeKind.DEMO, EpisodeKind.TRIAL, EpisodeKind.TRIAL]
         assert '0001' in said
-        assert lessons[0].read.record.cells[-1].tolist() == [16, 15]
-        assert [lesson.read.record.outcome for lesson in lessons[1:]] == [Outcome.GOAL] * 2
-        assert lessons[1].refresh.reinforcements > 0
-        assert lessons[2].refresh.reinforcements == 0
+        assert relearner[0].read.record.cells[-1].tolist() == [16, 15]
+        assert [learnt_bag.read.record.outcome for learnt_bag in relearner[1:]] == [Outcome.GOAL] * 2
+        assert relearner[1].refresh.reinforcements > 0
+        assert relearner[2].refresh.reinforcements == 0
 
 
 def test_experience_learn_agrees_with_every_recorded_field(taught, tmp_path):

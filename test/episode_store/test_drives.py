@@ -17,7 +17,7 @@ from episode_store.episode import OutsideDriveError, read_episode, read_foreign_
 from episode_store.external.take_over import check_drive
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.rosbag2.errors import BagError, NothingToLearnError
 from episode_store.task_folder import episode_from_path, TaskFolder
 from experience_cli.bag_summary import summary_of
@@ -93,14 +93,14 @@ def test_a_broken_drive_is_refused_whoever_recorded_it(tmp_path, change):
 
 @pytest.mark.parametrize('change', BROKEN, ids=lambda change: change.__name__)
 def test_the_learner_says_it_and_its_field_stays(tmp_path, change):
-    lessons = Lessons(GRID, Parameters())
-    lessons.learn(episode_from_path(own_bag(tmp_path, whole)))
-    before = lessons.field()
-    lesson = lessons.learn(episode_from_path(own_bag(tmp_path, change)))
-    assert lesson.refresh is None
-    assert lesson.note.startswith('nothing was learnt: ')
-    assert BROKEN[change] in lesson.note
-    assert lessons.field() is before
+    relearner = Relearner(GRID, Parameters())
+    relearner.learn(episode_from_path(own_bag(tmp_path, whole)))
+    before = relearner.field()
+    learnt_bag = relearner.learn(episode_from_path(own_bag(tmp_path, change)))
+    assert learnt_bag.refresh is None
+    assert learnt_bag.note.startswith('nothing was learnt: ')
+    assert BROKEN[change] in learnt_bag.note
+    assert relearner.field() is before
 
 
 def test_what_lies_on_one_side_of_a_break_can_be_kept_by_a_person(tmp_path):
@@ -110,14 +110,14 @@ def test_what_lies_on_one_side_of_a_break_can_be_kept_by_a_person(tmp_path):
 
 
 def test_a_spike_is_left_out_and_nothing_is_remembered_of_it(tmp_path):
-    lessons = Lessons(GRID, Parameters())
-    lesson = lessons.learn(episode_from_path(own_bag(tmp_path, spike)))
+    relearner = Relearner(GRID, Parameters())
+    learnt_bag = relearner.learn(episode_from_path(own_bag(tmp_path, spike)))
     assert ('1 pose is far off the others at 6.00 s, at (4.40, 0.30), and is left out'
-            in lesson.note)
-    cells = {tuple(cell) for cell in lesson.read.record.cells.tolist()}
+            in learnt_bag.note)
+    cells = {tuple(cell) for cell in learnt_bag.read.record.cells.tolist()}
     assert cells <= {tuple(cell) for cell in GRID.cells_from_world(WAY).tolist()}
-    assert lesson.read.report.n_filled == 0
-    assert lessons.field().known[GRID.cell_from_world(4.4, 0.3)] == -1
+    assert learnt_bag.read.report.n_filled == 0
+    assert relearner.field().known[GRID.cell_from_world(4.4, 0.3)] == -1
 
 
 def test_what_was_seen_from_where_the_robot_was_not_is_not_remembered(tmp_path):
@@ -182,18 +182,18 @@ def forged_trials(root, n, topics, decides):
 
 @pytest.mark.parametrize('decides', [2, 9], ids=['from where it is', 'from elsewhere'])
 def test_trials_that_were_made_up_teach_nothing_and_count_for_nothing(tmp_path, decides):
-    lessons = Lessons(GRID, Parameters())
-    lessons.learn(episode_from_path(own_bag(tmp_path, whole)))
-    before = lessons.field()
+    relearner = Relearner(GRID, Parameters())
+    relearner.learn(episode_from_path(own_bag(tmp_path, whole)))
+    before = relearner.field()
     for folder in forged_trials(tmp_path, 5, {'odom': '/odom'}, decides):
-        lesson = lessons.learn(episode_from_path(folder))
-        assert lesson.refresh is None
-        assert 'nothing was learnt: its decisions do not fit where the robot was' in lesson.note
+        learnt_bag = relearner.learn(episode_from_path(folder))
+        assert learnt_bag.refresh is None
+        assert 'nothing was learnt: its decisions do not fit where the robot was' in learnt_bag.note
         summary = summary_of(episode_from_path(folder))
         assert summary.state == 'not kept'
         assert 'do not fit where the robot was' in summary.note
-    assert lessons.field() is before
-    assert lessons.n_trials == 0
+    assert relearner.field() is before
+    assert relearner.n_trials == 0
 
 
 @pytest.mark.parametrize(('stamp', 'ends', 'is_doubted'), [

@@ -24,7 +24,7 @@ from episode_store.rosbag2.writer import BagWriter, HEADER_NAME
 from episode_store.task_folder import episode_from_path, EpisodeKind, TaskFolder
 from episode_store.trim import drop_messages
 from experience_cli.main import main
-from learner_node.task_memory import Library
+from learner_node.task_memory import TaskMemory
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.trial_status import State
 from msgs_bridge.messages.velocities import twist_from_velocity
@@ -127,9 +127,9 @@ def test_the_learner_says_what_is_missing_of_what_it_has_recorded(task):
     episode = task.find(2)
     lose(episode.path, '/odom', 5.0, 8.0)
     header = read_header(episode.path)
-    library = Library(task, header.grid, header.parameters)
-    library.learn(task.find(1))
-    assert 'the recording is incomplete: nothing on odom' in library.learn(episode).note
+    task_memory = TaskMemory(task, header.grid, header.parameters)
+    task_memory.learn(task.find(1))
+    assert 'the recording is incomplete: nothing on odom' in task_memory.learn(episode).note
     assert KEY in custom_data((episode.path / 'metadata.yaml').read_text())
 
 

@@ -10,7 +10,7 @@ from control_field.parameters import Parameters
 from episode_store.episode import read_episode
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.task_folder import episode_from_path, TaskFolder
 from experience_cli.commands.inspect_field import inspection_figure
 from experience_cli.main import main
@@ -35,13 +35,13 @@ def record(root, corners, spike=False):
 @pytest.mark.parametrize(('corners', 'spike', 'drawn'), [
     (CORNERS[:3], False, set()), (CORNERS, False, {LOOP}), (CORNERS, True, {LOOP, SPIKE})])
 def test_it_is_drawn_in_a_style_of_its_own(tmp_path, corners, spike, drawn):
-    lessons = Lessons(GRID, Parameters())
-    lesson = lessons.learn(record(tmp_path, corners, spike))
-    figure = inspection_figure(lesson, lessons)
+    relearner = Relearner(GRID, Parameters())
+    learnt_bag = relearner.learn(record(tmp_path, corners, spike))
+    figure = inspection_figure(learnt_bag, relearner)
     for axes in figure.axes:
         lines = {line.get_label(): line for line in axes.lines}
         assert lines.keys() & {LOOP, SPIKE} == drawn
-        path = lines[f'driven in {lesson.episode.name}'].get_xydata()
+        path = lines[f'driven in {learnt_bag.episode.name}'].get_xydata()
         assert not (np.abs(path - 4.0) < 1e-6).all(axis=1).any()
         if LOOP in drawn:
             in_loop = np.isfinite(lines[LOOP].get_xydata()).all(axis=1)

@@ -14,7 +14,7 @@ from control_field.records import Outcome
 from episode_store.episode import read_header
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_cli.commands.learn import digest, field_bytes
 from experience_cli.main import COMMANDS, main
@@ -31,12 +31,12 @@ def task(tmp_path):
     return TaskFolder(folder.parent.parent, folder.parent.name)
 
 
-def lessons_of(task):
+def relearner_of(task):
     header = read_header(task.episodes()[0].path)
-    lessons = Lessons(header.grid, header.parameters)
+    relearner = Relearner(header.grid, header.parameters)
     for episode in task.episodes():
-        lessons.learn(episode)
-    return lessons
+        relearner.learn(episode)
+    return relearner
 
 
 def add_trial(task, field=None, header=None):
@@ -71,13 +71,13 @@ class TestLearn:
         assert main(['learn', str(task.path)]) == 0
         *lines, last = capsys.readouterr().out.splitlines()
         assert [line.split()[1] for line in lines] == ['demo', 'trial']
-        assert last == f'control_field revision 2 sha256 {digest(lessons_of(task).field())}'
+        assert last == f'control_field revision 2 sha256 {digest(relearner_of(task).field())}'
 
     def test_gives_the_same_bytes_in_another_process(self, task, tmp_path):
         command = [sys.executable, '-m', 'experience_cli.main', 'learn', '--quiet',
                    str(task.path)]
         process = run(command, tmp_path)
-        assert digest(lessons_of(task).field()) in process.stdout, process.report()
+        assert digest(relearner_of(task).field()) in process.stdout, process.report()
 
     def test_takes_bags_in_the_order_of_their_numbers(self, task, capsys):
         add_trial(task)
@@ -90,17 +90,17 @@ class TestLearn:
     def test_saves_a_field_that_others_can_follow(self, task, tmp_path):
         path = tmp_path / 'new' / 'field.npz'
         assert main(['learn', str(task.path), '--save', str(path)]) == 0
-        lessons = lessons_of(task)
+        relearner = relearner_of(task)
         with np.load(path) as saved:
-            np.testing.assert_array_equal(saved['vx'], lessons.field().vx)
-            cells = lessons.refresh.prototypes.cells
+            np.testing.assert_array_equal(saved['vx'], relearner.field().vx)
+            cells = relearner.refresh.prototypes.cells
             np.testing.assert_allclose(saved['centres'], GRID.world_from_cells(cells))
             assert saved['actions'].shape == (len(cells), 2)
             assert saved['q'].shape == (len(cells),)
             assert float(saved['resolution']) == GRID.resolution
 
     def test_check_accepts_the_field_that_was_in_force(self, task, capsys):
-        add_trial(task, lessons_of(task).field())
+        add_trial(task, relearner_of(task).field())
         assert main(['learn', '--check', str(task.path)]) == 0
         assert capsys.readouterr().err == (
             'experience learn: --check: 1 bag with a recorded field, each is the relearnt one '
@@ -112,8 +112,8 @@ class TestLearn:
         assert 'none of these bags holds a field' in capsys.readouterr().err
 
     def test_check_finds_a_field_that_was_not(self, task, capsys):
-        lessons = lessons_of(task)
-        field = lessons.field()
+        relearner = relearner_of(task)
+        field = relearner.field()
         from dataclasses import replace
         add_trial(task, replace(field, revision=7))
         assert main(['learn', '--check', str(task.path)]) == 1

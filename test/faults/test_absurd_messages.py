@@ -15,7 +15,7 @@ from bridge_helpers import random_decisions, random_field, spoil
 from control_field.grid import Grid
 from control_field.records import Outcome
 from episode_store.episode import read_episode, read_header
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
 from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
@@ -170,7 +170,7 @@ def test_nodes_that_stand_still_lose_no_trial(suite, seconds):
     assert trials.count(Outcome.GOAL) == before + 1, suite.report()
     assert set(trials) <= {Outcome.GOAL, Outcome.ABORTED}
     header = read_header(suite.task.episodes()[0].path)
-    lessons = Lessons(header.grid, header.parameters)
+    relearner = Relearner(header.grid, header.parameters)
     for episode in suite.task.episodes():
-        lessons.learn(episode)
-    assert field_bytes(lessons.field()) == suite.live_bytes()
+        relearner.learn(episode)
+    assert field_bytes(relearner.field()) == suite.live_bytes()

@@ -7,7 +7,7 @@ from rosbags.highlevel import AnyReader
 
 from control_field.records import Outcome
 from episode_store.episode import read_episode
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.repair import repair_task
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
@@ -94,10 +94,10 @@ def test_no_bag_is_lost_and_all_are_readable_by_others(killed):
 
 def test_the_field_is_as_if_the_broken_trials_had_been_marked_aborted(killed):
     task, live, _ = killed
-    lessons = relearnt(task)
-    assert field_bytes(lessons.field()) == live
-    assert lessons.n_trials == N_TRIALS
-    unbroken = Lessons(lessons.grid, lessons.parameters)
+    relearner = relearnt(task)
+    assert field_bytes(relearner.field()) == live
+    assert relearner.n_trials == N_TRIALS
+    unbroken = Relearner(relearner.grid, relearner.parameters)
     for episode in task.episodes():
         read = read_episode(episode.path)
         if getattr(read.record, 'outcome', None) is not Outcome.ABORTED:

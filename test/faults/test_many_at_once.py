@@ -11,7 +11,7 @@ import pytest
 
 from bridge_helpers import demonstration_bag, GRID
 from control_field.parameters import Parameters
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.repair import needs_repair, repair_task
 from episode_store.rosbag2.errors import mcap_path
 from episode_store.task_folder import EpisodeKind, TaskFolder
@@ -58,10 +58,10 @@ def test_hundreds_of_bags_are_listed(tmp_path, few_files, capsys):
 
 
 def test_a_hundred_demonstrations_are_learnt(tmp_path):
-    lessons = Lessons(GRID, Parameters())
+    relearner = Relearner(GRID, Parameters())
     for episode in copies(tmp_path, 100).episodes():
-        assert lessons.learn(episode).refresh is not None
-    assert lessons.refresh.field.revision == 100
+        assert relearner.learn(episode).refresh is not None
+    assert relearner.refresh.field.revision == 100
 
 
 def test_five_commands_at_once_leave_every_bag_whole(tmp_path):

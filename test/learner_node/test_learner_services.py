@@ -8,7 +8,7 @@ from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from control_field.poses import StartPose
-from learner_node.services import Desk
+from learner_node.services import LearnerServices
 from learner_node.session import Session
 from learner_node.settings import Settings
 
@@ -20,7 +20,7 @@ class Services:
         self.callbacks, self.changes, self.said = {}, [], ''
         self.session = Session(Settings(), lambda: StartPose(0.0, 0.0))
         self.session.heard_odometry(0.0, time.monotonic())
-        self.desk = Desk(self, self.session, Future, None)
+        self.services = LearnerServices(self, self.session, Future, None)
 
     def create_service(self, kind, name, callback, callback_group=None):
         self.callbacks[name] = callback
@@ -58,7 +58,7 @@ def test_a_refused_change_leaves_the_demonstration_its_answer(name):
     assert not goes_on(change)
     assert not change.response.success
     assert 'being kept' in change.response.message
-    services.desk.answer(True, 'learnt')
+    services.services.answer(True, 'learnt')
     assert not goes_on(keep)
     assert (keep.response.success, keep.response.message) == (True, 'learnt')
     assert services.changes == []
@@ -69,12 +69,12 @@ def test_a_change_is_answered_when_it_is_learnt():
     change = services.ask('drop_last')
     assert goes_on(change)
     assert services.changes == [('drop_last',)]
-    services.desk.answer(True, 'dropped')
+    services.services.answer(True, 'dropped')
     assert not goes_on(change)
     assert change.response.message == 'dropped'
 
 
 def test_an_answer_that_nobody_waits_for_is_no_error():
     services = Services()
-    services.desk.answer(True, 'nobody asked')
+    services.services.answer(True, 'nobody asked')
     assert goes_on(services.ask('drop_last'))

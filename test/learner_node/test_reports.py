@@ -6,10 +6,10 @@ from bridge_helpers import demonstration_bag, GRID
 from control_field.parameters import Parameters
 from control_field.records import Outcome
 from control_field.words import how_it_ended
-from episode_store.relearn import Lessons
+from episode_store.relearn import Relearner
 from episode_store.task_folder import TaskFolder
-from learner_node.reports import numbers_from_lesson, sentence_from_lesson
-from learner_node.task_memory import Library
+from learner_node.reports import numbers_from_learnt_bag, sentence_from_learnt_bag
+from learner_node.task_memory import TaskMemory
 from msgs_bridge.messages.trial_status import State, TrialStatus
 
 
@@ -20,8 +20,8 @@ def task(tmp_path):
 
 
 def test_a_demonstration_is_said_plainly_before_its_numbers(task):
-    lesson = Lessons(GRID, Parameters()).learn(task.episodes()[0])
-    plain, numbers = sentence_from_lesson(lesson), numbers_from_lesson(lesson)
+    learnt_bag = Relearner(GRID, Parameters()).learn(task.episodes()[0])
+    plain, numbers = sentence_from_learnt_bag(learnt_bag), numbers_from_learnt_bag(learnt_bag)
     assert plain.startswith('Drive 0001 kept: ')
     assert plain.endswith(' seen so far the robot gets to the goal.')
     assert 'cells from 200 poses' in numbers
@@ -42,14 +42,14 @@ def test_every_end_of_a_trial_is_told_in_words(outcome, said):
 
 
 def test_places_are_told_of_in_metres(task):
-    library = Library(task, GRID, Parameters())
-    library.find_places()
-    assert library.places == {'start': '', 'teach_here': ''}
-    library.relearn()
-    library.find_places()
-    x, y, yaw = map(float, library.places['start'].split())
+    task_memory = TaskMemory(task, GRID, Parameters())
+    task_memory.find_places()
+    assert task_memory.places == {'start': '', 'teach_here': ''}
+    task_memory.relearn()
+    task_memory.find_places()
+    x, y, yaw = map(float, task_memory.places['start'].split())
     assert GRID.cell_from_world(x, y) == (2, 2)
     assert -3.2 < yaw < 3.2
-    spots = [tuple(map(float, spot.split())) for spot in library.places['teach_here'].split(';')]
+    spots = [tuple(map(float, spot.split())) for spot in task_memory.places['teach_here'].split(';')]
     assert spots
     assert all(GRID.contains(*GRID.cell_from_world(*spot)) for spot in spots)

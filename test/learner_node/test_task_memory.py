@@ -15,7 +15,7 @@ from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from learner_node.recorder import Recorder, stamp_of
 from learner_node.settings import Settings, start_poses_from_list
-from learner_node.task_memory import Library, set_aside
+from learner_node.task_memory import set_aside, TaskMemory
 from learner_node.waiting import Raw
 from learner_node.worker import result_of, Worker
 from msgs_bridge.messages.trial_status import Label
@@ -29,144 +29,144 @@ def task(tmp_path):
     return TaskFolder(tmp_path, 'task1')
 
 
-def library_of(task, **more):
-    library = Library(task, GRID, Parameters(), **more)
-    library.lines = library.relearn()
-    return library
+def task_memory_of(task, **more):
+    task_memory = TaskMemory(task, GRID, Parameters(), **more)
+    task_memory.lines = task_memory.relearn()
+    return task_memory
 
 
-class TestLibrary:
+class TestTaskMemory:
 
     def test_begins_with_the_bags_that_it_finds(self, task):
-        library = library_of(task)
-        assert library.refresh.field.revision == 1
-        assert '1 demonstration and 0 trials' in library.lines[-1]
+        task_memory = task_memory_of(task)
+        assert task_memory.refresh.field.revision == 1
+        assert '1 demonstration and 0 trials' in task_memory.lines[-1]
 
     def test_counts_what_was_learnt_from(self, task):
         task.new_episode('demo')
-        assert '1 demonstration and 0 trials' in library_of(task).lines[-1]
+        assert '1 demonstration and 0 trials' in task_memory_of(task).lines[-1]
 
     def test_relearning_changes_nothing(self, task):
-        library = library_of(task)
-        before = library.field().q.tobytes()
-        library.relearn()
-        assert library.field().q.tobytes() == before
+        task_memory = task_memory_of(task)
+        before = task_memory.field().q.tobytes()
+        task_memory.relearn()
+        assert task_memory.field().q.tobytes() == before
 
     def test_mends_what_was_cut_and_says_so(self, task):
         bag = task.find(1).bag
         bag.write_bytes(bag.read_bytes()[:-3000])
-        assert 'mended' in library_of(task).lines[0]
+        assert 'mended' in task_memory_of(task).lines[0]
 
     def test_learns_from_what_was_cut_where_it_cannot_be_mended(self, task):
         bag = task.find(1).bag
         bag.write_bytes(bag.read_bytes()[:-3000])
         cut = bag.read_bytes()
-        library = Library(task, GRID, Parameters())
+        task_memory = TaskMemory(task, GRID, Parameters())
         before = resource.getrlimit(resource.RLIMIT_FSIZE)
         # No file of this process may be greater; the error is much the same as of a full disk.
         resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
         try:
-            library.relearn()
+            task_memory.relearn()
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
-        assert library.refresh is not None
+        assert task_memory.refresh is not None
         assert bag.read_bytes() == cut
-        [doubt] = library.doubts
+        [doubt] = task_memory.doubts
         assert 'cannot repair' in doubt
         assert 'learnt from as it is' in doubt
 
     def test_says_once_which_parameters_the_bags_were_not_recorded_with(self, task):
-        assert library_of(task).doubts == []
-        library = Library(task, GRID, Parameters(power=3.0, moves=4))
-        library.relearn()
-        [doubt] = library.doubts
+        assert task_memory_of(task).doubts == []
+        task_memory = TaskMemory(task, GRID, Parameters(power=3.0, moves=4))
+        task_memory.relearn()
+        [doubt] = task_memory.doubts
         assert doubt.startswith('task1/0001 ')
         assert doubt.endswith(': power: 2.0 -> 3.0, moves: 8 -> 4')
-        library.relearn()
-        assert library.doubts == []
+        task_memory.relearn()
+        assert task_memory.doubts == []
 
     def test_starts_where_it_was_shown(self, task):
-        library = library_of(task)
-        start = library.next_start(spread=False)
+        task_memory = task_memory_of(task)
+        start = task_memory.next_start(spread=False)
         assert GRID.cell_from_world(start.x, start.y) == (2, 2)
 
     def test_starts_where_it_is_told_in_turn(self, task):
         poses = (StartPose(1.0, 1.0), StartPose(2.0, 2.0))
-        library = library_of(task, starts=poses)
-        assert [library.next_start(False) for _ in range(3)] == [*poses, poses[0]]
+        task_memory = task_memory_of(task, starts=poses)
+        assert [task_memory.next_start(False) for _ in range(3)] == [*poses, poses[0]]
 
     def test_spread_starts_lie_in_the_workspace(self, task):
-        library = library_of(task)
-        starts = [library.next_start(spread=True) for _ in range(5)]
+        task_memory = task_memory_of(task)
+        starts = [task_memory.next_start(spread=True) for _ in range(5)]
         assert all(GRID.contains(*GRID.cell_from_world(s.x, s.y)) for s in starts)
         assert len({(s.x, s.y) for s in starts}) > 1
 
     def test_has_no_start_before_it_was_shown_anything(self, tmp_path):
         with pytest.raises(ValueError, match='nothing was demonstrated'):
-            library_of(TaskFolder(tmp_path, 'new')).next_start(False)
+            task_memory_of(TaskFolder(tmp_path, 'new')).next_start(False)
 
     def test_fresh_sets_the_old_bags_aside_and_undo_brings_them_back(self, task):
-        field = library_of(task).field().q.tobytes()
+        field = task_memory_of(task).field().q.tobytes()
         demonstration_bag(task.root)
-        library = library_of(task, fresh=True)
-        assert library.refresh is None
+        task_memory = task_memory_of(task, fresh=True)
+        assert task_memory.refresh is None
         assert not task.episodes()
-        assert 'task1/0001 and task1/0002 are set aside' in library.lines[0]
-        assert 'press b in teleop_node' in library.lines[0]
+        assert 'task1/0001 and task1/0002 are set aside' in task_memory.lines[0]
+        assert 'press b in teleop_node' in task_memory.lines[0]
         assert set_aside(task) == ''
-        assert library.undo().startswith('task1/0001 and task1/0002 are back. ')
-        library.drop_last()
-        assert library.field().q.tobytes() == field
+        assert task_memory.undo().startswith('task1/0001 and task1/0002 are back. ')
+        task_memory.drop_last()
+        assert task_memory.field().q.tobytes() == field
 
     def test_drops_the_newest_bag(self, task):
-        field = library_of(task).field().q.tobytes()
+        field = task_memory_of(task).field().q.tobytes()
         demonstration_bag(task.root, n=300)
-        library = library_of(task)
-        assert library.field().q.tobytes() != field
-        more = library.field().q.tobytes()
-        assert 'task1/0002 is dropped (press b in teleop_node' in library.drop_last()
-        assert library.field().q.tobytes() == field
-        assert 'task1/0002 is back' in library.undo()
-        assert library.field().q.tobytes() == more
+        task_memory = task_memory_of(task)
+        assert task_memory.field().q.tobytes() != field
+        more = task_memory.field().q.tobytes()
+        assert 'task1/0002 is dropped (press b in teleop_node' in task_memory.drop_last()
+        assert task_memory.field().q.tobytes() == field
+        assert 'task1/0002 is back' in task_memory.undo()
+        assert task_memory.field().q.tobytes() == more
         with pytest.raises(BagError, match='nothing was taken away'):
-            library.undo()
+            task_memory.undo()
 
     def test_heeds_labels(self, task):
-        library = library_of(task)
-        assert 'Nothing is left' in library.label_last(Label.FAILURE)
-        assert library.refresh is None
-        library.label_last(Label.SUCCESS)
-        assert library.refresh is not None
+        task_memory = task_memory_of(task)
+        assert 'Nothing is left' in task_memory.label_last(Label.FAILURE)
+        assert task_memory.refresh is None
+        task_memory.label_last(Label.SUCCESS)
+        assert task_memory.refresh is not None
 
     def test_a_drive_that_teaches_nothing_leaves_the_task_usable(self, task):
-        field = library_of(task).field().q.tobytes()
+        field = task_memory_of(task).field().q.tobytes()
         loop_bag(task.root)
-        library = library_of(task)
-        assert library.field().q.tobytes() == field
-        assert 'task1/0002: nothing was learnt: nothing to learn from this' in library.lines[0]
+        task_memory = task_memory_of(task)
+        assert task_memory.field().q.tobytes() == field
+        assert 'task1/0002: nothing was learnt: nothing to learn from this' in task_memory.lines[0]
 
     @pytest.mark.parametrize('change', ['drop', 'label'])
     def test_a_change_that_cannot_be_relearnt_leaves_the_field_in_force(self, task, change):
         for n in (300, 250):
             demonstration_bag(task.root, n)
-        library = library_of(task)
-        before = library.field().q.tobytes()
+        task_memory = task_memory_of(task)
+        before = task_memory.field().q.tobytes()
         task.find(1).bag.write_bytes(b'no bag at all')
         with pytest.raises(BagError, match='but the control field stays as it was'):
-            library.drop_last() if change == 'drop' else library.label_last(Label.FAILURE)
-        assert library.field().q.tobytes() == before
+            task_memory.drop_last() if change == 'drop' else task_memory.label_last(Label.FAILURE)
+        assert task_memory.field().q.tobytes() == before
 
     def test_the_field_in_force_stays_until_all_bags_are_relearnt(self, task):
-        library = library_of(task)
+        task_memory = task_memory_of(task)
         held = []
 
         class Slow(TaskFolder):
             def episodes(self):
-                held.append(library.refresh)
+                held.append(task_memory.refresh)
                 return super().episodes()
 
-        library.task = Slow(task.root, task.task)
-        library.relearn()
+        task_memory.task = Slow(task.root, task.task)
+        task_memory.relearn()
         assert len(held) > 1
         assert None not in held
 
@@ -180,8 +180,8 @@ def saw(recorder, name, message):
 class TestRecorder:
 
     def test_begins_with_what_is_in_force_and_was_seen_last(self, tmp_path):
-        library = library_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(library.task, library.header)
+        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(task_memory.task, task_memory.header)
         recorder.in_force = [Raw('/contact', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 1)]
         for stamp in (1, 2):
             saw(recorder, 'neighbourhood',
@@ -196,8 +196,8 @@ class TestRecorder:
             ('/contact', 5, 1), ('/map', 5, 2), ('/odom', 6, 6)]
 
     def test_writes_what_waits_for_long_and_takes_back_what_came_after_the_end(self, tmp_path):
-        library = library_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(library.task, library.header)
+        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(task_memory.task, task_memory.header)
         first = recorder.start(EpisodeKind.DEMO, 0)
         for stamp in range(6):
             recorder.arrived('odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
@@ -222,8 +222,8 @@ class TestRecorder:
         assert not needs_repair(first.path)
 
     def test_keeps_the_decisions_of_a_trial_that_starts_during_a_demonstration(self, tmp_path):
-        library = library_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(library.task, library.header)
+        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(task_memory.task, task_memory.header)
         recorder.start(EpisodeKind.DEMO, 0)
         for stamp in range(200):
             saw(recorder, 'experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', stamp))
@@ -234,8 +234,8 @@ class TestRecorder:
         assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(200), 301]
 
     def test_keeps_no_more_than_a_few_megabytes_for_a_trial_to_come(self, tmp_path):
-        library = library_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(library.task, library.header)
+        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(task_memory.task, task_memory.header)
         size = 500_000
         tracemalloc.start()
         try:
@@ -252,13 +252,13 @@ class TestRecorder:
         assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(92, 100)]
 
     def test_leaves_nothing_of_what_is_discarded(self, tmp_path):
-        library = library_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(library.task, library.header)
+        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
+        recorder = Recorder(task_memory.task, task_memory.header)
         recorder.start(EpisodeKind.DEMO, 0)
         recorder.discard()
         assert recorder.close() is None
         assert recorder.kind is None
-        assert not library.task.episodes()
+        assert not task_memory.task.episodes()
 
 
 @pytest.mark.parametrize(('cdr', 'stamp'), [
