@@ -243,7 +243,7 @@ class ControlFieldNode(Node):
         if self.supervisor.run is not None and self._has_rival():
             self._publish(self.supervisor.saw_rival('another controller'))
         elif not self._why_old(msg, 'cmd_vel'):  # the base drops it, too: nobody drives by it
-            self._publish(self.supervisor.saw_foreign(velocity, time.monotonic()))
+            self._publish(self.supervisor.saw_external(velocity, time.monotonic()))
 
     def _why_old(self, msg: Any, topic: str) -> str:
         """Say why a command was sent too long ago to be obeyed."""

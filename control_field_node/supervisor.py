@@ -223,10 +223,10 @@ class Supervisor:
         self.intake.refuse(what, is_said=answer is not NOTHING)
         return answer
 
-    def saw_foreign(self, velocity: Velocity, now: float) -> Answer:
+    def saw_external(self, velocity: Velocity, now: float) -> Answer:
         """Take in a command on `cmd_vel` that is not an own one: somebody else may drive."""
         topic = 'cmd_vel'
-        if self._takeover.saw_foreign(now, moves(velocity), topic):
+        if self._takeover.saw_external(now, moves(velocity), topic):
             self.wheels.velocity = velocity
             return self._hand_over()
         if self.run is not None and self.intake.is_new(words.idle_sender((), topic)):
@@ -371,7 +371,7 @@ class Supervisor:
         In a trial standstill takes nothing over from the field, unless it follows a drive. Where
         no local grid has ever come only the limits hold; where it is stale, the robot only turns.
         """
-        holds = self._takeover.saw_foreign(now, moves(wanted), 'cmd_vel_teleop')
+        holds = self._takeover.saw_external(now, moves(wanted), 'cmd_vel_teleop')
         if self.run is not None and not holds:
             return NOTHING  # standstill of a program that nobody has driven with
         if moves(wanted):

@@ -140,7 +140,7 @@ def remedy_for_own(error: ValueError, bag: str) -> str:
     return _remedy_by_cutting(error, 0.0, f'`experience trim {bag} --to {{:.2f}}`')
 
 
-def remedy_for_foreign(error: ValueError, begins: float) -> str:
+def remedy_for_external(error: ValueError, begins: float) -> str:
     """
     Say what to do about a drive of another recorder beyond what its refusal says.
 

@@ -11,7 +11,7 @@ from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.words import counted
-from episode_store.drives import Drive, read_drive, remedy_for_foreign, remedy_for_own
+from episode_store.drives import Drive, read_drive, remedy_for_external, remedy_for_own
 from episode_store.header import EpisodeHeader
 from episode_store.label import read_label
 from episode_store.rosbag2.any_reader import InLogOrder, notes_on, open_bag
@@ -158,7 +158,7 @@ def read_task(
             say(str(error))
 
 
-def read_foreign_demonstration(
+def read_external_demonstration(
     path: Path | str, grid: Grid, topics: Mapping[str, str] | None = None, number: int = 0,
     speed_max: float = SPEED_MAX,
 ) -> Drive:
@@ -208,7 +208,7 @@ def demonstration_of_bag(
     said: tuple[str, ...] = (), speed_max: float = SPEED_MAX, begins: float = 0.0,
 ) -> Drive:
     """
-    Learn from an opened bag of another recorder; see `read_foreign_demonstration`.
+    Learn from an opened bag of another recorder; see `read_external_demonstration`.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def demonstration_of_bag(
         raise OutsideDriveError('; '.join([f'{path}: {error}', *said]), error.fitting) from None
     except ValueError as error:
         where = '' if isinstance(error, BagError) else f'{path}: '
-        remedy = remedy_for_foreign(error, begins)
+        remedy = remedy_for_external(error, begins)
         raise BagError('; '.join([f'{where}{error}{remedy}', *said])) from None
 
 

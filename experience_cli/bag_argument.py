@@ -53,7 +53,7 @@ def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
         raise UserError(f'{text} leads out of the bags folder, must be like task1/0003 (--bags '
                         f'names the folder)')
     match = _NUMBER.fullmatch(path.name)
-    if match is None and _is_foreign(Path(text)):
+    if match is None and _is_external(Path(text)):
         raise UserError(f'{text} is a bag of another recorder, which stays as it is: keep it as a '
                         f'demonstration first, `experience learn {shlex.quote(text)} --into '
                         f'{BAGS}/TASK`')
@@ -67,12 +67,12 @@ def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
     return TaskFolder(folder, check_task_name(task)), int(match[1]), match[2] or ''
 
 
-def _is_foreign(path: Path) -> bool:
+def _is_external(path: Path) -> bool:
     from episode_store.rosbag2.errors import BagError
-    from experience_cli.bag_selection import is_foreign
+    from experience_cli.bag_selection import is_external
 
     try:
-        return path.exists() and is_foreign(path)
+        return path.exists() and is_external(path)
     except BagError:
         return False
 

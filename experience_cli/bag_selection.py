@@ -46,7 +46,7 @@ def episodes_of_all(paths: Sequence[Path]) -> list[EpisodeFolder]:
     return list(found.values())
 
 
-def is_foreign(path: Path) -> bool:
+def is_external(path: Path) -> bool:
     """
     Tell whether a path is a bag of another recorder.
 
@@ -101,7 +101,7 @@ def _episodes(path: Path) -> list[EpisodeFolder]:
         return [episode_from_path(path.absolute())]
     episodes = TaskFolder(path.absolute().parent, path.absolute().name).episodes()
     if not episodes:
-        theirs = sorted(child for child in path.iterdir() if child.is_dir() and is_foreign(child))
+        theirs = sorted(child for child in path.iterdir() if child.is_dir() and is_external(child))
         hint = f'; name those of other recorders one by one, such as {theirs[0]}' if theirs else ''
         raise UserError(f'{path} holds no bags, must be a folder of bags like 0001_demo{hint}')
     return episodes

@@ -10,7 +10,7 @@ import sys
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from experience_cli.commands import learn_import as foreign
+from experience_cli.commands import learn_import as external
 from experience_cli.errors import UserError
 
 
@@ -45,13 +45,13 @@ def is_borrowed(arguments: argparse.Namespace, path: Path) -> bool:
         If options say so of what is no path of a bag.
 
     """
-    from experience_cli.bag_selection import is_foreign
+    from experience_cli.bag_selection import is_external
 
-    option = foreign.wanted_option(arguments)
+    option = external.wanted_option(arguments)
     if option and not path.exists():
         raise UserError(f'{option}: says how a bag of another recorder is to be read, and there '
                         f'is no file or folder {path}')
-    return bool(option) or is_foreign(path)
+    return bool(option) or is_external(path)
 
 
 @contextmanager
@@ -61,7 +61,7 @@ def borrowed(arguments: argparse.Namespace, path: Path, command: str) -> Iterato
     with TemporaryDirectory() as folder:
         values = vars(arguments) | {'bags': [path], 'into': Path(folder) / name, 'quiet': True,
                                     'new_task': True}
-        [(drive, episode)] = foreign.take_over(argparse.Namespace(**values))
+        [(drive, episode)] = external.take_over(argparse.Namespace(**values))
         topics = ', '.join(f'{topic} ({n})' for topic, n in sorted(drive.recorded.items()))
         whose = (f'{path} is a bag of another recorder, read as `experience learn '
                  f'{shlex.quote(str(path))}` does')

@@ -72,13 +72,13 @@ class DecisionCounter:
         if self._n_short < _LATE:
             return ''
         self._passed = status.trial
-        if foreign := difference(status.memory, memory):
-            return self._foreign(status.trial, foreign)
+        if external := difference(status.memory, memory):
+            return self._external(status.trial, external)
         n = self._counts[status.trial]
         return (f'trial {status.trial} is not recorded: {n} of its {status.decisions} decisions '
                 f'arrived here, it began before the learner could hear it')
 
-    def _foreign(self, trial: int, why: str) -> str:
+    def _external(self, trial: int, why: str) -> str:
         """Say, once a kind, that a trial is none of this learner's."""
         told, self._told = self._told, why
         return '' if told == why else f'trial {trial} is not recorded: the controller {why}'
@@ -105,8 +105,8 @@ class DecisionCounter:
                 or status.trial == self._passed):
             return ''
         self._passed = status.trial
-        if foreign := difference(status.memory, memory):
-            return self._foreign(status.trial, foreign)
+        if external := difference(status.memory, memory):
+            return self._external(status.trial, external)
         why = _BUSY.get(phase, 'the learner runs trials itself')
         return f'trial {status.trial} is not recorded: {why}'
 

@@ -185,8 +185,8 @@ class Session(Teaching):
                 return self._break_off(
                     f'it runs on field revision {status.revision}, not {self.revision}', now)
         if self.phase is Phase.TRIAL and status.trial == self.trial and (
-                foreign := difference(status.memory, self.memory)):
-            return self._break_off(f'the controller {foreign}', now)
+                external := difference(status.memory, self.memory)):
+            return self._break_off(f'the controller {external}', now)
         return self._cut_off(now) or self._take_up(now)
 
     def _take_up(self, now: float) -> Effects:
@@ -221,8 +221,8 @@ class Session(Teaching):
                 and now - self._began < patience(self.settings.lockstep)):
             return []
         if status.outcome is not Outcome.ABORTED and (
-                foreign := difference(status.memory, self.memory)):
-            return self._break_off(f'the controller {foreign}', now)
+                external := difference(status.memory, self.memory)):
+            return self._break_off(f'the controller {external}', now)
         if status.outcome is Outcome.ABORTED:
             return self._break_off(status.reason or 'the controller aborted it', now, told=True)
         if status.reason.startswith(_ENDS_SERIES):

@@ -10,7 +10,7 @@ from rosbags.typesys import get_typestore, Stores
 from bridge_helpers import nanoseconds, ODOMETRY, raw_odometry
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
-FOREIGN = {'odom': '/wheel/odometry', 'cmd_vel': '/cmd_vel'}
+EXTERNAL = {'odom': '/wheel/odometry', 'cmd_vel': '/cmd_vel'}
 
 
 @cache
@@ -18,7 +18,7 @@ def _raw(i, frame):
     return raw_odometry(i / 20, 0.5 + 0.01 * i, 0.6, frame)
 
 
-def foreign_bag(path, storage, compression=None, frame='odom'):
+def external_bag(path, storage, compression=None, frame='odom'):
     """Record a drive as `ros2 bag record` does, through rosbags."""
     writer = Writer(path, version=9 if storage is StoragePlugin.MCAP else 8,
                     storage_plugin=storage)

@@ -41,7 +41,7 @@ class TakeoverDetector:
         self.topic = ''
         self._last: dict[str, float] = {}
 
-    def saw_foreign(self, now: float, is_driving: bool = True, topic: str = '') -> bool:
+    def saw_external(self, now: float, is_driving: bool = True, topic: str = '') -> bool:
         """
         Note a command that is not the controller's own; tell whether it holds the robot.
 

@@ -59,7 +59,7 @@ class Reading:
 
 
 @dataclass(frozen=True, eq=False)
-class ForeignDrive:
+class ExternalDrive:
     """
     A drive that another recorder recorded.
 
@@ -124,7 +124,7 @@ class CompletedBag:
         return self._bag.messages(topic) if made is None else made
 
 
-def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> ForeignDrive:
+def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> ExternalDrive:
     """
     Open a bag of others for a workspace.
 
@@ -157,7 +157,7 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
         whole = CompletedBag(bag, made)
         made = cut(map(whole.messages, set(topics.values())), *times)
         roles.notes.append(str(reading.span))
-    return ForeignDrive(Path(path), CompletedBag(bag, made) if made else bag, topics,
+    return ExternalDrive(Path(path), CompletedBag(bag, made) if made else bag, topics,
                         (*roles.notes, *notes_on(bag)), roles.read_from, bag.counts,
                         max(reading.span.first, 0.0))
 

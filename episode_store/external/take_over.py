@@ -10,7 +10,7 @@ from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from episode_store.drives import Drive
 from episode_store.episode import demonstration_of_bag
-from episode_store.external.drive import ForeignDrive, open_drive, Reading
+from episode_store.external.drive import ExternalDrive, open_drive, Reading
 from episode_store.header import EpisodeHeader
 from episode_store.making import NewBags
 from episode_store.rosbag2.reader import Bag
@@ -18,10 +18,10 @@ from episode_store.rosbag2.writer import BagWriter
 
 
 def learnt_from(
-    drive: ForeignDrive, grid: Grid, number: int = 0, speed_max: float = SPEED_MAX,
+    drive: ExternalDrive, grid: Grid, number: int = 0, speed_max: float = SPEED_MAX,
 ) -> Drive:
     """
-    Return what a foreign drive teaches in a workspace, what of it was dropped, and notes.
+    Return what a external drive teaches in a workspace, what of it was dropped, and notes.
 
     Raises
     ------
@@ -36,14 +36,14 @@ def learnt_from(
 
 def check_drive(
     path: Path | str, grid: Grid, reading: Reading, speed_max: float = SPEED_MAX,
-) -> ForeignDrive:
+) -> ExternalDrive:
     """
-    Make sure that a foreign bag teaches something in a workspace.
+    Make sure that a external bag teaches something in a workspace.
 
     Parameters
     ----------
     path : Path
-        The foreign bag, see `any_reader.open_bag`.
+        The external bag, see `any_reader.open_bag`.
     grid : Grid
     reading : Reading
         How it is to be read.
@@ -61,9 +61,9 @@ def check_drive(
     return drive
 
 
-def import_demonstration(drive: ForeignDrive, bags: NewBags, header: EpisodeHeader) -> None:
+def import_demonstration(drive: ExternalDrive, bags: NewBags, header: EpisodeHeader) -> None:
     """
-    Write what matters of a foreign bag into the next bag of a task.
+    Write what matters of a external bag into the next bag of a task.
 
     What was recorded keeps its bytes; what was made of it (poses from `/tf`, local grid from
     scans) is written as it was made, so that the field stays a function of this bag.

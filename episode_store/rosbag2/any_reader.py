@@ -199,6 +199,6 @@ def _open_file(path: Path) -> Bag:
             check_sizes(path)
             if is_cut(path):
                 return CutBag(path)
-    from episode_store.rosbag2.rosbags_reader import ForeignBag
+    from episode_store.rosbag2.rosbags_reader import ExternalBag
 
-    return ForeignBag(path)
+    return ExternalBag(path)

@@ -28,7 +28,7 @@ from msgs_bridge.untrusted.files import open_regular
 _COPIED: Final = (SCHEMA_OP, CHANNEL_OP, MESSAGE_OP)
 
 
-class ForeignBag:
+class ExternalBag:
     """
     Read a bag that `BagReader` cannot, through `rosbags`.
 

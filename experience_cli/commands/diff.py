@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from experience_cli.bag_argument import add_bags
-from experience_cli.commands import learn_import as foreign
+from experience_cli.commands import learn_import as external
 from experience_cli.errors import UserError
 
 
@@ -25,7 +25,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
                         help='where to draw it (%(default)s)')
     parser.add_argument('--json', action='store_true', help='print a JSON object instead of text')
     add_bags(parser)
-    foreign.add_options(parser)
+    external.add_options(parser)
     return parser
 
 
@@ -47,18 +47,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _sides(arguments: argparse.Namespace) -> list[Any]:
     """Return both fields as `Side`; what others recorded is learnt like the other."""
-    from experience_cli.bag_selection import is_foreign
+    from experience_cli.bag_selection import is_external
     from experience_cli.figures.field_comparison import side_from
 
     names = arguments.first, arguments.second
-    theirs = [Path(name).suffix != '.npz' and Path(name).exists() and is_foreign(Path(name))
+    theirs = [Path(name).suffix != '.npz' and Path(name).exists() and is_external(Path(name))
               for name in names]
-    option = foreign.wanted_option(arguments)
+    option = external.wanted_option(arguments)
     if option and not any(theirs):
         raise UserError(f'{option}: says how a bag of another recorder is to be read, and neither '
                         f'{names[0]} nor {names[1]} is one')
-    sides = [None if foreigner else side_from(name, arguments.bags)
-             for name, foreigner in zip(names, theirs, strict=True)]
+    sides = [None if external_one else side_from(name, arguments.bags)
+             for name, external_one in zip(names, theirs, strict=True)]
     own = next((side for side in sides if side is not None), None)
     return [side or _their_side(arguments, name, own)
             for name, side in zip(names, sides, strict=True)]

@@ -8,7 +8,7 @@ import sys
 from typing import Any, Final
 
 from experience_cli.bag_argument import add_bag
-from experience_cli.commands import learn_import as foreign
+from experience_cli.commands import learn_import as external
 from experience_cli.errors import UserError
 
 #: Prototypes that the text names; JSON has all of them.
@@ -50,7 +50,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         parser.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='X',
                             help=f"the robot's {what}, [{unit}]; a bag does not say it, and a "
                             f"TurtleBot3 Burger's is taken")
-    foreign.add_options(parser)
+    external.add_options(parser)
     return parser
 
 

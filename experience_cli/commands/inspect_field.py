@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from experience_cli.commands import learn_import as foreign
+from experience_cli.commands import learn_import as external
 from experience_cli.errors import UserError
 
 
@@ -19,7 +19,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
                         help='task1/0003, task1, or the folder of a bag or a task')
     parser.add_argument('--out', type=Path, metavar='FILE.png',
                         help='where to write it (beside the bag)')
-    foreign.add_options(parser)
+    external.add_options(parser)
     return parser
 
 

@@ -8,7 +8,7 @@ import sys
 from typing import Any
 
 from episode_store.rosbag2.errors import BagError
-from experience_cli.commands import learn_import as foreign
+from experience_cli.commands import learn_import as external
 from experience_cli.errors import UserError
 from msgs_bridge.untrusted.text import own_stream
 
@@ -30,7 +30,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
     parser.add_argument('-v', '--verbose', action='store_true',
                         help='say of each bag in numbers, too, what it taught')
     parser.add_argument('--quiet', action='store_true', help='print the last line only')
-    foreign.add_options(parser, keeping=True)
+    external.add_options(parser, keeping=True)
     return parser
 
 
@@ -43,22 +43,22 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.bags = [named_path(path) for path in arguments.bags]
     if arguments.like is not None:
         arguments.like = named_path(arguments.like)
-    if not foreign.is_wanted(arguments) and not _are_foreign(arguments.bags):
+    if not external.is_wanted(arguments) and not _are_external(arguments.bags):
         return _learn(arguments, arguments.bags)
     if arguments.into is not None:
-        return _learn(arguments, [foreign.import_all(arguments)])
+        return _learn(arguments, [external.import_all(arguments)])
     if arguments.check:
         raise UserError('--check: bags of other recorders hold no field to compare with')
-    learner = foreign.learn_foreign(arguments)
+    learner = external.learn_external(arguments)
     _finish(arguments, learner.refresh, learner.trial_field(curious=False))
     return 0
 
 
-def _are_foreign(paths: list[Path]) -> bool:
+def _are_external(paths: list[Path]) -> bool:
     """Tell whether bags are those of other recorders: all of them, or none."""
-    from experience_cli.bag_selection import is_foreign
+    from experience_cli.bag_selection import is_external
 
-    theirs = [path for path in paths if is_foreign(path)]
+    theirs = [path for path in paths if is_external(path)]
     ours = [path for path in paths if path not in theirs]
     if theirs and ours:
         raise UserError(

@@ -51,7 +51,7 @@ def wanted_option(arguments: argparse.Namespace) -> str:
                  if getattr(arguments, option, None) is not None), '')
 
 
-def learn_foreign(arguments: argparse.Namespace) -> Any:
+def learn_external(arguments: argparse.Namespace) -> Any:
     """
     Learn the bags one after the other, without keeping them; return the learner.
 
@@ -106,7 +106,7 @@ def import_all(arguments: argparse.Namespace) -> Path:
 
 def take_over(arguments: argparse.Namespace) -> list[tuple[Any, Any]]:
     """
-    Keep the bags as demonstrations of a task; return each as `ForeignDrive` and `EpisodeFolder`.
+    Keep the bags as demonstrations of a task; return each as `ExternalDrive` and `EpisodeFolder`.
 
     Raises
     ------

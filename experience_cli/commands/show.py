@@ -6,7 +6,7 @@ import json
 from typing import Any, Final
 
 from experience_cli.bag_argument import add_bag
-from experience_cli.commands import learn_import as foreign
+from experience_cli.commands import learn_import as external
 
 #: What was done in a step that did not just follow the field.
 _DONE: Final[Mapping[str, str]] = {
@@ -23,7 +23,7 @@ def add_parser(subparsers: Any) -> argparse.ArgumentParser:
         'robot did in it. East is the way of x, north that of y.')
     add_bag(parser)
     parser.add_argument('--json', action='store_true', help='print a JSON object instead')
-    foreign.add_options(parser)
+    external.add_options(parser)
     return parser
 
 

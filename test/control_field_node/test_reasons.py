@@ -65,7 +65,7 @@ def test_a_person_who_drives_is_not_stopped_by_what_does_not_come():
     bench = driving()
     for _ in range(60):
         bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT)
-        bench.take(bench.supervisor.saw_foreign((0.1, 0.0), bench.now))
+        bench.take(bench.supervisor.saw_external((0.1, 0.0), bench.now))
         bench.take(bench.supervisor.saw_bad_input('odom: position is nan', bench.now))
         assert bench.take(bench.supervisor.watch(bench.now)).velocity is None
     assert reasons(bench) == [StopReason.TAKEN_OVER.sentence]
@@ -92,7 +92,7 @@ def test_a_local_grid_of_somewhere_else_is_not_to_be_trusted():
 
 def test_a_trial_continues_because_nobody_drives_any_more():
     bench = driving()
-    bench.take(bench.supervisor.saw_foreign((0.1, 0.0), bench.now))
+    bench.take(bench.supervisor.saw_external((0.1, 0.0), bench.now))
     bench.run()
     assert 'trial 1 continues: nobody is driving any more' in [text for _, text in bench.lines]
 

@@ -235,11 +235,11 @@ def test_a_field_that_says_nothing_stops():
 
 def test_a_person_takes_over_at_once_and_the_field_waits():
     bench = driving()
-    assert bench.take(bench.supervisor.saw_foreign((0.0, 1.0), bench.now)).velocity is None
+    assert bench.take(bench.supervisor.saw_external((0.0, 1.0), bench.now)).velocity is None
     assert paused_by(bench, StopReason.TAKEN_OVER)
     n_sent = len([a for a in bench.sent if a.velocity is not None])
     for _ in range(30):
-        bench.supervisor.saw_foreign((0.2, 0.0), bench.now)
+        bench.supervisor.saw_external((0.2, 0.0), bench.now)
         bench.tick(velocity=(0.2, 0.0))
     assert len([a for a in bench.sent if a.velocity is not None]) == n_sent
     taught = [row for row in bench.rows if row['kind'] == Kind.TAUGHT]
@@ -250,7 +250,7 @@ def test_a_person_takes_over_at_once_and_the_field_waits():
 @pytest.mark.parametrize('told', [(-1e30, 1e30), (0.22, -2.84), (-0.1, 0.0)])
 def test_after_a_person_the_robot_begins_from_how_it_moves_not_from_what_it_was_told(told):
     bench = driving()
-    bench.take(bench.supervisor.saw_foreign(told, bench.now))
+    bench.take(bench.supervisor.saw_external(told, bench.now))
     for _ in range(40):
         n = len(bench.sent)
         bench.tick(velocity=STANDSTILL)
@@ -264,7 +264,7 @@ def test_after_a_person_the_robot_begins_from_how_it_moves_not_from_what_it_was_
 def test_a_person_can_drive_to_the_goal():
     bench = driving()
     for _ in range(200):
-        bench.supervisor.saw_foreign((0.2, 0.0), bench.now)
+        bench.supervisor.saw_external((0.2, 0.0), bench.now)
         bench.tick(velocity=(0.2, 0.0))
     assert bench.supervisor.status.outcome is Outcome.GOAL
     assert bench.rows[-1]['kind'] == Kind.TAUGHT
@@ -483,7 +483,7 @@ def test_standstill_of_somebody_who_has_not_moved_the_robot_takes_nothing_over(t
     bench.supervisor.who = lambda name: ['/idle_teleop']
     for _ in range(60):
         if topic == 'cmd_vel':
-            answer = bench.supervisor.saw_foreign(STANDSTILL, bench.now)
+            answer = bench.supervisor.saw_external(STANDSTILL, bench.now)
         else:
             answer = bench.supervisor.teleop(STANDSTILL, bench.now, DT)
         assert answer.velocity is None
@@ -503,7 +503,7 @@ def test_who_has_moved_the_robot_holds_it_with_standstill_and_is_named(topic):
 
     def command(velocity):
         if topic == 'cmd_vel':
-            bench.supervisor.saw_foreign(velocity, bench.now)
+            bench.supervisor.saw_external(velocity, bench.now)
         else:
             bench.supervisor.teleop(velocity, bench.now, DT)
 

@@ -60,14 +60,14 @@ def test_time_alone_finds_a_stale_local_grid():
 
 def test_a_stale_local_grid_while_a_person_drives_is_the_persons_business():
     bench = driving(neighbourhood_timeout=0.2)
-    bench.supervisor.saw_foreign((0.1, 0.0), bench.now)
+    bench.supervisor.saw_external((0.1, 0.0), bench.now)
     assert bench.supervisor.watch(bench.now + 0.3).velocity is None
     assert bench.supervisor.problem is StopReason.TAKEN_OVER
 
 
 def test_a_person_still_drives_when_odometry_is_back():
     bench = driving()
-    bench.supervisor.saw_foreign((0.1, 0.0), bench.now + 0.6)
+    bench.supervisor.saw_external((0.1, 0.0), bench.now + 0.6)
     bench.take(bench.supervisor.watch(bench.now + 0.6))
     assert bench.tick().velocity is None
     assert bench.supervisor.problem is StopReason.TAKEN_OVER
@@ -75,7 +75,7 @@ def test_a_person_still_drives_when_odometry_is_back():
 
 def test_the_field_goes_on_from_the_speed_that_the_person_drove():
     bench = driving()
-    bench.supervisor.saw_foreign((0.05, 0.3), bench.now)
+    bench.supervisor.saw_external((0.05, 0.3), bench.now)
     assert bench.supervisor.velocity == (0.05, 0.3)
     assert not bench.supervisor.let_go()  # that is for who drives outside a trial
     assert bench.supervisor.velocity == (0.05, 0.3)
@@ -102,7 +102,7 @@ def test_what_the_gate_changed_is_counted_and_so_are_fields_that_were_refused():
 def test_a_person_has_let_go_when_the_timeout_is_over_that_holds_now():
     bench = driving()
     assert not bench.supervisor.is_let_go(bench.now)
-    bench.supervisor.saw_foreign((0.1, 0.0), bench.now)
+    bench.supervisor.saw_external((0.1, 0.0), bench.now)
     assert not bench.supervisor.is_let_go(bench.now + 0.4)
     assert bench.supervisor.is_let_go(bench.now + 0.6)
     bench.supervisor.change_settings(Settings(takeover_timeout=2.0))
@@ -116,7 +116,7 @@ def test_who_leads_the_robot_away_from_the_goal_has_not_ended_the_trial():
         bench.tick()
     assert bench.supervisor.run is not None
     for _ in range(30):
-        bench.supervisor.saw_foreign((0.2, 0.0), bench.now)
+        bench.supervisor.saw_external((0.2, 0.0), bench.now)
         bench.tick(velocity=(0.2, 0.0))
     assert GRID.cell_from_world(bench.pose.x, bench.pose.y) == (GOAL[0], GOAL[1] + 1)
     bench.tick(velocity=STANDSTILL)

@@ -4,18 +4,18 @@ import re
 import shutil
 import struct
 
+from external_bags import EXTERNAL, external_bag
 from mcap.writer import CompressionType, Writer
 import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from bridge_helpers import demonstration_bag, GRID
-from episode_store.episode import read_foreign_demonstration
+from episode_store.episode import read_external_demonstration
 from episode_store.rosbag2.any_reader import missing_from, open_bag
 from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.mcap_scan import CHUNK_OP, DATA_END_OP, MAGIC, RECORD, START
 from episode_store.rosbag2.writer import McapFile
-from foreign_bags import FOREIGN, foreign_bag
 
 
 @pytest.mark.parametrize('storage', list(StoragePlugin), ids=str)
@@ -24,12 +24,12 @@ from foreign_bags import FOREIGN, foreign_bag
 def test_metadata_may_be_missing_or_broken(tmp_path, storage, compression, metadata):
     if compression is not None and storage is StoragePlugin.SQLITE3:
         pytest.skip('sqlite3 has no chunks')
-    path = foreign_bag(tmp_path / 'bag', storage, compression)
-    whole = read_foreign_demonstration(path, GRID, FOREIGN)[0]
+    path = external_bag(tmp_path / 'bag', storage, compression)
+    whole = read_external_demonstration(path, GRID, EXTERNAL)[0]
     (path / 'metadata.yaml').unlink()
     if metadata is not None:
         (path / 'metadata.yaml').write_text(metadata)
-    again = read_foreign_demonstration(path, GRID, FOREIGN)[0]
+    again = read_external_demonstration(path, GRID, EXTERNAL)[0]
     np.testing.assert_array_equal(again.cells, whole.cells)
     np.testing.assert_array_equal(again.stamps, whole.stamps)
 
@@ -40,15 +40,15 @@ def test_files_without_metadata_are_read_in_the_order_of_their_numbers(tmp_path)
     split.mkdir()
     for number in (10, 9):
         shutil.copyfile(mcap_path(folder), split / f'split_{number}.mcap')
-    shutil.copyfile(next(foreign_bag(tmp_path / 'bag', StoragePlugin.SQLITE3).glob('*.db3')),
+    shutil.copyfile(next(external_bag(tmp_path / 'bag', StoragePlugin.SQLITE3).glob('*.db3')),
                     split / 'split_11.db3')
     bag, once = open_bag(split), open_bag(folder)
-    assert bag.topics == {**once.topics, FOREIGN['odom']: 'nav_msgs/msg/Odometry'}
+    assert bag.topics == {**once.topics, EXTERNAL['odom']: 'nav_msgs/msg/Odometry'}
     found, part = bag.messages('/odom'), once.messages('/odom')
     assert list(found) == 2 * list(part)
     assert found.type_name == part.type_name
     np.testing.assert_array_equal(found.log_times, np.tile(part.log_times, 2))
-    assert len(bag.messages(FOREIGN['odom'])) == 200
+    assert len(bag.messages(EXTERNAL['odom'])) == 200
     assert len(bag.messages('/nothing')) == 0
 
 
@@ -62,7 +62,7 @@ def test_the_order_in_the_file_does_not_matter(tmp_path):
         channel, log_time, publish_time, message = records[place]
         file.add(channel.topic, message, log_time, publish_time)
     file.finish('shuffled.mcap')
-    cells = [read_foreign_demonstration(path, GRID)[0].cells
+    cells = [read_external_demonstration(path, GRID)[0].cells
              for path in (bag.path, tmp_path / 'shuffled.mcap')]
     np.testing.assert_array_equal(*cells)
 
@@ -70,13 +70,13 @@ def test_the_order_in_the_file_does_not_matter(tmp_path):
 def test_of_a_file_that_is_cut_it_is_said_that_something_is_missing(tmp_path):
     folder = demonstration_bag(tmp_path)
     (folder / 'metadata.yaml').unlink()
-    assert read_foreign_demonstration(folder, GRID)[2] == ()
+    assert read_external_demonstration(folder, GRID)[2] == ()
     bag = mcap_path(folder)
     bag.write_bytes(bag.read_bytes()[:bag.stat().st_size // 2])
-    [note] = read_foreign_demonstration(folder, GRID)[2]
+    [note] = read_external_demonstration(folder, GRID)[2]
     assert note.startswith('what is not readable of 0001_demo_0.mcap is missing: the chunk at')
     shutil.copyfile(bag, folder / '0001_demo_1.mcap')
-    assert note in read_foreign_demonstration(folder, GRID)[2]
+    assert note in read_external_demonstration(folder, GRID)[2]
 
 
 def packed_file(path, compression):
@@ -123,7 +123,7 @@ def test_of_a_compressed_file_that_is_cut_its_whole_chunks_are_read(tmp_path, co
         assert 20 < len(found) < len(whole)
         assert list(found) == list(whole)[:len(found)]
         np.testing.assert_array_equal(found.log_times, whole.log_times[:len(found)])
-        record, _, [note] = read_foreign_demonstration(path, GRID)
+        record, _, [note] = read_external_demonstration(path, GRID)
         assert len(record.cells) > 1
         assert note.startswith('what is not readable of bag.mcap is missing: ')
         there = f'the chunk at byte {start} is cut, {n_bytes - start} of {end - start} bytes'
@@ -146,9 +146,9 @@ def test_a_chunk_that_would_fill_the_memory_is_not_unpacked(tmp_path, compressio
 @pytest.mark.parametrize('n', [1, 8, 40])
 def test_a_compressed_file_that_lost_no_more_than_its_end_lacks_nothing(tmp_path, compression, n):
     path = packed_file(tmp_path / 'bag.mcap', compression)
-    record, _, notes = read_foreign_demonstration(path, GRID)
+    record, _, notes = read_external_demonstration(path, GRID)
     path.write_bytes(path.read_bytes()[:-n])
-    again, _, again_notes = read_foreign_demonstration(path, GRID)
+    again, _, again_notes = read_external_demonstration(path, GRID)
     np.testing.assert_array_equal(again.cells, record.cells)
     assert notes == again_notes == ()
 
@@ -161,12 +161,12 @@ def test_a_chunk_that_cannot_be_unpacked_is_left_out_of_a_cut_file(tmp_path):
     data[start + 80:end] = bytes(end - start - 80)
     path.write_bytes(data)
     assert 0 < len(open_bag(path).messages('/odom')) < whole
-    [note] = read_foreign_demonstration(path, GRID)[2]
+    [note] = read_external_demonstration(path, GRID)[2]
     assert note.endswith(f'the chunk at byte {start} cannot be unpacked')
 
 
 def test_a_split_compressed_bag_is_read_up_to_its_cut_with_its_metadata_too(tmp_path):
-    folder = foreign_bag(tmp_path / 'bag', StoragePlugin.MCAP, CompressionMode.STORAGE)
+    folder = external_bag(tmp_path / 'bag', StoragePlugin.MCAP, CompressionMode.STORAGE)
     packed_file(folder / 'z_1.mcap', CompressionType.ZSTD)
     whole = len(open_bag(folder / 'z_1.mcap').messages('/odom'))
     shutil.rmtree(folder / 'ours')
@@ -176,7 +176,7 @@ def test_a_split_compressed_bag_is_read_up_to_its_cut_with_its_metadata_too(tmp_
     (folder / 'metadata.yaml').write_text(re.sub(
         r'relative_file_paths:(\s+- )\S+', r'\g<0>\1z_1.mcap', metadata))
     bag = open_bag(folder)
-    assert len(bag.messages(FOREIGN['odom'])) == 200
+    assert len(bag.messages(EXTERNAL['odom'])) == 200
     assert 0 < len(bag.messages('/odom')) < whole
     assert missing_from(bag).startswith('what is not readable of z_1.mcap is missing: ')
 
@@ -190,14 +190,14 @@ def test_where_there_is_no_room_to_unpack_a_cut_file_that_is_said(tmp_path, monk
 
 
 def test_messages_compressed_one_by_one_are_read_up_to_a_cut(tmp_path):
-    path = next(foreign_bag(
+    path = next(external_bag(
         tmp_path / 'bag', StoragePlugin.MCAP, CompressionMode.MESSAGE).glob('*.mcap'))
-    data, whole = path.read_bytes(), list(open_bag(path).messages(FOREIGN['odom']))
+    data, whole = path.read_bytes(), list(open_bag(path).messages(EXTERNAL['odom']))
     assert len(whole) == 200
     path.write_bytes(data[:len(data) // 2])
     for name in (path, path.parent):
         found = open_bag(name)
-        there = list(found.messages(FOREIGN['odom']))
+        there = list(found.messages(EXTERNAL['odom']))
         assert 0 < len(there) < 200
         assert there == whole[:len(there)]
         assert missing_from(found).startswith(f'what is not readable of {path.name} is missing: ')
@@ -205,16 +205,16 @@ def test_messages_compressed_one_by_one_are_read_up_to_a_cut(tmp_path):
 
 @pytest.mark.parametrize('storage', list(StoragePlugin), ids=str)
 def test_messages_compressed_one_by_one_say_that_metadata_is_needed(tmp_path, storage):
-    path = foreign_bag(tmp_path / 'bag', storage, CompressionMode.MESSAGE)
-    assert read_foreign_demonstration(path, GRID, FOREIGN)[2] == ()
+    path = external_bag(tmp_path / 'bag', storage, CompressionMode.MESSAGE)
+    assert read_external_demonstration(path, GRID, EXTERNAL)[2] == ()
     (path / 'metadata.yaml').unlink()
     with pytest.raises(BagError, match=r'compressed one by one \(zstd\).* put the metadata.yaml'):
-        read_foreign_demonstration(path, GRID, FOREIGN)
+        read_external_demonstration(path, GRID, EXTERNAL)
 
 
 @pytest.mark.parametrize('n_bytes', [0, 4, 8, 20, 30, 60])
 def test_a_file_that_ends_before_its_first_topic_says_so(tmp_path, n_bytes):
-    path = next(foreign_bag(tmp_path / 'bag', StoragePlugin.MCAP).glob('*.mcap'))
+    path = next(external_bag(tmp_path / 'bag', StoragePlugin.MCAP).glob('*.mcap'))
     path.write_bytes(path.read_bytes()[:n_bytes])
     words = 'it is cut off before its first topic: ' if n_bytes else 'it is empty$'
     for name in (path, path.parent):
@@ -223,10 +223,10 @@ def test_a_file_that_ends_before_its_first_topic_says_so(tmp_path, n_bytes):
 
 
 def test_an_empty_last_file_does_not_take_the_others_away(tmp_path):
-    folder = foreign_bag(tmp_path / 'bag', StoragePlugin.MCAP)
+    folder = external_bag(tmp_path / 'bag', StoragePlugin.MCAP)
     (folder / 'metadata.yaml').unlink()
     (folder / 'z_1.mcap').touch()
-    assert read_foreign_demonstration(folder, GRID, FOREIGN)[2] == (
+    assert read_external_demonstration(folder, GRID, EXTERNAL)[2] == (
         'what is not readable of z_1.mcap is missing: it is empty',)
 
 
@@ -237,4 +237,4 @@ def test_where_no_pose_is_left_what_is_missing_is_said_too(tmp_path):
     first = int(open_bag(folder).messages('/odom').starts[0])
     bag.write_bytes(bag.read_bytes()[:first])
     with pytest.raises(BagError, match=r'has no pose in it; what is not readable of .* is'):
-        read_foreign_demonstration(folder, GRID)
+        read_external_demonstration(folder, GRID)

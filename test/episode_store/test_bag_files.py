@@ -6,21 +6,21 @@ import re
 import shutil
 import sqlite3
 
+from external_bags import EXTERNAL, external_bag, ros1_bag
 import pytest
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from bridge_helpers import GRID
-from episode_store.episode import read_foreign_demonstration
+from episode_store.episode import read_external_demonstration
 from episode_store.rosbag2.any_reader import notes_on, open_bag
 from episode_store.rosbag2.errors import BagError
-from foreign_bags import FOREIGN, foreign_bag, ros1_bag
 
-ODOM = FOREIGN['odom']
+ODOM = EXTERNAL['odom']
 
 
 def sqlite_bag(tmp_path):
-    folder = foreign_bag(tmp_path / 'bag', StoragePlugin.SQLITE3)
+    folder = external_bag(tmp_path / 'bag', StoragePlugin.SQLITE3)
     return folder, next(folder.glob('*.db3'))
 
 
@@ -63,8 +63,8 @@ def killed(tmp_path, mode, n_kept=301):
 class TestSqlite:
     def test_the_newest_messages_are_read_from_the_log(self, tmp_path):
         folder = killed(tmp_path, 'WAL')
-        whole = read_foreign_demonstration(
-            next((tmp_path / 'whole').rglob('*.db3')).parent, GRID, FOREIGN)[0]
+        whole = read_external_demonstration(
+            next((tmp_path / 'whole').rglob('*.db3')).parent, GRID, EXTERNAL)[0]
         before = {path.name: path.read_bytes() for path in folder.iterdir()}
         for name in (folder, folder / 'run.db3'):
             bag = open_bag(name)
@@ -72,7 +72,7 @@ class TestSqlite:
             assert note == ('run.db3 was not closed by its recorder: 99 of 400 messages are read '
                             'from run.db3-wal')
             assert len(bag.messages(ODOM)) == bag.counts[ODOM] == 200
-            record, _, notes = read_foreign_demonstration(name, GRID, FOREIGN)
+            record, _, notes = read_external_demonstration(name, GRID, EXTERNAL)
             assert notes == notes_on(bag)
             assert record.stamps[-1] > whole.stamps[-1] - 1.0
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
@@ -134,7 +134,7 @@ class TestSqlite:
 class TestDescription:
     def test_a_file_that_was_renamed_is_read_and_that_is_said(self, tmp_path):
         for storage, ending in ((StoragePlugin.SQLITE3, 'db3'), (StoragePlugin.MCAP, 'mcap')):
-            folder = foreign_bag(tmp_path / ending, storage)
+            folder = external_bag(tmp_path / ending, storage)
             file = next(folder.glob(f'*.{ending}'))
             file.rename(folder / f'my_bag.{ending}')
             bag = open_bag(folder)
@@ -191,7 +191,7 @@ class TestDescription:
         (300, 'counts 300 messages, 400 are there: more than it should be')])
     @pytest.mark.parametrize('storage', list(StoragePlugin), ids=str)
     def test_a_count_that_does_not_fit(self, tmp_path, storage, count, said):
-        folder = foreign_bag(tmp_path / 'bag', storage)
+        folder = external_bag(tmp_path / 'bag', storage)
         text = (folder / 'metadata.yaml').read_text()
         assert notes_on(open_bag(folder)) == ()
         (folder / 'metadata.yaml').write_text(
@@ -227,7 +227,7 @@ class TestDescription:
 
 class TestCopies:
     def test_a_file_and_its_compressed_copy_are_one(self, tmp_path):
-        folder = foreign_bag(tmp_path / 'bag', StoragePlugin.MCAP)
+        folder = external_bag(tmp_path / 'bag', StoragePlugin.MCAP)
         (folder / 'metadata.yaml').unlink()
         file = next(folder.glob('*.mcap'))
         (folder / f'{file.name}.zstd').write_bytes(b'whatever')
@@ -238,7 +238,7 @@ class TestCopies:
 
     def test_what_is_described_is_read_of_two_copies(self, tmp_path):
         folder, file = sqlite_bag(tmp_path)
-        other = next(foreign_bag(tmp_path / 'other', StoragePlugin.MCAP).glob('*.mcap'))
+        other = next(external_bag(tmp_path / 'other', StoragePlugin.MCAP).glob('*.mcap'))
         shutil.copyfile(other, folder / file.name.replace('.db3', '.mcap'))
         bag = open_bag(folder)
         assert len(bag.messages(ODOM)) == 200
@@ -247,12 +247,12 @@ class TestCopies:
 
     @pytest.mark.parametrize('name', ['bag.mcap.orig', 'bag.mcap.cut', 'bag.bag.orig', 'x.db3~'])
     def test_what_is_left_over_is_named(self, tmp_path, name):
-        folder = foreign_bag(tmp_path / 'bag', StoragePlugin.MCAP)
+        folder = external_bag(tmp_path / 'bag', StoragePlugin.MCAP)
         (folder / name).write_bytes(b'whatever')
         assert notes_on(open_bag(folder)) == (f'{name} lies beside it and is not read',)
 
     def test_of_two_copies_the_one_that_is_whole(self, tmp_path):
-        folder = foreign_bag(tmp_path / 'bag', StoragePlugin.MCAP)
+        folder = external_bag(tmp_path / 'bag', StoragePlugin.MCAP)
         (folder / 'metadata.yaml').unlink()
         file = next(folder.glob('*.mcap'))
         shutil.copyfile(file, folder / 'bag.orig.mcap')
@@ -280,7 +280,7 @@ class TestRos1:
         bag = open_bag(path)
         assert bag.topics == {'/odom': 'nav_msgs/msg/Odometry'}
         assert bag.counts == {'/odom': 100}
-        record, _, notes = read_foreign_demonstration(path, GRID)
+        record, _, notes = read_external_demonstration(path, GRID)
         assert notes == ()
         assert record.cells[0].tolist() == [2, 2]
         assert record.cells[-1].tolist() == [2, 9]
@@ -347,7 +347,7 @@ class TestRos1:
 
 
 def test_whole_files_that_are_compressed_are_read_with_their_description(tmp_path):
-    folder = foreign_bag(tmp_path / 'bag', StoragePlugin.SQLITE3, CompressionMode.FILE)
+    folder = external_bag(tmp_path / 'bag', StoragePlugin.SQLITE3, CompressionMode.FILE)
     assert [path.suffix for path in folder.iterdir() if path.suffix != '.yaml'] == ['.zstd']
     bag = open_bag(folder)
     assert len(bag.messages(ODOM)) == 200

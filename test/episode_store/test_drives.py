@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from external_bags import STORE
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -13,7 +14,7 @@ from control_field.headings import heading_from_step
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind, Outcome
 from control_field.robot.policy import TrialPolicy
-from episode_store.episode import OutsideDriveError, read_episode, read_foreign_demonstration
+from episode_store.episode import OutsideDriveError, read_episode, read_external_demonstration
 from episode_store.external.take_over import check_drive
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
@@ -22,7 +23,6 @@ from episode_store.rosbag2.errors import BagError, NothingToLearnError
 from episode_store.task_folder import episode_from_path, TaskFolder
 from experience_cli.bag_summary import summary_of
 from experience_cli.main import main
-from foreign_bags import STORE
 from msgs_bridge.messages.serialized import cdr_from_message
 from msgs_bridge.messages.tables import cloud_from_field
 from msgs_bridge.messages.trial_status import State
@@ -71,7 +71,7 @@ def own_bag(root, change, speed_max=3.0):
     return bag.folder
 
 
-def foreign_bag(path, change):
+def external_bag(path, change):
     with Writer(path, version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
         odom = writer.add_connection('/odom', ODOMETRY, typestore=STORE)
         for stamp, (x, y) in zip(*change(STAMPS.copy(), WAY.copy()), strict=True):
@@ -82,10 +82,10 @@ def foreign_bag(path, change):
 @pytest.mark.parametrize('change', BROKEN, ids=lambda change: change.__name__)
 def test_a_broken_drive_is_refused_whoever_recorded_it(tmp_path, change):
     said = BROKEN[change]
-    folder, theirs = own_bag(tmp_path, change), foreign_bag(tmp_path / 'bag', change)
+    folder, theirs = own_bag(tmp_path, change), external_bag(tmp_path / 'bag', change)
     with pytest.raises(NothingToLearnError, match=said):
         read_episode(folder, GRID)
-    for read in (lambda: read_foreign_demonstration(theirs, GRID),
+    for read in (lambda: read_external_demonstration(theirs, GRID),
                  lambda: check_drive(theirs, GRID, {})):
         with pytest.raises(BagError, match=said):
             read()
@@ -138,7 +138,7 @@ def test_what_was_seen_from_where_the_robot_was_not_is_not_remembered(tmp_path):
 
 
 def test_a_broken_bag_shows_evaluate_nothing(tmp_path, capsys):
-    theirs = foreign_bag(tmp_path / 'bag', reset)
+    theirs = external_bag(tmp_path / 'bag', reset)
     assert main(['evaluate', '--world', 'open', '--demo-bag', str(theirs), '--trials', '0']) == 2
     [line] = capsys.readouterr().err.splitlines()
     assert 'at 7.50 s the pose leaps' in line
@@ -153,10 +153,10 @@ def test_the_part_that_a_person_keeps_is_learnt(tmp_path, capsys):
 
 
 def test_the_workspace_that_is_named_holds_the_drive(tmp_path):
-    theirs = foreign_bag(tmp_path / 'bag', out_and_back)
+    theirs = external_bag(tmp_path / 'bag', out_and_back)
     with pytest.raises(OutsideDriveError) as caught:
-        read_foreign_demonstration(theirs, GRID)
-    assert len(read_foreign_demonstration(theirs, caught.value.fitting)[0].cells) > 10
+        read_external_demonstration(theirs, GRID)
+    assert len(read_external_demonstration(theirs, caught.value.fitting)[0].cells) > 10
     with pytest.raises(NothingToLearnError, match=r'cols:=\d+ origin_x:=0 origin_y:=-1.25'):
         read_episode(own_bag(tmp_path, out_and_back), GRID)
 
@@ -323,20 +323,20 @@ def written(path, frames):
 def test_a_drive_that_goes_on_in_another_frame_has_no_goal(tmp_path, capsys, other):
     path = written(tmp_path / 'theirs', lambda i: 'odom' if i < 150 else other)
     with pytest.raises(BagError, match=r'where this drive ends: its last 150 messages \(7\.5 s\)'):
-        read_foreign_demonstration(path, GRID)
+        read_external_demonstration(path, GRID)
     assert main(['learn', str(path), '--into', str(tmp_path / 'bags' / 'task')]) == 2
     error = capsys.readouterr().err
     assert 'are refused, such as: /odom: ' in error
     assert '--frame' not in error
     path = written(tmp_path / 'began', lambda i: other if i < 150 else 'odom')
     with pytest.raises(BagError, match=r'where this drive begins: its first 150 messages'):
-        read_foreign_demonstration(path, GRID)
+        read_external_demonstration(path, GRID)
 
 
 @pytest.mark.parametrize('frames', [
     lambda i: 'map' if i % 3 == 0 else 'odom', lambda i: None if i < 3 or i > 297 else 'odom'],
     ids=['another node says the same in its frame', 'none at the very ends'])
 def test_messages_in_between_that_are_no_poses_are_left_out_and_said(tmp_path, frames):
-    record, _, [note] = read_foreign_demonstration(written(tmp_path / 'theirs', frames), GRID)
+    record, _, [note] = read_external_demonstration(written(tmp_path / 'theirs', frames), GRID)
     assert GRID.cells_from_world(WAY[[3, -5]]).tolist() == record.cells[[0, -1]].tolist()
     assert 'messages refused, the first: /odom: ' in note

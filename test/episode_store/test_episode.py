@@ -2,6 +2,7 @@
 
 import time
 
+from external_bags import EXTERNAL, external_bag
 import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
@@ -12,7 +13,7 @@ from bridge_helpers import (
 from control_field.grid import Grid
 from control_field.records import Outcome
 from episode_store.episode import (
-    find_topic, NothingToLearnError, read_episode, read_foreign_demonstration, read_header,
+    find_topic, NothingToLearnError, read_episode, read_external_demonstration, read_header,
     read_task)
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
@@ -21,7 +22,6 @@ from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.topic_tables import local_grid_table, pose_table
 from episode_store.task_folder import TaskFolder
-from foreign_bags import FOREIGN, foreign_bag
 from msgs_bridge.messages.trial_status import Label, State
 
 
@@ -119,7 +119,7 @@ class TestDemonstrations:
         with pytest.raises(NothingToLearnError, match='where it began, so that'):
             read_episode(folder, GRID)
         with pytest.raises(BagError, match='end the drive at the goal'):
-            read_foreign_demonstration(folder, GRID)
+            read_external_demonstration(folder, GRID)
 
     def test_a_drive_over_its_goal_and_back_to_it_is_a_way_there(self, tmp_path):
         folder = loop_bag(tmp_path, LOOP[1:])
@@ -253,15 +253,15 @@ class TestRefusals:
             find_topic(topics, 'odom', {})
 
 
-class TestForeignBags:
+class TestExternalBags:
     """Bags of other recorders."""
 
     @pytest.mark.parametrize('storage', list(StoragePlugin), ids=str)
     @pytest.mark.parametrize(
         'compression', [None, CompressionMode.MESSAGE, CompressionMode.FILE], ids=str)
     def test_they_are_learnt_from(self, tmp_path, storage, compression):
-        path = foreign_bag(tmp_path / 'bag', storage, compression)
-        demonstration, report, notes = read_foreign_demonstration(path, GRID, FOREIGN, 7)
+        path = external_bag(tmp_path / 'bag', storage, compression)
+        demonstration, report, notes = read_external_demonstration(path, GRID, EXTERNAL, 7)
         assert demonstration.cells[0].tolist() == [2, 2]
         assert demonstration.cells[-1].tolist() == [2, 9]
         assert (demonstration.episode, report.n_poses, notes) == (7, 200, ())
@@ -270,23 +270,23 @@ class TestForeignBags:
     def test_a_bag_of_ours_is_one_too(self, tmp_path):
         folder = demonstration_bag(tmp_path)
         for path in (folder, mcap_path(folder)):
-            demonstration, *_ = read_foreign_demonstration(path, GRID)
+            demonstration, *_ = read_external_demonstration(path, GRID)
             np.testing.assert_array_equal(
                 demonstration.cells, read_episode(folder, GRID).record.cells)
 
     def test_a_topic_that_is_not_there_is_named(self, tmp_path):
-        path = foreign_bag(tmp_path / 'bag', StoragePlugin.SQLITE3)
+        path = external_bag(tmp_path / 'bag', StoragePlugin.SQLITE3)
         with pytest.raises(BagError, match=r'no topic /odom \(odom\), there are: /cmd_vel, /'):
-            read_foreign_demonstration(path, GRID, {'odom': '/odom'})
+            read_external_demonstration(path, GRID, {'odom': '/odom'})
         with pytest.raises(BagError, match='has no pose in it'):
-            read_foreign_demonstration(path, GRID)
+            read_external_demonstration(path, GRID)
         with pytest.raises(BagError, match=r'/cmd_vel is geometry_msgs/msg/Twist, which has no'):
-            read_foreign_demonstration(path, GRID, {'odom': '/cmd_vel'})
+            read_external_demonstration(path, GRID, {'odom': '/cmd_vel'})
 
     def test_another_frame_is_named(self, tmp_path):
-        path = foreign_bag(tmp_path / 'bag', StoragePlugin.MCAP, frame='map')
+        path = external_bag(tmp_path / 'bag', StoragePlugin.MCAP, frame='map')
         with pytest.raises(BagError, match="frame is 'map', must be 'odom'"):
-            read_foreign_demonstration(path, GRID, FOREIGN)
+            read_external_demonstration(path, GRID, EXTERNAL)
 
     def test_what_is_no_bag_is_said_in_a_line(self, tmp_path):
         (tmp_path / 'bag.db3').write_bytes(b'SQLite format 3\0' + bytes(100))

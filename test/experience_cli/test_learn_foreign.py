@@ -348,7 +348,7 @@ class TestWhatIsMade:
     """Poses from `/tf` and local grid from scans go into the bag that is kept, as messages."""
 
     @pytest.mark.parametrize('frame', ['odom', 'map'])
-    def test_the_bag_that_is_kept_teaches_what_the_foreign_one_does(
+    def test_the_bag_that_is_kept_teaches_what_the_external_one_does(
             self, tmp_path, capsys, frame):
         bag = robot_bag(tmp_path / 'tour.bag', ros1=True, odometry=False, to_map=True)
         shas = []

@@ -7,6 +7,7 @@ import resource
 import shutil
 import signal
 
+from external_bags import external_bag, ros1_bag
 from mcap.writer import CompressionType, Writer
 import pytest
 from rosbags.rosbag1 import Writer as Ros1Writer
@@ -20,7 +21,6 @@ from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.unpacking import _lz4, MOST_OF_A_BAG, unpack
 from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
-from foreign_bags import foreign_bag, ros1_bag
 from sample_helpers import sample_copy
 
 SECONDS = 30
@@ -200,25 +200,25 @@ def test_notes_that_stand_for_more_than_memory_holds_are_no_notes(task, capsys):
 
 
 @pytest.fixture
-def foreign(tmp_path):
-    return foreign_bag(tmp_path / 'drive', StoragePlugin.SQLITE3)
+def external(tmp_path):
+    return external_bag(tmp_path / 'drive', StoragePlugin.SQLITE3)
 
 
 @pytest.mark.parametrize('kind', ['pipe', 'endless', 'folder', 'out'])
-def test_files_that_metadata_names_are_held_in(foreign, tmp_path, kind):
-    [path] = foreign.glob('*.db3')
+def test_files_that_metadata_names_are_held_in(external, tmp_path, kind):
+    [path] = external.glob('*.db3')
     shutil.move(path, tmp_path / 'victim')
     if kind == 'out':
         path.symlink_to(tmp_path / 'victim')
     else:
         ODD[kind](path)
     with bounded(), pytest.raises(BagError, match=path.name):
-        open_bag(foreign)
+        open_bag(external)
 
 
 @pytest.mark.parametrize('kind', ['pipe', 'endless', 'huge', 'out', 'bomb', 'merge'])
-def test_metadata_of_another_recorder_is_bounded(foreign, tmp_path, victim, kind):
-    path = foreign / 'metadata.yaml'
+def test_metadata_of_another_recorder_is_bounded(external, tmp_path, victim, kind):
+    path = external / 'metadata.yaml'
     text = path.read_text()
     path.unlink()
     if kind in ('bomb', 'merge'):
@@ -227,11 +227,11 @@ def test_metadata_of_another_recorder_is_bounded(foreign, tmp_path, victim, kind
     else:
         ODD[kind](path)
     with bounded(), pytest.raises(BagError, match=r'metadata\.yaml'):
-        open_bag(foreign)
+        open_bag(external)
 
 
-def test_a_person_may_name_a_file_by_a_link(foreign, tmp_path):
-    [path] = foreign.glob('*.db3')
+def test_a_person_may_name_a_file_by_a_link(external, tmp_path):
+    [path] = external.glob('*.db3')
     (tmp_path / 'mine.db3').symlink_to(path)
     assert '/wheel/odometry' in open_bag(tmp_path / 'mine.db3').topics
 
@@ -258,7 +258,7 @@ def test_what_unpacks_to_more_than_a_bag_is_refused(tmp_path, monkeypatch, name)
 
 def test_a_packed_file_of_a_split_bag_is_bounded_too(tmp_path, monkeypatch):
     monkeypatch.setattr('episode_store.rosbag2.unpacking.MOST_OF_A_BAG', 2**27)
-    folder = foreign_bag(tmp_path / 'drive', StoragePlugin.MCAP, CompressionMode.FILE)
+    folder = external_bag(tmp_path / 'drive', StoragePlugin.MCAP, CompressionMode.FILE)
     assert '/wheel/odometry' in open_bag(folder).topics
     [path] = folder.glob('*.zstd')
     path.write_bytes(packed_zeros(2**28))
@@ -281,7 +281,7 @@ def test_a_message_or_chunk_becomes_no_more_than_it_says():
 
 
 def test_messages_packed_one_by_one_are_bounded(tmp_path, monkeypatch):
-    folder = foreign_bag(tmp_path / 'drive', StoragePlugin.MCAP, CompressionMode.MESSAGE)
+    folder = external_bag(tmp_path / 'drive', StoragePlugin.MCAP, CompressionMode.MESSAGE)
     assert len(open_bag(folder).messages('/wheel/odometry')) == 200
     monkeypatch.setattr('episode_store.rosbag2.unpacking.MOST_OF_A_CHUNK', 100)
     with pytest.raises(BagError, match='become more than the 100'):
