@@ -2,7 +2,7 @@
 Driving from cell to cell: when to decide, and along which legs to go.
 
 In the open the robot heads for the next centre and decides shortly before it arrives. Beside
-anything barred it keeps to the lines between the centres: a turn is made on the centre.
+anything occupied it keeps to the lines between the centres: a turn is made on the centre.
 """
 
 import math
@@ -39,9 +39,9 @@ class Drive:
     tolerance : float
         How far before a centre the next step is decided, in cells.
     corner_cutting : bool
-        Whether a diagonal step may pass a barred cell beside it.
+        Whether a diagonal step may pass a occupied cell beside it.
     clearance : float, [m]
-        How far from a centre, away from what is barred, the robot drives; less than half a cell.
+        How far from a centre, away from what is occupied, the robot drives; less than half a cell.
 
     """
 
@@ -63,7 +63,7 @@ class Drive:
         self._target: Cell = (-1, -1)
         self._source: Cell = (-1, -1)
         self._reach = 0.0
-        self._barred: frozenset[Cell] = frozenset()
+        self._occupied: frozenset[Cell] = frozenset()
 
     def is_due(self, pose: Pose, seen: Seen) -> bool:
         """Tell whether the robot has come to where the next step is decided."""
@@ -71,7 +71,7 @@ class Drive:
         self._look(seen)
         if not self._legs:
             self._begin(pose, cell, seen)
-        elif self._is_barred(cell, seen) or _apart(cell, self._target) > 1:
+        elif self._is_occupied(cell, seen) or _apart(cell, self._target) > 1:
             self.to_centre(pose)
         elif seen.is_tight and not self._legs[-1].exact:
             end = self._legs[-1]
@@ -110,18 +110,18 @@ class Drive:
 
     def _look(self, seen: Seen) -> None:
         """Keep aside of what has come into sight."""
-        news = seen.barred != self._barred
-        self._barred = seen.barred
+        news = seen.occupied != self._occupied
+        self._occupied = seen.occupied
         if news and self.clearance and self._legs:
             end = self._legs[-1]
             self._legs[-1] = Leg(end.ax, end.ay, *self._middle(self._target), end.exact)
 
     def _middle(self, cell: Cell) -> tuple[float, float]:
-        """Return where to drive in a cell: its centre, or aside of it, away from the barred."""
+        """Return where to drive in a cell: its centre, or aside of it, away from the occupied."""
         x, y = self.grid.world_from_cell(*cell)
         if not self.clearance:
             return x, y
-        near = [(row - cell[0], col - cell[1]) for row, col in self._barred
+        near = [(row - cell[0], col - cell[1]) for row, col in self._occupied
                 if _apart((row, col), cell) == 1]
         return (x + self.clearance * _away([col for _, col in near]),
                 y + self.clearance * _away([row for row, _ in near]))
@@ -154,20 +154,20 @@ class Drive:
     def _is_at(self, x: float, y: float, pose: Pose) -> bool:
         return math.hypot(x - pose.x, y - pose.y) <= EXACT * self.grid.resolution
 
-    def _is_barred(self, cell: Cell, seen: Seen) -> bool:
+    def _is_occupied(self, cell: Cell, seen: Seen) -> bool:
         """Tell whether the local grid bars the step under way."""
         source, target = self._source, self._target
         if cell == target or source == target:
             return False
-        if target in seen.barred:
+        if target in seen.occupied:
             return True
         if self.corner_cutting or source[0] == target[0] or source[1] == target[1]:
             return False
-        return (source[0], target[1]) in seen.barred or (target[0], source[1]) in seen.barred
+        return (source[0], target[1]) in seen.occupied or (target[0], source[1]) in seen.occupied
 
 
 def _away(sides: list[int]) -> int:
-    """Return which side is free when something is barred on the other one only, else 0."""
+    """Return which side is free when something is occupied on the other one only, else 0."""
     return (min(sides, default=0) < 0) - (max(sides, default=0) > 0)
 
 

@@ -20,7 +20,7 @@ class Seen:
         The cell in the middle.
     blocked, unknown : int
         Masks of the eight cells around it.
-    barred : frozenset of (row, col)
+    occupied : frozenset of (row, col)
         Cells of the nine that must not be entered.
     local grid : Sight
         The same for the collision monitor.
@@ -31,7 +31,7 @@ class Seen:
     col: int
     blocked: int
     unknown: int
-    barred: frozenset[tuple[int, int]]
+    occupied: frozenset[tuple[int, int]]
     local_grid: LocalGrid
 
     @property
@@ -41,8 +41,8 @@ class Seen:
 
     @property
     def is_tight(self) -> bool:
-        """Tell whether anything around is barred, so that the robot has to drive exactly."""
-        return bool(self.barred)
+        """Tell whether anything around is occupied, so that the robot has to drive exactly."""
+        return bool(self.occupied)
 
 
 def seen_from_neighbourhood(
@@ -52,13 +52,13 @@ def seen_from_neighbourhood(
     row, col = neighbourhood.row, neighbourhood.col
     cells = neighbourhood.cells.tolist()
     blocked, unknown = masks_from_neighbourhood(neighbourhood.cells)
-    barred = frozenset(
+    occupied = frozenset(
         (row + i - 1, col + j - 1) for i in range(3) for j in range(3)
         if (i, j) != (1, 1) and (
             not grid.contains(row + i - 1, col + j - 1)
             or (unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
     local_grid = local_grid_from_cells(cells, row, col, grid, unknown_is_blocked)
-    return Seen(row, col, blocked, unknown, barred, local_grid)
+    return Seen(row, col, blocked, unknown, occupied, local_grid)
 
 
 def cached_seen() -> Callable[[Neighbourhood, Grid, bool], Seen]:

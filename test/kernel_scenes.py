@@ -55,7 +55,7 @@ class Scene:
     def rng(self):
         return np.random.default_rng(self.seed)
 
-    def for_is_barred(self):
+    def for_is_occupied(self):
         return self.known, self.row - 1, self.col + 1, self.rules[1]
 
     def for_step_allowed(self):

@@ -82,7 +82,7 @@ def decide(
         Step to take; -1: give up.
     kind : int
         `Kind` of that step.
-    barred : int
+    occupied : int
         The course that was blocked and earned -1; -1 if none was.
     reward : int
         What the step itself earned: +1 for an avoidance, once for a cell and course in a trial, so
@@ -93,25 +93,25 @@ def decide(
     entered[row, col] += 1
     course = int(headings[row, col])
     allowed = allowed_steps(known, row, col, rules)
-    barred = -1
+    occupied = -1
     if course >= 0 and not allowed >> course & 1:
-        barred = course
+        occupied = course
         backup(q, known, row, col, course, -1.0, row, col, learning[0], learning[1], rules)
     if allowed == 0:
-        return -1, _AVOID, barred, 0
+        return -1, _AVOID, occupied, 0
     heading, kind = choose(row, col, course, allowed, headings, known, q, cost, factor, counts,
                            entered, goal, options, rules, rng)
     if heading < 0:
-        return -1, kind, barred, 0
+        return -1, kind, occupied, 0
     counts[row, col, heading] += 1
     reward = 0
-    if barred >= 0 and not punished[row, col] >> barred & 1:
-        punished[row, col] |= 1 << barred
+    if occupied >= 0 and not punished[row, col] >> occupied & 1:
+        punished[row, col] |= 1 << occupied
         reward = 1
     if reward != 0:
         backup(q, known, row, col, heading, float(reward), row + STEP_ROW[heading],
                col + STEP_COL[heading], learning[0], learning[1], rules)
-    return heading, kind, barred, reward
+    return heading, kind, occupied, reward
 
 
 def see(truth: CellMap, row: int, col: int) -> int:
@@ -160,12 +160,12 @@ def run_trial(
         if step == step_limit:
             break
         blocked = see(truth, row, col)
-        heading, kind, barred, reward = decide(
+        heading, kind, occupied, reward = decide(
             row, col, blocked, 0, headings, known, q, cost, factor, counts, entered, punished,
             goal, learning, options, rules, rng)
-        if barred >= 0:
+        if occupied >= 0:
             n_reinforcements += 1
-            n_rows = write_row(log, n_rows, row, col, barred, row, col, -1, _BLOCKED_KIND,
+            n_rows = write_row(log, n_rows, row, col, occupied, row, col, -1, _BLOCKED_KIND,
                                blocked, step)
         if heading < 0:
             return 2, step, n_rows, length, n_reinforcements

@@ -6,7 +6,7 @@ import numpy as np
 
 from control_field.headings import UNIT
 from control_field.kernels.steps import (
-    _BLOCKED, best_step, CellMap, FloatMap, IntMap, is_barred, step_allowed, StepRules)
+    _BLOCKED, best_step, CellMap, FloatMap, IntMap, is_occupied, step_allowed, StepRules)
 
 
 def sees(known: CellMap, row: int, col: int, r: int, c: int) -> bool:
@@ -122,7 +122,7 @@ def pull_from_cost(
     pull = np.full((rows, cols), -1, dtype=np.int8)
     for row in range(rows):
         for col in range(cols):
-            if not is_barred(known, row, col, rules[1]) and cost[row, col] > 0.0:
+            if not is_occupied(known, row, col, rules[1]) and cost[row, col] > 0.0:
                 course = heading_of(total_x[row, col], total_y[row, col])
                 pull[row, col] = best_step(known, cost, factor, row, col, course, rules)
     return pull

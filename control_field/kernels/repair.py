@@ -12,7 +12,7 @@ def through(
     known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, heading: int,
     rules: StepRules,
 ) -> float:
-    """Return the cost to go by way of a step, inf where it is barred."""
+    """Return the cost to go by way of a step, inf where it is occupied."""
     if heading < 0 or not step_allowed(known, row, col, heading, rules):
         return np.inf
     r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
@@ -101,7 +101,7 @@ def mending_cells(
     Returns
     -------
     ndarray of bool, shape (n_rows, n_cols)
-        One cell of every loop, and cells whose own course is barred, none of those beside one
+        One cell of every loop, and cells whose own course is occupied, none of those beside one
         that was chosen before: each changes the course of the cells around it too.
 
     """

@@ -4,7 +4,7 @@ import numpy as np
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.steps import (
-    BoolMap, CellMap, FloatMap, is_barred, step_allowed, StepRules)
+    BoolMap, CellMap, FloatMap, is_occupied, step_allowed, StepRules)
 
 
 def flow_reaches(
@@ -17,7 +17,7 @@ def flow_reaches(
     Returns
     -------
     int
-        Steps to the goal, or -1 if the flow ends in something barred, in a cell without a course
+        Steps to the goal, or -1 if the flow ends in something occupied, in a cell without a course
         or in a loop (more steps than cells).
 
     """
@@ -42,8 +42,8 @@ def flow_basin(
     Returns
     -------
     ndarray of int8, shape (n_rows, n_cols)
-        1: reaches the goal; 2: leads into a loop; 3: leads into a cell whose course is barred or
-        missing; 0: the cell itself is barred.
+        1: reaches the goal; 2: leads into a loop; 3: leads into a cell whose course is occupied or
+        missing; 0: the cell itself is occupied.
 
     """
     rows, cols = known.shape
@@ -51,7 +51,7 @@ def flow_basin(
     path = np.empty((rows * cols, 2), dtype=np.int64)
     for first_row in range(rows):
         for first_col in range(cols):
-            if state[first_row, first_col] or is_barred(known, first_row, first_col, rules[1]):
+            if state[first_row, first_col] or is_occupied(known, first_row, first_col, rules[1]):
                 continue
             n, row, col, verdict = 0, first_row, first_col, 0
             while verdict == 0:
@@ -86,7 +86,7 @@ def flow_ends(
     Returns
     -------
     ndarray of bool, shape (n_rows, n_cols)
-        Cells whose course is barred or missing, and one cell a loop.
+        Cells whose course is occupied or missing, and one cell a loop.
 
     """
     rows, cols = known.shape
@@ -119,7 +119,7 @@ def n_as_shown(
     for row in range(known.shape[0]):
         for col in range(known.shape[1]):
             heading = shown[row, col]
-            if (heading >= 0 and not is_barred(known, row, col, False)
+            if (heading >= 0 and not is_occupied(known, row, col, False)
                     and step_allowed(known, row, col, heading, rules)):
                 n_possible += 1
                 n_agreeing += headings[row, col] == heading
@@ -139,7 +139,7 @@ def flow_lengths(
         for first_col in range(cols):
             n, row, col, end = 0, first_row, first_col, np.inf
             while True:
-                if on_path[row, col] or is_barred(known, row, col, rules[1]):
+                if on_path[row, col] or is_occupied(known, row, col, rules[1]):
                     break
                 if not np.isnan(length[row, col]):
                     end = length[row, col]

@@ -28,7 +28,7 @@ _UNKNOWN = int(UNKNOWN)
 _LEAST = 1e-37
 
 
-def is_barred(known: CellMap, row: int, col: int, unknown_is_blocked: bool) -> bool:
+def is_occupied(known: CellMap, row: int, col: int, unknown_is_blocked: bool) -> bool:
     """Tell whether a cell lies outside or is known (or held) to be blocked."""
     if row < 0 or col < 0 or row >= known.shape[0] or col >= known.shape[1]:
         return True
@@ -47,10 +47,10 @@ def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: StepRu
         if moves == 4:
             return False
         if not corner_cutting and (
-                is_barred(known, row + STEP_ROW[heading], col, unknown_is_blocked)
-                or is_barred(known, row, col + STEP_COL[heading], unknown_is_blocked)):
+                is_occupied(known, row + STEP_ROW[heading], col, unknown_is_blocked)
+                or is_occupied(known, row, col + STEP_COL[heading], unknown_is_blocked)):
             return False
-    return not is_barred(
+    return not is_occupied(
         known, row + STEP_ROW[heading], col + STEP_COL[heading], unknown_is_blocked)
 
 
@@ -59,7 +59,7 @@ def allowed_steps(known: CellMap, row: int, col: int, rules: StepRules) -> int:
     corner_cutting, unknown_is_blocked, moves = rules
     free = 0
     for heading in range(8):
-        if not is_barred(known, row + STEP_ROW[heading], col + STEP_COL[heading],
+        if not is_occupied(known, row + STEP_ROW[heading], col + STEP_COL[heading],
                          unknown_is_blocked):
             free |= 1 << heading
     straight = free & 0b01010101
@@ -73,17 +73,17 @@ def allowed_steps(known: CellMap, row: int, col: int, rules: StepRules) -> int:
 
 
 def remember_local_grid(known: CellMap, row: int, col: int, blocked: int, unknown: int) -> int:
-    """Write a 3x3 local grid into the remembered map; return how many cells it newly barred."""
+    """Write a 3x3 local grid into the remembered map; return how many cells it newly occupied."""
     known[row, col] = 0
-    n_barred = 0
+    n_occupied = 0
     for heading in range(8):
         r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
         if 0 <= r < known.shape[0] and 0 <= c < known.shape[1] and not unknown >> heading & 1:
             state = _BLOCKED if blocked >> heading & 1 else 0
             if state == _BLOCKED and known[r, c] != _BLOCKED:
-                n_barred += 1
+                n_occupied += 1
             known[r, c] = state
-    return n_barred
+    return n_occupied
 
 
 def cost_to_go(
@@ -108,7 +108,7 @@ def cost_to_go(
             continue
         for heading in range(8):
             r, c = row - STEP_ROW[heading], col - STEP_COL[heading]
-            if is_barred(known, r, c, rules[1]) or not step_allowed(known, r, c, heading, rules):
+            if is_occupied(known, r, c, rules[1]) or not step_allowed(known, r, c, heading, rules):
                 continue
             length = STEP_LENGTH[heading] * factor[row, col]
             if preferred[r, c] == heading:
@@ -128,7 +128,7 @@ def q_from_cost(
     q = np.zeros((rows, cols, 8))
     for row in range(rows):
         for col in range(cols):
-            if is_barred(known, row, col, rules[1]):
+            if is_occupied(known, row, col, rules[1]):
                 continue
             for heading in range(8):
                 if not step_allowed(known, row, col, heading, rules):

@@ -187,14 +187,14 @@ class TrialPolicy:
         parameters = self._parameters
         # Kept out of until it is seen, which it may be from another cell.
         kept_out = blocked | unknown if parameters.unknown_is_blocked else blocked
-        heading, kind, barred, reward = trial_kernels.decide(
+        heading, kind, occupied, reward = trial_kernels.decide(
             row, col, kept_out, unknown & ~kept_out, self._headings, self._known, self._q,
             self._cost, self._factor, self._counts, self._entered, self._punished, self.field.goal,
             (parameters.learning_rate, parameters.discount), options_of(parameters),
             rules_of(parameters), self._rng)
         rows = []
-        if barred >= 0:
-            rows.append(self._row(row, col, barred, -1, Kind.BLOCKED, blocked, unknown, stamp))
+        if occupied >= 0:
+            rows.append(self._row(row, col, occupied, -1, Kind.BLOCKED, blocked, unknown, stamp))
         if heading < 0:
             return self._give_up('no way to the goal is left on the remembered map', rows)
         rows.append(self._row(row, col, heading, reward, Kind(kind), blocked, unknown, stamp))

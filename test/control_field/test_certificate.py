@@ -6,7 +6,7 @@ import pytest
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, UNIT
 from control_field.kernels import compiled
-from control_field.kernels.steps import is_barred, step_allowed
+from control_field.kernels.steps import is_occupied, step_allowed
 from control_field.learning.certificate import certify, fidelity_of
 from control_field.records import ControlField
 from strategies import knowns, rules, seeds, steady
@@ -64,9 +64,9 @@ def test_the_certificate_says_what_following_the_field_from_every_cell_shows(
     sinks = set(map(tuple, certificate.sinks.tolist()))
     assert not any(comes_home(known, headings, cell, goal, rule) for cell in sinks)
     assert bool(sinks) == (certificate.basin < 1.0) or not counted
-    barred = {cell for cell in counted if cell != goal and (
+    occupied = {cell for cell in counted if cell != goal and (
         headings[cell] < 0 or not step_allowed(known, *cell, headings[cell], rule))}
-    assert barred <= sinks
+    assert occupied <= sinks
 
 
 def test_a_flow_that_ends_in_unseen_ground_has_a_sink_there():
@@ -119,7 +119,7 @@ def test_unseen_ground_counts_for_the_basin_but_not_as_proven():
                           (False, False, 8))
     assert (certificate.basin, certificate.n_reachable) == (1.0, 3)
     assert certificate.proven == pytest.approx(2 / 3)
-    assert not is_barred(known, 0, 1, False)
+    assert not is_occupied(known, 0, 1, False)
 
 
 def test_the_sentence_is_plain_and_the_numbers_hold_the_rest():

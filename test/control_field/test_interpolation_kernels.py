@@ -31,7 +31,7 @@ def test_the_pull_is_the_cheapest_step_and_of_equals_the_nearest_to_the_course(k
     for cell in np.ndindex(known.shape):
         ways = {h: scene.cost[to] + STEP_LENGTH[h] * scene.factor[to]
                 for h, to in steps(known, cell, rule) if np.isfinite(scene.cost[to])}
-        if kernels.is_barred(known, *cell, rule[1]) or scene.cost[cell] == 0.0 or not ways:
+        if kernels.is_occupied(known, *cell, rule[1]) or scene.cost[cell] == 0.0 or not ways:
             assert pull[cell] == -1
             continue
         cheapest = [h for h, cost in ways.items() if cost <= min(ways.values()) + 1e-9]
@@ -126,7 +126,7 @@ def loops_from(cell, known, headings, rule):
 
 @given(knowns, rules, seeds)
 @steady
-def test_what_is_mended_is_a_barred_course_or_a_cell_of_a_loop(known, rule, seed):
+def test_what_is_mended_is_a_occupied_course_or_a_cell_of_a_loop(known, rule, seed):
     scene = Scene(known, rule, seed)
     headings, state = scene.headings, scene.state
     mended = mending_kernels.mending_cells(

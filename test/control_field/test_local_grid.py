@@ -81,12 +81,12 @@ def test_what_was_seen_is_remembered_and_the_rest_stays(known, blocked, unknown,
     row = data.draw(st.integers(0, known.shape[0] - 1))
     col = data.draw(st.integers(0, known.shape[1] - 1))
     before = known.copy()
-    n_barred = remember_local_grid(known, row, col, blocked, unknown)
+    n_occupied = remember_local_grid(known, row, col, blocked, unknown)
     shown = neighbourhood_from_masks(blocked & ~unknown, unknown)
     expected = np.pad(before, 1)
     window = expected[row:row + 3, col:col + 3]
     window[shown != UNKNOWN] = shown[shown != UNKNOWN]
     assert np.array_equal(known, expected[1:-1, 1:-1])
     at = (row, col)
-    assert n_barred == ((known == BLOCKED) & (before != BLOCKED)).sum()
+    assert n_occupied == ((known == BLOCKED) & (before != BLOCKED)).sum()
     assert known[at] == FREE

@@ -64,11 +64,11 @@ def test_a_refreshed_field_tells_of_the_map_what_this_trial_has_not_seen_itself(
 def test_a_blocked_course_earns_minus_one_and_its_avoidance_plus_one():
     policy = policy_of(learning_rate=0.5)
     choice = policy.decide(2, 1, 1 << EAST, 0, 0.0)
-    barred, chosen = choice.decisions
-    assert (barred['kind'], barred['action'], barred['reward']) == (Kind.BLOCKED, EAST, -1)
-    assert (barred['next_row'], barred['next_col']) == (2, 1)
+    occupied, chosen = choice.decisions
+    assert (occupied['kind'], occupied['action'], occupied['reward']) == (Kind.BLOCKED, EAST, -1)
+    assert (occupied['next_row'], occupied['next_col']) == (2, 1)
     assert (chosen['kind'], chosen['reward']) == (Kind.AVOID, 1)
-    assert choice.heading == chosen['action'] == NORTH  # diagonals are barred by the corner
+    assert choice.heading == chosen['action'] == NORTH  # diagonals are occupied by the corner
     assert policy.n_reinforcements == policy.n_decisions == 2
     assert policy.n_steps == 1
 

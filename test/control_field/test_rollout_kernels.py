@@ -4,7 +4,7 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels import compiled
-from control_field.kernels.steps import is_barred, step_allowed
+from control_field.kernels.steps import is_occupied, step_allowed
 from strategies import knowns, rules, seeds, steady
 
 
@@ -21,7 +21,7 @@ def scene_of(known, seed):
 
 
 def follow(known, headings, cell, goal, rule):
-    """Follow the field naively; return the cells, and how it ended: home, loop or barred."""
+    """Follow the field naively; return the cells, and how it ended: home, loop or occupied."""
     path = [cell]
     while True:
         row, col = path[-1]
@@ -38,7 +38,7 @@ def follow(known, headings, cell, goal, rule):
 
 def flows(known, headings, goal, rule):
     return {cell: follow(known, headings, cell, goal, rule) for cell in np.ndindex(known.shape)
-            if not is_barred(known, *cell, rule[1])}
+            if not is_occupied(known, *cell, rule[1])}
 
 
 CODES = {'home': 1, 'loop': 2, 'barred': 3}
@@ -78,16 +78,16 @@ def test_every_lost_flow_has_one_end_and_every_end_is_one(known, rule, seed):
     state = compiled.flow_basin(known, headings, *goal, rule)
     starts = np.random.default_rng(seed).random(known.shape) < 0.3
     ends = compiled.flow_ends(known, headings, state, starts, rule)
-    loops, barred = set(), set()
+    loops, occupied = set(), set()
     for cell, (path, end) in flows(known, headings, goal, rule).items():
         if starts[cell] and end == 'barred':
-            barred.add(path[-1])
+            occupied.add(path[-1])
         if starts[cell] and end == 'loop':
             loops.add(frozenset(path[path.index(path[-1]):]))
-    assert all(ends[cell] for cell in barred)
+    assert all(ends[cell] for cell in occupied)
     for loop in loops:
         assert sum(ends[cell] for cell in loop) == 1
-    assert ends.sum() == len(loops) + len(barred)
+    assert ends.sum() == len(loops) + len(occupied)
 
 
 @given(knowns, rules, seeds)

@@ -63,7 +63,7 @@ def graph_of(known, rule, factor, preferred=None, spared=None):
     graph = nx.DiGraph()
     graph.add_nodes_from(np.ndindex(known.shape))
     for row, col in np.ndindex(known.shape):
-        if kernels.is_barred(known, row, col, rule[1]):
+        if kernels.is_occupied(known, row, col, rule[1]):
             continue
         for heading in range(8):
             if naively_allowed(known, row, col, heading, rule):
@@ -146,8 +146,8 @@ def test_the_cost_to_go_is_the_fixed_point_of_equation_6(known, rule, seed):
         known, scene.goal, scene.factor, scene.headings, scene.spared, 0.9, rule)
     assert np.allclose(np.maximum(q, 0.0), expected, atol=1e-12)
     for row, col in np.argwhere(known == 0).tolist():
-        barred = [not naively_allowed(known, row, col, h, rule) for h in range(8)]
-        assert (q[row, col] == -1.0).tolist() == barred
+        occupied = [not naively_allowed(known, row, col, h, rule) for h in range(8)]
+        assert (q[row, col] == -1.0).tolist() == occupied
 
 
 def test_a_way_however_long_keeps_a_value_that_float32_can_hold():
@@ -171,7 +171,7 @@ def test_rehearsal_around_the_robot_with_enough_backups_is_the_whole_recomputati
         known, stale, scene.factor, scene.row, scene.col, *scene.goal, 10_000, rule)
     course = compiled.best_step(
         known, stale, scene.factor, scene.row, scene.col, -1, rule)
-    if kernels.is_barred(known, scene.row, scene.col, rule[1]):
+    if kernels.is_occupied(known, scene.row, scene.col, rule[1]):
         return
     here = scene.row, scene.col
     assert stale[here] == pytest.approx(whole[here], abs=1e-9)

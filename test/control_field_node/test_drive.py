@@ -206,9 +206,9 @@ def test_seen_agrees_with_the_masks_and_the_workspace():
     cells = np.array([[0, 100, -1], [0, 100, 0], [0, 0, 100]], np.int8)
     seen = seen_from_neighbourhood(Neighbourhood(0.0, 0, 5, cells), GRID, False)
     assert (seen.blocked, seen.unknown) == masks_from_neighbourhood(cells)
-    assert seen.barred == {(-1, 4), (-1, 5), (-1, 6), (1, 6)}
+    assert seen.occupied == {(-1, 4), (-1, 5), (-1, 6), (1, 6)}
     cautious = seen_from_neighbourhood(Neighbourhood(0.0, 1, 5, cells), GRID, True)
-    assert cautious.barred == {(0, 5), (0, 6), (2, 6)}
+    assert cautious.occupied == {(0, 5), (0, 6), (2, 6)}
 
 
 def test_the_same_local_grid_is_made_ready_once():
