@@ -1,5 +1,5 @@
 """
-Driving from cell to cell: when to decide, and along which legs to go.
+Driving from cell to cell: when to decide, and along which segments to go.
 
 In the open the robot heads for the next centre and decides shortly before it arrives. Beside
 anything occupied it keeps to the lines between the centres: a turn is made on the centre.
@@ -11,7 +11,7 @@ from typing import Final
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.robot.limits import Limits, Velocity
-from control_field.robot.steering import EXACT_CONE, Leg, steer, wrapped
+from control_field.robot.steering import EXACT_CONE, Segment, steer, wrapped
 from control_field_node.seen import Seen
 from msgs_bridge.messages.poses import Pose
 
@@ -59,7 +59,7 @@ class Drive:
 
     def reset(self) -> None:
         """Forget the way; the next `is_due` begins from where the robot is."""
-        self._legs: list[Leg] = []
+        self._segments: list[Segment] = []
         self._target: Cell = (-1, -1)
         self._source: Cell = (-1, -1)
         self._reach = 0.0
@@ -69,16 +69,16 @@ class Drive:
         """Tell whether the robot has come to where the next step is decided."""
         cell = self.grid.cell_from_world(pose.x, pose.y)
         self._look(seen)
-        if not self._legs:
+        if not self._segments:
             self._begin(pose, cell, seen)
         elif self._is_occupied(cell, seen) or _apart(cell, self._target) > 1:
             self.to_centre(pose)
-        elif seen.is_tight and not self._legs[-1].exact:
-            end = self._legs[-1]
-            self._legs = [Leg(pose.x, pose.y, end.bx, end.by, True)]
-        while len(self._legs) > 1 and self._left(pose) <= EXACT * self.grid.resolution:
-            del self._legs[0]
-        return (cell == self._target == (seen.row, seen.col) and len(self._legs) == 1
+        elif seen.is_tight and not self._segments[-1].exact:
+            end = self._segments[-1]
+            self._segments = [Segment(pose.x, pose.y, end.bx, end.by, True)]
+        while len(self._segments) > 1 and self._left(pose) <= EXACT * self.grid.resolution:
+            del self._segments[0]
+        return (cell == self._target == (seen.row, seen.col) and len(self._segments) == 1
                 and self._left(pose) <= self._reach)
 
     def go(self, heading: int, pose: Pose, seen: Seen) -> None:
@@ -87,34 +87,34 @@ class Drive:
         step = _STEPS[heading]
         x, y = self._middle((row, col))
         end = self._middle((row + step[0], col + step[1]))
-        line = Leg(x, y, *end, seen.is_tight)
+        line = Segment(x, y, *end, seen.is_tight)
         if not seen.is_tight:
-            self._legs = [Leg(pose.x, pose.y, *end, False)]
+            self._segments = [Segment(pose.x, pose.y, *end, False)]
         elif self._is_on(line, pose):
-            self._legs = [line]
+            self._segments = [line]
         else:
-            self._legs = [self._to(x, y, pose), line]
+            self._segments = [self._to(x, y, pose), line]
         self._source, self._target = (row, col), (row + step[0], col + step[1])
         self._reach = self.tolerance * self.grid.resolution
 
     def to_centre(self, pose: Pose) -> None:
         """Drive to the centre of the robot's own cell, exactly."""
         cell = self.grid.cell_from_world(pose.x, pose.y)
-        self._legs = [self._to(*self._middle(cell), pose)]
+        self._segments = [self._to(*self._middle(cell), pose)]
         self._source = self._target = cell
         self._reach = EXACT * self.grid.resolution
 
     def velocity(self, pose: Pose) -> Velocity:
-        """Return the velocity along the present leg."""
-        return steer(pose.x, pose.y, pose.yaw, self._legs[0], self.limits)
+        """Return the velocity along the present segment."""
+        return steer(pose.x, pose.y, pose.yaw, self._segments[0], self.limits)
 
     def _look(self, seen: Seen) -> None:
         """Keep aside of what has come into sight."""
         news = seen.occupied != self._occupied
         self._occupied = seen.occupied
-        if news and self.clearance and self._legs:
-            end = self._legs[-1]
-            self._legs[-1] = Leg(end.ax, end.ay, *self._middle(self._target), end.exact)
+        if news and self.clearance and self._segments:
+            end = self._segments[-1]
+            self._segments[-1] = Segment(end.ax, end.ay, *self._middle(self._target), end.exact)
 
     def _middle(self, cell: Cell) -> tuple[float, float]:
         """Return where to drive in a cell: its centre, or aside of it, away from the occupied."""
@@ -132,17 +132,17 @@ class Drive:
         if not seen.is_tight:
             self._reach = math.inf
 
-    def _to(self, x: float, y: float, pose: Pose) -> Leg:
-        """Return the exact leg to a point, along the present one if it leads there."""
-        last = self._legs[-1] if self._legs else None
+    def _to(self, x: float, y: float, pose: Pose) -> Segment:
+        """Return the exact segment to a point, along the present one if it leads there."""
+        last = self._segments[-1] if self._segments else None
         if last is not None and last.exact and (last.bx, last.by) == (x, y):
             return last
-        return Leg(pose.x, pose.y, x, y, True)
+        return Segment(pose.x, pose.y, x, y, True)
 
     def _left(self, pose: Pose) -> float:
-        return self._legs[0].remaining(pose.x, pose.y)
+        return self._segments[0].remaining(pose.x, pose.y)
 
-    def _is_on(self, line: Leg, pose: Pose) -> bool:
+    def _is_on(self, line: Segment, pose: Pose) -> bool:
         """Tell whether the robot can go on along a line without turning on its beginning."""
         if line.remaining(pose.x, pose.y) > (1.0 + self.tolerance) * math.hypot(
                 line.bx - line.ax, line.by - line.ay):

@@ -128,13 +128,13 @@ def _path_over(world: GridWorld, stops: Path, rng: np.random.Generator) -> Path 
     rest, path = world.truth.copy(), stops[:1]
     for stop, following in pairwise(stops):
         try:
-            leg = shortest_path(GridWorld(rest, world.parameters), stop, following, rng)
+            segment = shortest_path(GridWorld(rest, world.parameters), stop, following, rng)
         except NoWayError:
             return None
-        if following != stops[-1] and stops[-1] in leg:
+        if following != stops[-1] and stops[-1] in segment:
             return None
-        path += leg[1:]
-        for cell in leg[:-1]:
+        path += segment[1:]
+        for cell in segment[:-1]:
             rest[cell] = 100
     return path
 

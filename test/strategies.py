@@ -63,8 +63,8 @@ def relearner(draw, low=3, high=8, blind=False):
     return occupancy, cells
 
 
-def leg(*corners):
-    """Return the cells of a drive along straight legs between corners."""
+def segment(*corners):
+    """Return the cells of a drive along straight segments between corners."""
     cells = [corners[0]]
     for corner in corners[1:]:
         while cells[-1] != corner:

@@ -1,11 +1,11 @@
 """
 Steering: which velocity brings the robot to the next cell's centre.
 
-The way to a cell is a `Leg`. An *exact* leg keeps to the line between its ends and turns on the
-spot for anything but small errors: a body of 0.105 m has 2 cm to spare in a corridor of 0.25 m. An
-open leg heads for its end and turns while driving. Both brake so as to rest at the end, should
-nobody know what comes next. How suddenly the robot may change is the collision monitor's business
-(`control_field.robot.collision_monitor`).
+The way to a cell is a `Segment`. An *exact* segment keeps to the line between its ends and turns
+on the spot for anything but small errors: a body of 0.105 m has 2 cm to spare in a corridor of
+0.25 m. An open segment heads for its end and turns while driving. Both brake so as to rest at the
+end, should nobody know what comes next. How suddenly the robot may change is the collision
+monitor's business (`control_field.robot.collision_monitor`).
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ LOOK_AHEAD: Final = 0.7
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class Segment:
     """
     A straight piece of way.
 
@@ -48,14 +48,14 @@ class Leg:
     exact: bool
 
     def remaining(self, x: float, y: float) -> float:
-        """Return how far the end lies ahead, along the leg [m]; negative when passed."""
+        """Return how far the end lies ahead, along the segment [m]; negative when passed."""
         length = math.hypot(self.bx - self.ax, self.by - self.ay)
         if length == 0.0:
             return 0.0
         return ((self.bx - x) * (self.bx - self.ax) + (self.by - y) * (self.by - self.ay)) / length
 
     def lateral(self, x: float, y: float) -> float:
-        """Return how far a point lies to the left of the leg, [m]."""
+        """Return how far a point lies to the left of the segment, [m]."""
         length = math.hypot(self.bx - self.ax, self.by - self.ay)
         if length == 0.0:
             return 0.0
@@ -97,22 +97,22 @@ def approach_speed(remaining: float, top: float, acceleration: float, gain: floa
     return min(top, math.sqrt(2.0 * acceleration * (remaining - 0.5 * knee)))
 
 
-def heading_wanted(x: float, y: float, leg: Leg, limits: Limits) -> float:
-    """Return the direction to look in: back to the line of an exact leg, else to its end."""
-    if not leg.exact:
-        return math.atan2(leg.by - y, leg.bx - x)
-    return leg.heading() - math.atan(leg.lateral(x, y) / (LOOK_AHEAD * limits.v_max))
+def heading_wanted(x: float, y: float, segment: Segment, limits: Limits) -> float:
+    """Return the direction to look in: back to the line of an exact segment, else to its end."""
+    if not segment.exact:
+        return math.atan2(segment.by - y, segment.bx - x)
+    return segment.heading() - math.atan(segment.lateral(x, y) / (LOOK_AHEAD * limits.v_max))
 
 
-def steer(x: float, y: float, yaw: float, leg: Leg, limits: Limits) -> Velocity:
+def steer(x: float, y: float, yaw: float, segment: Segment, limits: Limits) -> Velocity:
     """
-    Return the velocity that follows a leg.
+    Return the velocity that follows a segment.
 
     Parameters
     ----------
     x, y, yaw : float, [m], [rad]
         The robot's pose, finite.
-    leg : Leg
+    segment : Leg
         Where it goes.
     limits : Limits
         What it can do.
@@ -123,9 +123,9 @@ def steer(x: float, y: float, yaw: float, leg: Leg, limits: Limits) -> Velocity:
         Never backwards, within the speed limits.
 
     """
-    error = wrapped(heading_wanted(x, y, leg, limits) - yaw)
-    cone = EXACT_CONE if leg.exact else OPEN_CONE
+    error = wrapped(heading_wanted(x, y, segment, limits) - yaw)
+    cone = EXACT_CONE if segment.exact else OPEN_CONE
     turn = approach_speed(abs(error), limits.w_max, BRAKE_SHARE * limits.alpha_max, TURN_GAIN)
     ahead = approach_speed(
-        leg.remaining(x, y), limits.v_max, BRAKE_SHARE * limits.a_max, DRIVE_GAIN)
+        segment.remaining(x, y), limits.v_max, BRAKE_SHARE * limits.a_max, DRIVE_GAIN)
     return min(ahead, limits.v_max * max(0.0, 1.0 - abs(error) / cone)), math.copysign(turn, error)

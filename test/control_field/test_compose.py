@@ -12,12 +12,12 @@ from control_field.learning.memory import Memory
 from control_field.parameters import Parameters
 from control_field.records import CellFlag
 from control_field.robot.policy import rules_of
-from strategies import few, leg, practise, relearner, steady, taught
+from strategies import few, practise, relearner, segment, steady, taught
 
 #: A wall with a gap, between the way shown and the rest.
 WALLED = np.zeros((9, 9), np.int8)
 WALLED[4, 1:8] = 100
-SHOWN = leg((1, 1), (1, 7), (2, 8))
+SHOWN = segment((1, 1), (1, 7), (2, 8))
 
 
 def headings_of(field):
@@ -147,7 +147,7 @@ def test_the_advantages_and_caution_change_the_way():
 
 
 def test_a_teacher_without_advantage_keeps_no_roundabout_way():
-    roundabout = leg((1, 1), (6, 1), (6, 6), (1, 6))
+    roundabout = segment((1, 1), (6, 1), (6, 6), (1, 6))
     kept, free = (
         taught(roundabout, (8, 8), np.zeros((8, 8), np.int8), demonstration_advantage=advantage)
         for advantage in (0.4, 0.0))
@@ -159,14 +159,14 @@ def test_a_teacher_without_advantage_keeps_no_roundabout_way():
 def test_a_dead_end_that_was_shown_is_left_once_it_is_known():
     occupancy = np.zeros((9, 16), np.int8)
     occupancy[3, 6:11] = occupancy[5, 6:11] = occupancy[4, 6] = 100
-    learner = taught(leg((4, 14), (4, 1)), occupancy.shape)
+    learner = taught(segment((4, 14), (4, 1)), occupancy.shape)
     practise(learner, occupancy, [(4, 14)] * 4)
     assert learner.refresh.certificate.basin == 1.0
     assert len(learner.refresh.certificate.sinks) == 0
 
 
 def test_a_demonstrated_cell_that_is_a_wall_is_no_prototype():
-    learner = taught(leg((0, 0), (0, 5)), (3, 6))
+    learner = taught(segment((0, 0), (0, 5)), (3, 6))
     world = np.zeros((3, 6), np.int8)
     world[0, 3] = 100
     practise(learner, world, [(0, 0)])
@@ -177,7 +177,7 @@ def test_a_demonstrated_cell_that_is_a_wall_is_no_prototype():
 
 
 def test_a_wall_that_has_gone_gives_the_demonstration_back():
-    learner = taught(leg((0, 0), (0, 5)), (3, 6))
+    learner = taught(segment((0, 0), (0, 5)), (3, 6))
     world = np.zeros((3, 6), np.int8)
     world[0, 3] = 100
     practise(learner, world, [(0, 0)])
@@ -190,7 +190,7 @@ def test_a_wall_that_has_gone_gives_the_demonstration_back():
 @pytest.mark.parametrize('profile', ['paper', 'full'])
 def test_corridors_one_cell_wide_are_workspaces_too(shape, profile):
     end = (shape[0] - 1, shape[1] - 1)
-    learner = taught(leg((0, 0), end), shape, np.zeros(shape, np.int8), profile=profile)
+    learner = taught(segment((0, 0), end), shape, np.zeros(shape, np.int8), profile=profile)
     assert learner.refresh.certificate.basin == 1.0
     for trial in practise(learner, np.zeros(shape, np.int8), [(0, 0), end]):
         assert trial.outcome == 'goal'

@@ -8,10 +8,10 @@ import pytest
 from control_field.drives.demonstration import demonstration_from_poses
 from control_field.drives.loops import loop_erased
 from control_field.grid import Grid
-from strategies import drives, leg, steady
+from strategies import drives, segment, steady
 
 GRID = Grid(20, 20, 0.25, -1.0, 2.0)
-L_SHAPE = leg((3, 2), (3, 15), (16, 15))
+L_SHAPE = segment((3, 2), (3, 15), (16, 15))
 NOTHING = np.zeros(0), np.zeros(0, np.uint8), np.zeros(0, np.uint8)
 
 
@@ -19,8 +19,8 @@ def along(cells, n=20, offset=(0.0, 0.0)):
     """Return positions along straight lines between cell centres, ``offset`` cells beside."""
     corners = GRID.world_from_cells(np.array(cells)) + GRID.resolution * np.array(offset)
     share = np.arange(n)[:, None] / n
-    legs = [a + share * (b - a) for a, b in pairwise(corners)]
-    return np.concatenate([*legs, corners[-1:]])
+    segments = [a + share * (b - a) for a, b in pairwise(corners)]
+    return np.concatenate([*segments, corners[-1:]])
 
 
 def learn(xy, dt=0.05, local_grids=NOTHING, stamps=None):
@@ -69,7 +69,7 @@ def test_the_rate_of_the_poses_does_not_matter(cells, times):
 
 def test_a_slow_drive_is_a_drive():
     demonstration, report = learn(along([(3, 2), (3, 15)], 40_000), dt=0.005)
-    assert cells_of(demonstration) == leg((3, 2), (3, 15))
+    assert cells_of(demonstration) == segment((3, 2), (3, 15))
     assert report.n_standing == 0
 
 
@@ -92,7 +92,7 @@ def test_idling_is_trimmed_and_standing_is_counted():
     times[[0, 25, -1]] = 31, 10, 41
     still = np.repeat(xy, times, axis=0)
     demonstration, report = learn(still)
-    assert cells_of(demonstration) == leg((3, 2), (3, 6))
+    assert cells_of(demonstration) == segment((3, 2), (3, 6))
     assert (report.n_idle_start, report.n_idle_end, report.n_standing) == (30, 40, 9)
     assert demonstration.stamps[0] == pytest.approx(30 * 0.05)
     for part in ('5 cells from', '30 poses of standing still at the start',
@@ -121,7 +121,7 @@ def test_a_robot_that_stands_on_an_edge_and_jitters_is_not_driven():
 def test_a_diagonal_drive_that_grazes_corners_is_diagonal(off, quarter):
     ends = [((3, 3), (9, 9)), ((9, 3), (3, 9)), ((9, 9), (3, 3)), ((3, 9), (9, 3))][quarter]
     demonstration, _ = learn(along(ends, 400, (off, 0.0)))
-    assert cells_of(demonstration) == leg(*ends)
+    assert cells_of(demonstration) == segment(*ends)
 
 
 def test_jitter_on_an_edge_is_no_step():
@@ -137,7 +137,7 @@ def test_sparse_poses_are_filled_with_straight_steps_that_nothing_was_seen_from(
     local_grids = np.array([0.0]), np.array([7], np.uint8), np.array([0], np.uint8)
     demonstration, report = learn(GRID.world_from_cells(np.array(corners)), 3.0, local_grids)
     cells = cells_of(demonstration)
-    assert cells == leg(*corners)
+    assert cells == segment(*corners)
     assert report.n_filled == len(cells) - len(corners)
     filled = np.array([cell not in corners for cell in cells])
     assert (demonstration.unknown == np.where(filled, 255, 0)).all()
@@ -154,12 +154,12 @@ def test_poses_on_the_edge_and_poses_that_are_none_are_dropped_and_counted():
     xy = along([(0, 3), (0, 8)], 20)
     bad = np.array([[np.nan, 0.0], [np.inf, 1.0]])
     demonstration, report = learn(np.concatenate([xy[:40], bad, xy[40:]]))
-    assert cells_of(demonstration) == leg((0, 3), (0, 8))
+    assert cells_of(demonstration) == segment((0, 3), (0, 8))
     assert report.n_outside == 2
     assert '2 poses on the edge outside the workspace' in str(report)
     xy[:, 1] -= 0.13  # along its lower edge, just outside
     edge = learn(np.concatenate([along([(0, 3), (0, 3)]), xy, along([(0, 8), (0, 8)])]))
-    assert cells_of(edge[0]) == leg((0, 3), (0, 8))
+    assert cells_of(edge[0]) == segment((0, 3), (0, 8))
     assert edge[1].n_outside == len(xy)
     stamps = np.arange(len(xy)) * 0.05
     stamps[5] = np.nan
@@ -174,7 +174,7 @@ def test_what_leads_nowhere_is_refused_with_what_was_dropped(xy):
 
 
 def test_each_cell_has_the_local_grid_that_was_newest_when_it_was_entered():
-    xy = along(leg((3, 2), (3, 5)), 20)
+    xy = along(segment((3, 2), (3, 5)), 20)
     at = np.arange(len(xy)) * 0.05
     local_grids = at[9:], np.arange(len(at) - 9).astype(np.uint8), np.zeros(len(at) - 9, np.uint8)
     demonstration, _ = learn(xy, local_grids=local_grids)
@@ -186,7 +186,7 @@ def test_each_cell_has_the_local_grid_that_was_newest_when_it_was_entered():
 
 
 def test_a_drive_around_a_block_and_back_is_cut_down_to_the_way_out():
-    drive = leg((3, 3), (3, 6), (6, 6), (6, 3), (3, 3), (2, 3))
+    drive = segment((3, 3), (3, 6), (6, 6), (6, 3), (3, 3), (2, 3))
     demonstration, report = learn(along(drive))
     assert cells_of(demonstration) == drive
     assert report.n_crossings == 1

@@ -9,7 +9,7 @@ from control_field.learning import grid_world as simulation
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from control_field.records import Kind, Outcome
-from strategies import few, leg, practise, relearner, seeds, steady, taught
+from strategies import few, practise, relearner, seeds, segment, steady, taught
 
 
 def world_of(learnt_bag, **values):
@@ -82,7 +82,7 @@ def test_many_trials_end_as_each_would_by_itself(learnt_bag, seed, keep_out):
 def test_who_keeps_out_of_the_unknown_still_finds_a_way_over_ground_never_seen():
     occupancy = np.zeros((11, 12), np.int8)
     occupancy[3:8, 6] = 100
-    learner, world, _ = world_of((occupancy, leg((5, 1), (5, 10))), unknown_is_blocked=True)
+    learner, world, _ = world_of((occupancy, segment((5, 1), (5, 10))), unknown_is_blocked=True)
     trial, _ = world.trial(learner.refresh.field, (5, 1), 0)
     assert trial.outcome is Outcome.GOAL
     learner.add_trial(trial)
@@ -104,11 +104,11 @@ def test_a_trial_changes_nothing_but_its_own(learnt_bag):
 def test_a_start_in_a_wall_is_refused():
     world = GridWorld(np.array([[0, 0, 100]], np.int8), Parameters())
     with pytest.raises(ValueError, match=r'start \(0, 2\) is blocked'):
-        world.trial(taught(leg((0, 0), (0, 1)), (1, 3)).refresh.field, (0, 2), 0)
+        world.trial(taught(segment((0, 0), (0, 1)), (1, 3)).refresh.field, (0, 2), 0)
 
 
 def test_a_start_at_the_goal_is_a_trial_of_no_steps():
-    learner = taught(leg((0, 0), (0, 2)), (1, 3))
+    learner = taught(segment((0, 0), (0, 2)), (1, 3))
     trial, length = GridWorld(np.zeros((1, 3), np.int8), learner.parameters).trial(
         learner.refresh.field, (0, 2), 0)
     assert (trial.outcome, trial.n_steps, length) == ('goal', 0, 0.0)
@@ -118,7 +118,7 @@ def test_a_start_at_the_goal_is_a_trial_of_no_steps():
 def test_a_huge_step_limit_costs_no_memory_and_a_long_log_is_whole(monkeypatch):
     world = np.zeros((6, 6), np.int8)
     world[2, :5] = world[3, 4] = 100
-    learner = taught(leg((0, 0), (5, 0)), (6, 6), profile='paper', step_limit=10_000_000)
+    learner = taught(segment((0, 0), (5, 0)), (6, 6), profile='paper', step_limit=10_000_000)
     field = learner.refresh.field
     whole, _ = GridWorld(world, learner.parameters).trial(field, (0, 0), 1)
     monkeypatch.setattr(simulation, '_FIRST_ROWS', 4)
@@ -130,6 +130,6 @@ def test_a_huge_step_limit_costs_no_memory_and_a_long_log_is_whole(monkeypatch):
 def test_the_step_limit_ends_a_trial():
     world = np.zeros((3, 9), np.int8)
     world[:, 4] = 100
-    learner = taught(leg((1, 0), (1, 8)), (3, 9), profile='paper', step_limit=30)
+    learner = taught(segment((1, 0), (1, 8)), (3, 9), profile='paper', step_limit=30)
     trial, _ = GridWorld(world, learner.parameters).trial(learner.refresh.field, (1, 0), 0)
     assert (trial.outcome, trial.n_steps) == ('gave_up', 30)

@@ -9,11 +9,11 @@ from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Outcome, Trial
 from control_field.robot.policy import rules_of
-from strategies import demonstration_of, few, leg, practise, relearner, taught
+from strategies import demonstration_of, few, practise, relearner, segment, taught
 
 WALLED = np.zeros((7, 7), np.int8)
 WALLED[3, 1:6] = 100
-SHOWN = leg((1, 1), (1, 5), (5, 5))
+SHOWN = segment((1, 1), (1, 5), (5, 5))
 
 
 def bytes_of(learner):
@@ -45,7 +45,7 @@ def test_the_same_episodes_give_the_same_bytes(learnt_bag, profile, data):
 
 
 def test_another_order_may_give_another_field():
-    first, second = leg((2, 0), (2, 6)), leg((2, 5), (2, 1), (3, 1), (3, 6), (2, 6))
+    first, second = segment((2, 0), (2, 6)), segment((2, 5), (2, 1), (3, 1), (3, 6), (2, 6))
     fields = set()
     for order in ((first, second), (second, first)):
         learner = Learner(Grid(7, 7, 1.0), Parameters())
@@ -107,7 +107,7 @@ def test_revisions_count_episodes_whatever_they_taught():
     assert learner.refresh.field.revision == 2
     learner.add_trial(Trial(trial.decisions.copy(), Outcome.ABORTED))
     assert learner.refresh.field.revision == 3
-    learner.add_demonstration(demonstration_of(leg((6, 0), (6, 5), (5, 5))))
+    learner.add_demonstration(demonstration_of(segment((6, 0), (6, 5), (5, 5))))
     assert learner.refresh.field.revision == 4
 
 
@@ -123,7 +123,7 @@ def test_a_refused_demonstration_leaves_the_field_as_it_was():
 
 def test_demonstrations_add_up_and_the_last_goal_is_the_goal():
     learner = taught(SHOWN, WALLED.shape)
-    learner.add_demonstration(demonstration_of(leg((6, 0), (6, 6)), episode=2))
+    learner.add_demonstration(demonstration_of(segment((6, 0), (6, 6)), episode=2))
     refresh = learner.refresh
     assert refresh.field.goal == (6, 6)
     assert refresh.prototypes.demonstrated.sum() == len(SHOWN) - 1 + 6
@@ -136,7 +136,7 @@ def test_demonstrations_add_up_and_the_last_goal_is_the_goal():
 def test_an_unreachable_start_is_given_up_and_does_no_harm(profile):
     world = np.zeros((7, 7), np.int8)
     world[4, :3] = world[5:, 2] = 100
-    learner = taught(leg((0, 0), (0, 6)), (7, 7), profile=profile, step_limit=100)
+    learner = taught(segment((0, 0), (0, 6)), (7, 7), profile=profile, step_limit=100)
     trial = practise(learner, world, [(6, 0)])[0]
     assert trial.outcome == Outcome.GAVE_UP
     assert practise(learner, world, [(0, 0)])[0].outcome == Outcome.GOAL

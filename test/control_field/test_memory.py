@@ -10,7 +10,7 @@ from control_field.learning.grid_world import GridWorld
 from control_field.learning.memory import Memory
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Kind, Outcome, Trial
-from strategies import demonstration_of, drives, leg, practise, relearner, steady, taught
+from strategies import demonstration_of, drives, practise, relearner, segment, steady, taught
 
 OPEN = np.zeros((6, 6), np.int8)
 
@@ -56,7 +56,7 @@ def test_a_loop_erased_path_enters_no_cell_twice_and_keeps_both_ends(cells):
 
 
 def test_without_loops_nothing_is_erased():
-    path = np.array(leg((0, 0), (0, 4), (4, 4)), np.int32)
+    path = np.array(segment((0, 0), (0, 4), (4, 4)), np.int32)
     assert np.array_equal(loop_erased(path), np.arange(len(path)))
     assert loop_erased(np.zeros((0, 2), np.int32)).tolist() == []
 
@@ -76,7 +76,7 @@ def test_there_is_one_prototype_a_cell_and_the_last_action_wins(data):
 
 
 def test_where_demonstrations_cross_the_last_one_wins():
-    across, down = leg((2, 0), (2, 5)), leg((5, 3), (0, 3))
+    across, down = segment((2, 0), (2, 5)), segment((5, 3), (0, 3))
     memory = memory_of(across, down)
     assert memory.goal == (0, 3)
     assert memory.action[2, 3] == heading_from_step(-1, 0)
@@ -86,7 +86,7 @@ def test_where_demonstrations_cross_the_last_one_wins():
 
 
 def test_a_demonstration_gives_its_steps_value_nearer_the_goal_more():
-    memory = memory_of(leg((2, 0), (2, 5)), learning_rate=0.5, discount=0.9)
+    memory = memory_of(segment((2, 0), (2, 5)), learning_rate=0.5, discount=0.9)
     assert memory.q[2, :5, 0] == pytest.approx([0.5 * 0.45**k for k in (4, 3, 2, 1, 0)])
     assert np.count_nonzero(memory.q) == 5
 
@@ -94,7 +94,7 @@ def test_a_demonstration_gives_its_steps_value_nearer_the_goal_more():
 @pytest.mark.parametrize('cells', [[], [(1, 1)], [(1, 1), (1, 2), (2, 2), (1, 1)],
                                    [(5, 5), (6, 5)], [(0, 0), (0, -1)]])
 def test_what_cannot_be_learnt_is_refused_and_changes_nothing(cells):
-    memory = memory_of(leg((2, 0), (2, 5)))
+    memory = memory_of(segment((2, 0), (2, 5)))
     before = state(memory), memory.goal, memory.n_episodes
     with pytest.raises(ValueError, match='demonstration'):
         memory.add_demonstration(demonstration_of(cells))
@@ -104,7 +104,7 @@ def test_what_cannot_be_learnt_is_refused_and_changes_nothing(cells):
 @pytest.mark.parametrize(('name', 'value'), [
     ('row', 6), ('col', -1), ('next_row', 99), ('next_col', -2), ('action', 8), ('action', -1)])
 def test_decisions_outside_the_workspace_are_refused_and_change_nothing(name, value):
-    memory = memory_of(leg((2, 0), (2, 5)))
+    memory = memory_of(segment((2, 0), (2, 5)))
     before = state(memory), memory.n_episodes
     rows = trial_of([(2, 2), (2, 3)]).decisions.copy()
     rows[name] = value
@@ -130,17 +130,17 @@ def test_a_trial_that_the_field_alone_brought_home_changes_nothing(learnt_bag):
 
 
 def test_an_aborted_trial_teaches_nothing():
-    memory = memory_of(leg((2, 0), (2, 5)))
+    memory = memory_of(segment((2, 0), (2, 5)))
     before = state(memory)
-    assert memory.add_trial(trial_of(leg((4, 0), (4, 3)), Outcome.ABORTED, Kind.TAUGHT)) == 0
+    assert memory.add_trial(trial_of(segment((4, 0), (4, 3)), Outcome.ABORTED, Kind.TAUGHT)) == 0
     assert state(memory) == before
     assert memory.n_episodes == 2
 
 
 def test_a_stopped_trial_teaches_what_was_seen_and_what_a_person_drove():
-    memory = memory_of(leg((2, 0), (2, 5)))
+    memory = memory_of(segment((2, 0), (2, 5)))
     q = memory.q.copy()
-    trial = trial_of(leg((5, 0), (5, 3)), Outcome.STOPPED, [Kind.AVOID, Kind.TAUGHT, Kind.FIELD])
+    trial = trial_of(segment((5, 0), (5, 3)), Outcome.STOPPED, [Kind.AVOID, Kind.TAUGHT, Kind.FIELD])
     assert memory.add_trial(trial) == 0
     assert np.array_equal(memory.q, q)
     assert memory.known[5, 2] == 0
@@ -149,7 +149,7 @@ def test_a_stopped_trial_teaches_what_was_seen_and_what_a_person_drove():
 
 
 def test_what_a_person_drove_in_a_trial_counts_as_demonstrated():
-    memory = memory_of(leg((2, 0), (2, 5)))
+    memory = memory_of(segment((2, 0), (2, 5)))
     kinds = [Kind.FIELD, Kind.TAUGHT, Kind.TAUGHT, Kind.FIELD, Kind.FIELD]
     trial = trial_of([(2, 0), (2, 1), (3, 2), (2, 3), (2, 4), (2, 5)], kind=kinds)
     assert memory.add_trial(trial) == 1
@@ -161,7 +161,7 @@ def test_what_a_person_drove_in_a_trial_counts_as_demonstrated():
 
 
 def test_the_payoff_is_carried_back_along_the_loop_erased_way():
-    memory = memory_of(leg((5, 0), (5, 1)), learning_rate=1.0, discount=0.5)
+    memory = memory_of(segment((5, 0), (5, 1)), learning_rate=1.0, discount=0.5)
     q = memory.q.copy()
     loop = [(2, 0), (2, 1), (3, 1), (3, 0), (2, 0), (1, 1), (1, 2)]
     assert memory.add_trial(trial_of(loop, kind=Kind.EXPLORE)) == 1
@@ -174,16 +174,16 @@ def test_the_payoff_is_carried_back_along_the_loop_erased_way():
 
 @pytest.mark.parametrize('outcome', [Outcome.COLLISION, Outcome.GAVE_UP])
 def test_a_failed_trial_is_paid_minus_one_and_leaves_no_prototype(outcome):
-    memory = memory_of(leg((5, 0), (5, 1)), learning_rate=1.0)
+    memory = memory_of(segment((5, 0), (5, 1)), learning_rate=1.0)
     n = len(memory.prototypes())
-    assert memory.add_trial(trial_of(leg((2, 0), (2, 3)), outcome)) == 1
+    assert memory.add_trial(trial_of(segment((2, 0), (2, 3)), outcome)) == 1
     assert memory.q[2, 2, 0] == -1.0
     assert (memory.q[2, :2, 0] <= 0.0).all()
     assert len(memory.prototypes()) == n
 
 
 def test_a_wall_that_has_gone_is_free_again():
-    memory = memory_of(leg((2, 0), (2, 5)))
+    memory = memory_of(segment((2, 0), (2, 5)))
     for blocked, expected in ((1 << 0, 100), (0, 0)):
         rows = trial_of([(2, 2), (3, 2)], Outcome.GAVE_UP).decisions.copy()
         rows['blocked'] = blocked

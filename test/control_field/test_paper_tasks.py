@@ -12,12 +12,12 @@ from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import CellFlag, ControlField, Outcome, Trial
 from control_field.robot.policy import TrialPolicy
-from strategies import demonstration_of, leg
+from strategies import demonstration_of, segment
 from world_maps.world import load_world
 
 WORLDS = Path(__file__).resolve().parents[2] / 'config' / 'worlds'
 START, CORNER, GOAL = (3, 2), (3, 15), (16, 15)
-SHOWN = leg(START, CORNER, GOAL)
+SHOWN = segment(START, CORNER, GOAL)
 TASKS = ('task1', 'task2')
 SEEDS = range(5)
 

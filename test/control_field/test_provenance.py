@@ -9,7 +9,7 @@ import pytest
 
 from control_field.headings import UNIT
 from control_field.learning.provenance import TOLERANCE, vector_at, voices_at
-from strategies import few, leg, practise, relearner, seeds, taught
+from strategies import few, practise, relearner, seeds, segment, taught
 
 
 def check_everywhere(refresh, parameters, known=None):
@@ -53,7 +53,7 @@ def test_the_shares_make_up_the_vector_everywhere(learnt_bag, profile, seed):
 def test_they_do_with_every_part_switched_off(values):
     occupancy = np.zeros((9, 9), np.int8)
     occupancy[3:6, 4] = 100
-    learner = taught(leg((1, 1), (1, 7), (7, 7)), occupancy.shape, occupancy, **values)
+    learner = taught(segment((1, 1), (1, 7), (7, 7)), occupancy.shape, occupancy, **values)
     check_everywhere(learner.refresh, learner.parameters)
     practise(learner, occupancy, [(4, 1)])
     if learner.refresh.pushed:
@@ -61,7 +61,7 @@ def test_they_do_with_every_part_switched_off(values):
 
 
 def test_on_a_centre_its_prototype_is_the_only_voice():
-    learner = taught(leg((1, 1), (1, 5)), (6, 7))
+    learner = taught(segment((1, 1), (1, 5)), (6, 7))
     voices = voices_at(learner.refresh.field, learner.refresh.prototypes, learner.parameters, 1, 2)
     assert learner.refresh.prototypes.cells[voices.indices].tolist() == [[1, 2]]
     assert (voices.shares.tolist(), voices.distances.tolist()) == ([1.0], [0.0])
@@ -69,6 +69,6 @@ def test_on_a_centre_its_prototype_is_the_only_voice():
 
 
 def test_prototypes_of_another_field_are_found_out():
-    ours, others = taught(leg((1, 1), (1, 5)), (6, 7)), taught(leg((4, 5), (4, 1)), (6, 7))
+    ours, others = taught(segment((1, 1), (1, 5)), (6, 7)), taught(segment((4, 5), (4, 1)), (6, 7))
     assert voices_at(ours.refresh.field, others.refresh.prototypes, ours.parameters, 2, 2) is None
     assert voices_at(ours.refresh.field, others.refresh.prototypes, ours.parameters, 4, 4) is None

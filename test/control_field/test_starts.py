@@ -6,11 +6,11 @@ from control_field.learning.starts import best_cells, n_unseen_around, promise
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.policy import rules_of
-from strategies import few, knowns, leg, practise, relearner, steady, taught
+from strategies import few, knowns, practise, relearner, segment, steady, taught
 
 WALLED = np.zeros((9, 9), np.int8)
 WALLED[4, 1:8] = 100
-SHOWN = leg((1, 1), (1, 7), (2, 8))
+SHOWN = segment((1, 1), (1, 7), (2, 8))
 
 
 @given(knowns)
@@ -82,7 +82,7 @@ def test_chosen_starts_see_the_workspace_in_few_trials():
 
 def test_a_start_promises_the_unseen_ground_along_its_flow_weighed_by_who_depends_on_it():
     corridor = np.zeros((1, 5), np.int8)
-    field = taught(leg((0, 0), (0, 4)), (1, 5)).refresh.field  # shown without local grid: all its own
+    field = taught(segment((0, 0), (0, 4)), (1, 5)).refresh.field  # shown without local grid: all its own
     known = np.full((1, 5), -1, np.int8)
     unseen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
                           known, field.flags)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 import pytest
 
 from control_field.robot.limits import Limits, STANDSTILL, within_acceleration
-from control_field.robot.steering import approach_speed, Leg, steer, wrapped
+from control_field.robot.steering import approach_speed, Segment, steer, wrapped
 
 BURGER = Limits()
 TURTLEBOT4 = Limits(v_max=0.31, w_max=1.9, a_max=0.9, alpha_max=3.0, radius=0.17)
@@ -15,52 +15,52 @@ coordinates = st.floats(-5.0, 5.0)
 angles = st.floats(-10.0, 10.0)
 
 
-def drive(x, y, yaw, leg, limits, *, delay=1, dt=0.05, reach=0.0125, seconds=20.0):
-    """Drive a leg in closed loop; return its duration and how far the robot came off the line."""
+def drive(x, y, yaw, segment, limits, *, delay=1, dt=0.05, reach=0.0125, seconds=20.0):
+    """Drive a segment in closed loop; return its duration and how far the robot came off the line."""
     velocity, way, off, t = (0.0, 0.0), [(0.0, 0.0)] * delay, 0.0, 0.0
-    while leg.remaining(x, y) > reach:
+    while segment.remaining(x, y) > reach:
         assert t < seconds, f'at ({x}, {y}) after {t} s'
-        velocity = within_acceleration(steer(x, y, yaw, leg, limits), velocity, dt, limits)
+        velocity = within_acceleration(steer(x, y, yaw, segment, limits), velocity, dt, limits)
         way.append(velocity)
         v, w = way.pop(0)
         x, y = x + v * dt * math.cos(yaw + 0.5 * w * dt), y + v * dt * math.sin(yaw + 0.5 * w * dt)
         yaw, t = yaw + w * dt, t + dt
-        off = max(off, abs(leg.lateral(x, y)))
+        off = max(off, abs(segment.lateral(x, y)))
     return t, off, (x, y)
 
 
 @pytest.mark.parametrize('limits', [BURGER, TURTLEBOT4, SMALL])
 @pytest.mark.parametrize('delay', [0, 1, 2])
 @pytest.mark.parametrize('eighths', range(-4, 5))
-def test_an_exact_leg_is_kept_to_a_centimetre_from_every_heading(limits, delay, eighths):
+def test_an_exact_segment_is_kept_to_a_centimetre_from_every_heading(limits, delay, eighths):
     for cell in (0.15, 0.25, 1.0):
-        leg = Leg(1.0, 2.0, 1.0 + cell, 2.0, True)
-        _, off, _ = drive(1.0, 2.0, eighths * math.pi / 4, leg, limits, delay=delay)
+        segment = Segment(1.0, 2.0, 1.0 + cell, 2.0, True)
+        _, off, _ = drive(1.0, 2.0, eighths * math.pi / 4, segment, limits, delay=delay)
         assert off < 0.01
 
 
 @pytest.mark.parametrize('limits', [BURGER, TURTLEBOT4, SMALL])
 @pytest.mark.parametrize('eighths', range(-4, 5))
-def test_an_open_leg_arrives_at_its_end(limits, eighths):
-    leg = Leg(0.0, 0.0, 0.25, 0.25, False)
-    _, _, (x, y) = drive(0.0, 0.0, eighths * math.pi / 4, leg, limits, reach=0.05)
+def test_an_open_segment_arrives_at_its_end(limits, eighths):
+    segment = Segment(0.0, 0.0, 0.25, 0.25, False)
+    _, _, (x, y) = drive(0.0, 0.0, eighths * math.pi / 4, segment, limits, reach=0.05)
     assert math.hypot(x - 0.25, y - 0.25) < 0.12
 
 
 def test_a_robot_off_the_line_comes_back_to_it():
-    leg = Leg(0.0, 0.0, 1.5, 0.0, True)
-    _, _, (_, y) = drive(0.0, 0.05, 0.0, leg, BURGER)
+    segment = Segment(0.0, 0.0, 1.5, 0.0, True)
+    _, _, (_, y) = drive(0.0, 0.05, 0.0, segment, BURGER)
     assert abs(y) < 0.002
 
 
 def test_a_straight_is_driven_at_nearly_full_speed():
-    seconds, _, _ = drive(0.0, 0.0, 0.0, Leg(0.0, 0.0, 2.0, 0.0, True), BURGER)
+    seconds, _, _ = drive(0.0, 0.0, 0.0, Segment(0.0, 0.0, 2.0, 0.0, True), BURGER)
     assert 2.0 / seconds > 0.2
 
 
 @given(coordinates, coordinates, angles, coordinates, coordinates, st.booleans())
 def test_never_backwards_and_never_too_fast(x, y, yaw, bx, by, exact):
-    v, w = steer(x, y, yaw, Leg(0.0, 0.0, bx, by, exact), BURGER)
+    v, w = steer(x, y, yaw, Segment(0.0, 0.0, bx, by, exact), BURGER)
     assert 0.0 <= v <= BURGER.v_max
     assert abs(w) <= BURGER.w_max
 
@@ -71,11 +71,11 @@ def test_turning_the_world_changes_nothing(x, y, yaw, bx, by, turn, exact):
         return (px * math.cos(turn) - py * math.sin(turn),
                 px * math.sin(turn) + py * math.cos(turn))
 
-    # Neither a leg of no length nor the way to where one stands has a direction.
+    # Neither a segment of no length nor the way to where one stands has a direction.
     assume(math.hypot(bx, by) > 1e-3 and math.hypot(x - bx, y - by) > 1e-3)
-    leg = Leg(0.0, 0.0, bx, by, exact)
-    first = steer(x, y, yaw, leg, BURGER)
-    second = steer(*turned(x, y), yaw + turn, Leg(0.0, 0.0, *turned(bx, by), exact), BURGER)
+    segment = Segment(0.0, 0.0, bx, by, exact)
+    first = steer(x, y, yaw, segment, BURGER)
+    second = steer(*turned(x, y), yaw + turn, Segment(0.0, 0.0, *turned(bx, by), exact), BURGER)
     # Straight behind, left and right are a rounding error apart.
     if first[1] == pytest.approx(second[1], abs=1e-6):
         assert first[0] == pytest.approx(second[0], abs=1e-6)
@@ -105,16 +105,16 @@ def test_near_the_end_speed_is_in_proportion_and_further_away_it_brakes_at_a_con
 
 
 @given(coordinates, coordinates)
-def test_on_an_open_leg_the_robot_looks_to_its_end_wherever_it_is(x, y):
+def test_on_an_open_segment_the_robot_looks_to_its_end_wherever_it_is(x, y):
     assume(math.hypot(x - 1.0, y - 2.0) > 0.01)
     way = math.atan2(2.0 - y, 1.0 - x)
-    assert steer(x, y, way, Leg(0.0, 0.0, 1.0, 2.0, False), BURGER)[1] == pytest.approx(
+    assert steer(x, y, way, Segment(0.0, 0.0, 1.0, 2.0, False), BURGER)[1] == pytest.approx(
         0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize('exact', [True, False])
 def test_who_looks_the_other_way_turns_on_the_spot(exact):
-    v, w = steer(0.0, 0.0, 2.0, Leg(0.0, 0.0, 1.0, 0.0, exact), BURGER)
+    v, w = steer(0.0, 0.0, 2.0, Segment(0.0, 0.0, 1.0, 0.0, exact), BURGER)
     assert v == 0.0
     assert w < 0.0
 
@@ -129,16 +129,16 @@ def test_a_wrapped_angle_is_the_same_angle(angle):
     assert math.cos(wrapped(angle)) == pytest.approx(math.cos(angle), abs=1e-9)
 
 
-def test_a_leg_of_no_length_is_over():
-    leg = Leg(1.0, 1.0, 1.0, 1.0, True)
-    assert leg.remaining(5.0, 5.0) == leg.lateral(5.0, 5.0) == 0.0
-    assert steer(1.0, 1.0, 0.3, leg, BURGER)[0] == 0.0
+def test_a_segment_of_no_length_is_over():
+    segment = Segment(1.0, 1.0, 1.0, 1.0, True)
+    assert segment.remaining(5.0, 5.0) == segment.lateral(5.0, 5.0) == 0.0
+    assert steer(1.0, 1.0, 0.3, segment, BURGER)[0] == 0.0
 
 
 @given(coordinates, coordinates)
-def test_remaining_and_lateral_are_coordinates_along_a_leg(x, y):
-    leg = Leg(1.0, 2.0, 1.3, 2.4, False)
-    remaining, lateral, heading = leg.remaining(x, y), leg.lateral(x, y), leg.heading()
+def test_remaining_and_lateral_are_coordinates_along_a_segment(x, y):
+    segment = Segment(1.0, 2.0, 1.3, 2.4, False)
+    remaining, lateral, heading = segment.remaining(x, y), segment.lateral(x, y), segment.heading()
     along = 0.5 - remaining
     assert 1.0 + along * math.cos(heading) - lateral * math.sin(heading) == pytest.approx(x)
     assert 2.0 + along * math.sin(heading) + lateral * math.cos(heading) == pytest.approx(y)

@@ -20,9 +20,9 @@ CORNERS = [(0.6, 0.6), (2.1, 0.6), (2.1, 2.1), (1.1, 2.1), (1.1, 0.6), (1.1, 0.1
 
 
 def record(root, corners, spike=False):
-    legs = [np.linspace(first, last, 60, endpoint=False)
+    segments = [np.linspace(first, last, 60, endpoint=False)
             for first, last in pairwise(corners)]
-    way = np.concatenate(legs)
+    way = np.concatenate(segments)
     if spike:
         way[30] = 4.0, 4.0
     header = EpisodeHeader('demo', 'task1', GRID).to_mapping()

@@ -113,11 +113,11 @@ class TestWalls:
             assert (cells[:, 2] == BLOCKED).all()
             assert (cells[:, :2] == FREE).all()
 
-    def test_a_leg_of_a_chair_blocks_its_cell(self):
-        leg = (CENTRE[0] + 0.2, CENTRE[1] + 0.2, CENTRE[0] + 0.22, CENTRE[1] + 0.22)
+    def test_a_segment_of_a_chair_blocks_its_cell(self):
+        segment = (CENTRE[0] + 0.2, CENTRE[1] + 0.2, CENTRE[0] + 0.22, CENTRE[1] + 0.22)
         expected = np.zeros((3, 3), dtype=np.int8)
         expected[2, 2] = BLOCKED
-        np.testing.assert_array_equal(seen(boxes_scan(placed(), [leg]), placed()), expected)
+        np.testing.assert_array_equal(seen(boxes_scan(placed(), [segment]), placed()), expected)
 
     def test_a_thin_pole_on_a_corner_is_not_overlooked(self):
         x, y = CENTRE[0] + 0.125, CENTRE[1] + 0.125
