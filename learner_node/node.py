@@ -135,7 +135,7 @@ class LearnerNode(Node):
                                 self._reader(topic), topic.profiles, topic.spare, topic.kept)
 
     def _make_services(self) -> None:
-        self._services = LearnerServices(self, self._session, lambda: Future(executor=self.executor),
+        self._learner_services = LearnerServices(self, self._session, lambda: Future(executor=self.executor),
                           MutuallyExclusiveCallbackGroup())
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
@@ -243,7 +243,7 @@ class LearnerNode(Node):
         """Tell people, and whoever waits, that nothing can be recorded any more."""
         self.get_logger().error(text)
         self.said = why
-        self._services.answer(False, why)
+        self._learner_services.answer(False, why)
         self.carry_out(self._session.failed(why, time.monotonic()))
 
     def on_answer(self, accepted: bool, message: str) -> None:
@@ -277,11 +277,11 @@ class LearnerNode(Node):
             text = self._result(future)
         except BagError as error:
             self._go_on()
-            self._services.answer(False, str(error))
+            self._learner_services.answer(False, str(error))
             return
         self._learnt()
         self.say(text)
-        self._services.answer(True, text)
+        self._learner_services.answer(True, text)
 
     def _on_relearnt(self, future: 'JobFuture[list[str]]') -> None:
         try:
@@ -295,7 +295,7 @@ class LearnerNode(Node):
         self.say(sentence_at_start(self._settings, self._task_memory.task, self._task_memory.refresh))
         self._learnt()
 
-    def _on_learnt_bag(self, future: 'JobFuture[Lesson]') -> None:
+    def _on_learnt_bag(self, future: 'JobFuture[LearntBag]') -> None:
         try:
             self._learnt_bag = self._result(future)
         except BagError as error:
@@ -309,7 +309,7 @@ class LearnerNode(Node):
         self.say(sentence, is_refused)
         if numbers := numbers_from_learnt_bag(self._learnt_bag):
             self.get_logger().info(f'in numbers: {numbers}')
-        self._services.answer(self._learnt_bag.refresh is not None, sentence)
+        self._learner_services.answer(self._learnt_bag.refresh is not None, sentence)
 
     def _on_noted(self, future: 'JobFuture[BagGaps]') -> None:
         try:

@@ -3,7 +3,7 @@
 from typing import Final
 
 from episode_store.task_folder import EpisodeKind
-from learner_node.arrived_decisions import INTRUDED, is_running
+from learner_node.decision_counter import INTRUDED, is_running
 from learner_node.effects import Abandon, Discard, Effects, Record, Say, StopTrial
 from learner_node.phases import patience, Phase, QUIET, SessionError
 from learner_node.transitions import Transitions

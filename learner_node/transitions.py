@@ -5,8 +5,8 @@ import math
 
 from control_field.poses import StartPose
 from learner_node.absence import Absence
-from learner_node.arrived_decisions import DecisionCounter, Intruder, is_running
 from learner_node.attendance import Attendance
+from learner_node.decision_counter import DecisionCounter, Intruder, is_running
 from learner_node.effects import Abandon, Close, Discard, Effect, Effects, Place, Say, StopTrial
 from learner_node.phases import (
     Arrival, ASLEEP, IN_TRIAL, obstacle, Peers, Phase, RECORDING, remedy, RETRY, SessionError,

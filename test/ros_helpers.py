@@ -94,6 +94,7 @@ def spin_some(node: Node, seconds: float = 0.02) -> None:
 def wait_until(
     predicate: Callable[[], Result], deadline: float = DEADLINE, *, node: Node | None = None,
     processes: Sequence['Process'] = (), what: str = 'what was waited for',
+    report: Callable[[], str] = str,
 ) -> Result:
     """
     Wait until `predicate` returns something true and return that, spinning `node` meanwhile.
@@ -108,6 +109,8 @@ def wait_until(
         Waiting is over at once, with what they said, when one of them ends.
     what : str
         Named in the error.
+    report : callable without arguments
+        Says more in the error.
 
     Raises
     ------
@@ -122,8 +125,9 @@ def wait_until(
             return result
         for process in processes:
             assert process.running, f'waiting for {what}: {process.report()}'
-        reports = '\n'.join(process.report() for process in processes)
-        assert time.monotonic() < end, f'{what} did not come within {deadline} s\n{reports}'
+        if time.monotonic() > end:
+            reports = '\n'.join([report(), *(process.report() for process in processes)])
+            raise AssertionError(f'{what} did not come within {deadline} s\n{reports}')
         if node is None:
             time.sleep(0.01)
         else:

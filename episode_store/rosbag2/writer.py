@@ -87,7 +87,7 @@ class McapFile:
             cast('IO[bytes]', self._stream), chunk_size=CHUNK_BYTES,
             compression=CompressionType.NONE)
         try:
-            self._writer.start(profile='ros2', task_memory='experience_controller')
+            self._writer.start(profile='ros2', library='experience_controller')
             if header is not None:
                 self._writer.add_metadata(HEADER_NAME, dict(header))
         except OSError:

@@ -11,6 +11,7 @@ import time
 import pytest
 
 from experience_evaluation.workers import LostError, run, run_all
+from ros_helpers import hearing_hangups
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -64,7 +65,8 @@ def started(folder, size, *options):
 @pytest.mark.parametrize('number', [
     signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL])
 def test_no_process_is_left_behind(number, tmp_path):
-    process = started(tmp_path, 40, '--trials', '200', '--seeds', '50', '--jobs', '2')
+    with hearing_hangups():
+        process = started(tmp_path, 40, '--trials', '200', '--seeds', '50', '--jobs', '2')
     # Two that work and multiprocessing's own tracker of resources.
     wait_for(lambda: len(children_of(process.pid)) >= 3, 60.0)
     children = children_of(process.pid)
