@@ -102,7 +102,9 @@ def raw_odometry(stamp: float, x: float, y: float, frame_id: str = 'odom') -> by
     return serialize_message(odometry_from_pose(Pose(stamp, x, y, 0.3, 0.1, 0.2, frame_id)))
 
 
-def raw_local_grid(stamp: float, row: int, col: int, cells: np.ndarray, grid: Grid = GRID) -> bytes:
+def raw_local_grid(
+    stamp: float, row: int, col: int, cells: np.ndarray, grid: Grid = GRID,
+) -> bytes:
     """Return a serialised `neighbourhood` message."""
     return serialize_message(grid_from_neighbourhood(
         Neighbourhood(stamp, row, col, cells.astype(np.int8)), grid))

@@ -74,7 +74,7 @@ def segment(*corners):
 
 
 def demonstration_of(cells, occupancy=None, episode=1):
-    """Return a demonstration along cells, with what the local grid shows there (nothing: unknown)."""
+    """Return a demonstration along cells, with what local grids show there (nothing: unknown)."""
     n = len(cells)
     blocked, unknown = np.zeros(n, np.uint8), np.full(n, 255, np.uint8)
     if occupancy is not None:

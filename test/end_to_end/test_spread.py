@@ -36,7 +36,8 @@ def fold(task):
     for episode in task.episodes():
         curious = field_bytes(relearner.field(curious=True)) if relearner.refresh else b''
         plain = field_bytes(relearner.field()) if relearner.refresh else b''
-        asked = [relearner.promising_start(rank) for rank in range(400)] if relearner.refresh else []
+        ranks = range(400) if relearner.refresh else ()
+        asked = [relearner.promising_start(rank) for rank in ranks]
         yield episode, (curious, plain, asked), relearner.learn(episode), relearner
 
 

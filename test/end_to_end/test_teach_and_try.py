@@ -52,14 +52,15 @@ def test_the_same_run_twice_gives_the_same_bytes(taught):
 
 def test_it_learns_the_task(taught):
     for task, _, said, _ in taught:
-        _, relearner = relearnt(task)
-        kinds = [learnt_bag.episode.kind for learnt_bag in relearner]
+        _, learnt_bags = relearnt(task)
+        kinds = [learnt_bag.episode.kind for learnt_bag in learnt_bags]
         assert kinds == [EpisodeKind.DEMO, EpisodeKind.TRIAL, EpisodeKind.TRIAL]
         assert '0001' in said
-        assert relearner[0].read.record.cells[-1].tolist() == [16, 15]
-        assert [learnt_bag.read.record.outcome for learnt_bag in relearner[1:]] == [Outcome.GOAL] * 2
-        assert relearner[1].refresh.reinforcements > 0
-        assert relearner[2].refresh.reinforcements == 0
+        demo, *trials = learnt_bags
+        assert demo.read.record.cells[-1].tolist() == [16, 15]
+        assert [trial.read.record.outcome for trial in trials] == [Outcome.GOAL] * 2
+        assert trials[0].refresh.reinforcements > 0
+        assert trials[1].refresh.reinforcements == 0
 
 
 def test_experience_learn_agrees_with_every_recorded_field(taught, tmp_path):

@@ -20,8 +20,8 @@ from teleop_node.settings import Settings as TeleopSettings
 
 LAUNCH = ROOT / 'launch/turtlebot.launch.py'
 ROBOTS = sorted((ROOT / 'config/robots').glob('*.yaml'))
-KINDS = {'neighbourhood_node': [NeighbourhoodSettings], 'localised_odometry_node': [LocalisedSettings],
-         'teleop_node': [TeleopSettings],
+KINDS = {'neighbourhood_node': [NeighbourhoodSettings],
+         'localised_odometry_node': [LocalisedSettings], 'teleop_node': [TeleopSettings],
          'control_field_node': [ControllerSettings, Parameters],
          'learner_node': [LearnerSettings, Parameters]}
 WORKSPACE = ('frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y')
@@ -83,7 +83,8 @@ class TestRobots:
         local_grid, learner = (parameters(robot, name) for name in (
             'neighbourhood_node', 'learner_node'))
         assert [local_grid[key] for key in WORKSPACE] == [learner[key] for key in WORKSPACE]
-        assert local_grid['robot_radius'] == parameters(robot, 'control_field_node')['robot_radius']
+        controller = parameters(robot, 'control_field_node')
+        assert local_grid['robot_radius'] == controller['robot_radius']
 
     def test_the_body_fits_into_a_cell_and_the_start_is_a_centre(self, robot):
         local_grid = NeighbourhoodSettings(**parameters(robot, 'neighbourhood_node'))
