@@ -251,8 +251,8 @@ class _Roles:
         topic = self.topics.get('scan')
         if topic is None:
             if lasers := scans_in(self.bag):
-                self.notes.append(f'no local grid: it may be made from {" or ".join(lasers)}, name one '
-                                  f'with --scan-topic')
+                self.notes.append(f'no local grid: it may be made from {" or ".join(lasers)}, '
+                                  f'name one with --scan-topic')
             return
         scans = read_scans(self.bag.messages(topic), self.reading.zero_is_no_return)
         if not scans.scans:
@@ -268,7 +268,8 @@ class _Roles:
         if not len(poses.stamps_ns) or poses.frame_id != self.grid.frame_id.lstrip('/'):
             return
         name = self._free_name('neighbourhood')
-        made[name] = local_grids_from_scans(scans, poses, mount, self.grid, self.reading.body, name)
+        made[name] = local_grids_from_scans(
+            scans, poses, mount, self.grid, self.reading.body, name)
         self.topics['neighbourhood'] = name
         self.notes.append(described(scans, mount, self._base(poses)))
 

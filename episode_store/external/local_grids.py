@@ -1,4 +1,4 @@
-"""The 3x3 local grid of a drive from its recorded laser scans, as it would have been made under way."""
+"""Make the 3x3 local grids of a drive from its laser scans, as a running node would have."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -133,6 +133,6 @@ def described(scans: Scans, mount: Mount, base: str) -> str:
     refused = f', {counted(scans.n_refused, "scan")} refused, the first: {scans.refusal}' if (
         scans.n_refused) else ''
     laser = scans.frame_id or 'its laser'
-    return (f'local grid is made from {counted(len(scans.scans), "scan")} on {scans.topic} ({laser} '
-            f'at ({mount.x:.2f}, {mount.y:.2f}) m of {base or "the robot"}, turned by '
+    return (f'local grid is made from {counted(len(scans.scans), "scan")} on {scans.topic} '
+            f'({laser} at ({mount.x:.2f}, {mount.y:.2f}) m of {base or "the robot"}, turned by '
             f'{mount.yaw:.2f} rad{tilt}){refused}')

@@ -186,9 +186,9 @@ def test_trials_that_were_made_up_teach_nothing_and_count_for_nothing(tmp_path, 
     relearner.learn(episode_from_path(own_bag(tmp_path, whole)))
     before = relearner.field()
     for folder in forged_trials(tmp_path, 5, {'odom': '/odom'}, decides):
-        learnt_bag = relearner.learn(episode_from_path(folder))
-        assert learnt_bag.refresh is None
-        assert 'nothing was learnt: its decisions do not fit where the robot was' in learnt_bag.note
+        learnt = relearner.learn(episode_from_path(folder))
+        assert learnt.refresh is None
+        assert 'nothing was learnt: its decisions do not fit where the robot was' in learnt.note
         summary = summary_of(episode_from_path(folder))
         assert summary.state == 'not kept'
         assert 'do not fit where the robot was' in summary.note

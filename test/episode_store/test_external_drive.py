@@ -51,7 +51,8 @@ class TestLocalGrid:
         assert blocked_cells(drive) == {(5, 6), (5, 7)}
         record, _, notes = learnt_from(drive, GRID)
         assert record.blocked.any()
-        [note] = [note for note in notes if note.startswith('local grid is made from 60 scans on /sc')]
+        made = 'local grid is made from 60 scans on /sc'
+        [note] = [note for note in notes if note.startswith(made)]
         assert ('upside down' in note) == (mount is LASER)
 
     def test_a_local_grid_that_was_recorded_goes_before(self, tmp_path):
@@ -78,8 +79,8 @@ class TestLocalGrid:
         drive = open_drive(path, GRID)
         assert 'neighbourhood' not in drive.topics
         [note] = drive.notes
-        assert note == ("no local grid from /scan: nothing says where 'base_scan' sits on the robot, "
-                        'say so with --laser X Y Z ROLL PITCH YAW')
+        assert note == ("no local grid from /scan: nothing says where 'base_scan' sits on the "
+                        'robot, say so with --laser X Y Z ROLL PITCH YAW')
         assert blocked_cells(open_drive(path, GRID, Reading(mount=LASER))) == {(5, 6), (5, 7)}
 
     def test_a_laser_that_is_tilted_too_far(self, tmp_path):

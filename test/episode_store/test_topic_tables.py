@@ -67,8 +67,8 @@ def test_poses_are_those_of_the_messages(raw):
 @st.composite
 def local_grids(draw):
     cells = np.array(draw(st.lists(st.sampled_from([0, 100, -1]), min_size=9, max_size=9)))
-    raw = raw_local_grid(draw(st.floats(0, 1e6)), draw(st.integers(0, 19)), draw(st.integers(0, 19)),
-                    cells.reshape(3, 3))
+    raw = raw_local_grid(draw(st.floats(0, 1e6)), draw(st.integers(0, 19)),
+                         draw(st.integers(0, 19)), cells.reshape(3, 3))
     for name in draw(st.lists(st.sampled_from([
             'info.resolution', 'info.origin.position.x', 'info.origin.position.y',
             'info.origin.orientation.z', 'info.origin.orientation.y',
