@@ -77,7 +77,7 @@ class Intake:
         return now < self._bad_until
 
     def came(self, what: Timeout, now: float, is_missed: bool) -> None:
-        """Take in that odometry or local grid has come; what was missed has to stay for a while."""
+        """Note that odometry or a local grid came; what was missed has to stay for a while."""
         if is_missed and what.is_stale(now):
             self._bad_until = now + what.timeout
         what.saw(now)

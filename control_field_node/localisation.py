@@ -56,11 +56,12 @@ class Localisation:
         if not self.settings.mends_odometry:
             return
         if self._particle_filter is None or self._particle_filter.grid != field.grid:
-            motion_noise = MotionNoise(self.settings.slip_std, self.settings.drift_std,
-                        self.settings.heading_noise,
-                        turning_radius=self.settings.wheel_separation / 2)
-            self._particle_filter = ParticleFilter(field.grid, motion_noise, np.random.default_rng([self._seed, 7]),
-                                  self.settings.particles)
+            motion_noise = MotionNoise(
+                self.settings.slip_std, self.settings.drift_std, self.settings.heading_noise,
+                turning_radius=self.settings.wheel_separation / 2)
+            self._particle_filter = ParticleFilter(
+                field.grid, motion_noise, np.random.default_rng([self._seed, 7]),
+                self.settings.particles)
             self._kept.clear()
         self._particle_filter.remember(field.known)
 

@@ -1,4 +1,4 @@
-"""Poses of a localisation on their way to the controller's own particle filter of where the robot is."""
+"""Poses of a localisation, such as AMCL's, on their way to the particle filter."""
 
 import time
 from typing import Any, TYPE_CHECKING

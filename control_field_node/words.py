@@ -11,8 +11,8 @@ from msgs_bridge.messages.memory_identity import task_of
 from msgs_bridge.messages.poses import problem_with_frame
 
 #: Of a person's commands before there is anything to judge them by.
-UNMONITORED: Final = ('no usable odometry or no usable neighbourhood has come yet: only the limits of '
-                  'speed hold')
+UNMONITORED: Final = ('no usable odometry or no usable neighbourhood has come yet: only the '
+                      'limits of speed hold')
 #: Of a goal that was demonstrated.
 LEADS_THERE: Final = 'goal_pose: the control field leads there; ~/start_trial starts'
 

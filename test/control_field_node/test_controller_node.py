@@ -176,7 +176,7 @@ def test_teleop_outside_a_trial_goes_through_the_limits(peer):
     peer.wait(peer.has_stopped, 'a standstill when the keys are let go')
 
 
-def test_before_there_is_a_field_a_person_is_kept_off_what_the_local_grid_shows(ros_node, tmp_path):
+def test_before_there_is_a_field_a_person_is_kept_off_what_is_occupied(ros_node, tmp_path):
     hand = ros_node.create_publisher(Twist, 'cmd_vel_teleop', qos.COMMAND)
     diagnostics = ros_helpers.collect(ros_node, DiagnosticArray, '/diagnostics')
     push = Twist()

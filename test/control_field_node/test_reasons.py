@@ -172,7 +172,8 @@ def test_stamps_that_stood_before_anybody_listened_are_not_called_a_slow_link():
 
 
 @pytest.mark.parametrize(('spoil', 'said'), [
-    (lambda local_grids, intake, now: intake.local_grid.pass_over(now, 'neighbourhood: resolution is 1 m'),
+    (lambda local_grids, intake, now: intake.local_grid.pass_over(
+        now, 'neighbourhood: resolution is 1 m'),
      'neighbourhood arrives but does not count: neighbourhood: resolution is 1 m'),
     (lambda local_grids, intake, now: None, 'no neighbourhood has arrived for 2.0 s')])
 def test_a_neighbourhood_that_was_refused_is_not_said_to_be_absent(spoil, said):
