@@ -81,7 +81,7 @@ def child_environment(extra: Mapping[str, str] | None = None) -> dict[str, str]:
         environment['AMENT_PREFIX_PATH'] = sys.prefix
     if not environment.get('LD_LIBRARY_PATH'):
         environment.pop(_MARK, None)
-    root = Path(__file__).resolve().parent.parent
+    root = Path(__file__).resolve().parents[2]
     if root.name not in ('site-packages', 'dist-packages'):
         environment['PYTHONPATH'] = _with_path(environment.get('PYTHONPATH', ''), str(root))
     environment.update(extra or {})
