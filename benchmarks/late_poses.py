@@ -235,9 +235,9 @@ class LateBench:
             self._take(self.supervisor.watch(self.now))
 
     def _sense(self) -> None:
-        robot, local_grid = self.simulation.robot, self.simulation.local_grid()
+        robot, seen = self.simulation.robot, self.simulation.local_grid()
         stamp = self.now + self.link.clock_offset
-        self.up.send(self.now, Neighbourhood(stamp, local_grid.row, local_grid.col, local_grid.cells))
+        self.up.send(self.now, Neighbourhood(stamp, seen.row, seen.col, seen.cells))
         self.up.send(self.now, Pose(stamp, *robot.odometry, robot.speed, robot.turn_rate))
 
     def _hear(self, message: Any) -> None:
