@@ -35,7 +35,7 @@ BURGER: Final = Limits()
 @dataclass(frozen=True)
 class Gated:
     """
-    What the collision monitor makes of the requested command under limits that are taken for granted.
+    What the collision monitor makes of the requested command under the limits assumed.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class Moment:
     @property
     def clipped_by(self) -> str:
         """
-        Return what the collision monitor did to the requested command, `collision_monitor.Intervention`.
+        Return the `Intervention` of the collision monitor on the requested command.
 
         Empty if none was recorded, ``unknown`` if the collision monitor does not make the one of
         the other with the limits taken and the recorded pose (a localisation or anchoring may have
@@ -180,7 +180,7 @@ class Moment:
 
     @cached_property
     def gated(self) -> Gated | None:
-        """Return what the collision monitor makes of the requested command; None if that was applied as is."""
+        """Return what the collision monitor makes of the request; None if it was applied as is."""
         if self.requested is None or self.applied is None:
             return None
         if math.dist(self.requested, self.applied) < 1e-9:

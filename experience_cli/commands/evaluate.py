@@ -73,8 +73,8 @@ def _add_task(parser: argparse.ArgumentParser) -> None:
         help='[m]; once for every demonstration; trials with fixed starts start at the first')
     add('--teacher', choices=_TEACHERS, default='shortest',
         help='shortest: knows the map; blind: drives straight through the open workspace, and its '
-             'local grid is that of the open workspace; detour: knows the map and goes 1.3 to 2 times '
-             'as far (default: shortest)')
+             'local grid is that of the open workspace; detour: knows the map and goes 1.3 to 2 '
+             'times as far (default: shortest)')
     add('--demo-steps', metavar='N', type=_count(1, 1_000_000),
         help='show a random way without loops of exactly N steps, instead of a teacher')
     add('--demo-bag', metavar='BAG', help='take the demonstration from a bag')

@@ -274,7 +274,8 @@ def _command_lines(command: dict[str, Any]) -> list[str]:
         return [line + ', as it was asked for']
     line += f'; {_velocity_text(command["requested"])} was asked for, '
     if gated['reproduces']:
-        return [line + f'the collision monitor says: {gated["rule"]} (for {_body(command["limits"])})']
+        body = _body(command['limits'])
+        return [f'{line}the collision monitor says: {gated["rule"]} (for {body})']
     return [line + 'what the collision monitor did is not known:', _unexplained(command)]
 
 

@@ -84,9 +84,9 @@ def inspection_figure(learnt_bag: Any, relearner: Any) -> Any:
     refresh, grid = relearner.refresh, relearner.grid
     figure = drawing.new_figure(13.0, 8.0)
     left, right = figure.subplots(1, 2)
-    for axes, title in ((left, f'Field after {learnt_bag.episode.name} ({learnt_bag.episode.kind})'),
-                        (right, 'Remembered map and prototypes')):
-        drawing.draw_frame(axes, grid, title)
+    newest = learnt_bag.episode
+    drawing.draw_frame(left, grid, f'Field after {newest.name} ({newest.kind})')
+    drawing.draw_frame(right, grid, 'Remembered map and prototypes')
     drawing.draw_basin(left, refresh.field, relearner.parameters)
     drawing.draw_cells(left, grid, refresh.field.known == 100, drawing.WALL, 'known to be blocked')
     drawing.draw_field(left, refresh.field)

@@ -167,8 +167,8 @@ def text_from_learnt_bag(learnt_bag: Any, verbose: bool = False) -> str:
     from learner_node.reports import (
         numbers_from_learnt_bag, sentence_from_learnt_bag, trial_number)
 
-    number = trial_number(learnt_bag)
-    name = f'{learnt_bag.episode.name} {learnt_bag.episode.kind}' + (f' {number}' if number else '')
+    episode, number = learnt_bag.episode, trial_number(learnt_bag)
+    name = f'{episode.name} {episode.kind}' + (f' {number}' if number else '')
     said = sentence_from_learnt_bag(learnt_bag, name)
     numbers = numbers_from_learnt_bag(learnt_bag) if verbose else ''
     return f'{said}\n    in numbers: {numbers}' if numbers else said

@@ -157,26 +157,26 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
     if not episodes:
         raise BagError(f'{task.path} holds no bags')
     header = read_header(episodes[0].path)
-    fold = Relearner(header.grid, header.parameters)
-    relearner = [fold.learn(episode) for episode in episodes]
-    demonstrated = next((learnt_bag for learnt_bag in relearner if learnt_bag.refresh is not None), None)
+    relearner = Relearner(header.grid, header.parameters)
+    learnt_bags = [relearner.learn(episode) for episode in episodes]
+    demonstrated = next((bag for bag in learnt_bags if bag.refresh is not None), None)
     if demonstrated is None:
         raise BagError(f'{task.path} holds no demonstration that was kept')
-    truth = GridWorld(world.occupancy, fold.parameters)
+    truth = GridWorld(world.occupancy, relearner.parameters)
     trials: list[TrialReport] = []
-    for learnt_bag in relearner:
-        if learnt_bag.episode.kind is EpisodeKind.TRIAL and learnt_bag.refresh is not None:
-            trials.append(_trial_report(len(trials) + 1, learnt_bag, truth))
+    for bag in learnt_bags:
+        if bag.episode.kind is EpisodeKind.TRIAL and bag.refresh is not None:
+            trials.append(_trial_report(len(trials) + 1, bag, truth))
     assert demonstrated.refresh is not None
-    assert fold.refresh is not None
-    n_aborted = sum(learnt_bag.episode.kind is EpisodeKind.TRIAL and learnt_bag.refresh is None
-                    for learnt_bag in relearner)
+    assert relearner.refresh is not None
+    n_aborted = sum(bag.episode.kind is EpisodeKind.TRIAL and bag.refresh is None
+                    for bag in learnt_bags)
     start = header.grid.cell_from_world(*trials[0].path[0]) if trials else (0, 0)
-    field = fold.refresh.field
+    field = relearner.refresh.field
     return TaskReport(
-        task.task, demonstrated.refresh, fold.refresh, driven_path(demonstrated.episode)[1],
+        task.task, demonstrated.refresh, relearner.refresh, driven_path(demonstrated.episode)[1],
         truth.flow_home(demonstrated.refresh.field), places_of(truth, field), trials, n_aborted,
-        other_starts(field, fold, world, start, seed), world)
+        other_starts(field, relearner, world, start, seed), world)
 
 
 def places_of(truth: GridWorld, field: ControlField) -> npt.NDArray[np.bool_]:
@@ -186,12 +186,12 @@ def places_of(truth: GridWorld, field: ControlField) -> npt.NDArray[np.bool_]:
     return reachable
 
 
-def _trial_report(number: int, learnt_bag: LearntBag, truth: GridWorld) -> TrialReport:
-    assert learnt_bag.read is not None
-    assert learnt_bag.refresh is not None
-    trial, status = learnt_bag.read.record, learnt_bag.read.status
+def _trial_report(number: int, bag: LearntBag, truth: GridWorld) -> TrialReport:
+    assert bag.read is not None
+    assert bag.refresh is not None
+    trial, status = bag.read.record, bag.read.status
     assert isinstance(trial, Trial)
-    stamps, path = driven_path(learnt_bag.episode)
+    stamps, path = driven_path(bag.episode)
     if status is not None:
         # The robot's last tick may come before or after the word that the trial is over.
         driven = stamps <= status.stamp
@@ -199,10 +199,10 @@ def _trial_report(number: int, learnt_bag: LearntBag, truth: GridWorld) -> Trial
     blocked = trial.decisions[trial.decisions['kind'] == Kind.BLOCKED]
     cells = np.stack([blocked['row'], blocked['col']], axis=1)
     return TrialReport(
-        number, trial.n_steps, len(learnt_bag.refresh.prototypes), learnt_bag.refresh.reinforcements,
-        n_contacts(learnt_bag.episode), str(trial.outcome),
+        number, trial.n_steps, len(bag.refresh.prototypes), bag.refresh.reinforcements,
+        n_contacts(bag.episode), str(trial.outcome),
         round(float(stamps[-1] - stamps[0]), 3) if len(stamps) else 0.0, path,
-        learnt_bag.refresh.field.grid.world_from_cells(cells), truth.flow_home(learnt_bag.refresh.field))
+        bag.refresh.field.grid.world_from_cells(cells), truth.flow_home(bag.refresh.field))
 
 
 def driven_path(episode: EpisodeFolder) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -226,10 +226,10 @@ def n_contacts(episode: EpisodeFolder) -> int:
 
 
 def other_starts(
-    field: ControlField, fold: Relearner, world: World, taught: tuple[int, int], seed: int,
+    field: ControlField, relearner: Relearner, world: World, taught: tuple[int, int], seed: int,
 ) -> dict[str, Any]:
-    """Try a field, local grid on, from every free cell with a way to the goal, but for the taught."""
-    grid = GridWorld(world.occupancy, fold.parameters)
+    """Try a field, with the local grid, from every free cell with a way to the goal but one."""
+    grid = GridWorld(world.occupancy, relearner.parameters)
     reachable = places_of(grid, field)
     reachable[taught] = False
     cells = np.argwhere(reachable)
