@@ -95,7 +95,8 @@ class LearnerNode(Node):
         self._task_memory = TaskMemory(task, grid, parameters, starts, self._settings.fresh)
         self._task_memory.speed_max = self._settings.speed_max
         self._session = Session(
-            self._settings, lambda: self._task_memory.next_start(self._settings.starts == 'spread'))
+            self._settings,
+            lambda: self._task_memory.next_start(self._settings.starts == 'spread'))
         self._recorder = Recorder(self._task_memory.task, self._task_memory.header)
         self.fatal = ''
         self.has_ended = False  #: whether the worker is done, too; nothing is lost if it is not
@@ -135,8 +136,9 @@ class LearnerNode(Node):
                                 self._reader(topic), topic.profiles, topic.spare, topic.kept)
 
     def _make_services(self) -> None:
-        self._learner_services = LearnerServices(self, self._session, lambda: Future(executor=self.executor),
-                          MutuallyExclusiveCallbackGroup())
+        self._learner_services = LearnerServices(
+            self, self._session, lambda: Future(executor=self.executor),
+            MutuallyExclusiveCallbackGroup())
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
         self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=steady)
@@ -211,10 +213,11 @@ class LearnerNode(Node):
     def tell(self) -> None:
         """Publish how the learner stands."""
         self._name_trial()
+        more = {**self._task_memory.places, **self._named,
+                'refused': str(self._hearing.n_refused)}
         status = diagnostic_from_session(
-            self.get_fully_qualified_name(), self._session, self._learnt_bag, self._task_memory.refresh,
-            self._hearing.heard, {**self._task_memory.places, **self._named,
-                                  'refused': str(self._hearing.n_refused)})
+            self.get_fully_qualified_name(), self._session, self._learnt_bag,
+            self._task_memory.refresh, self._hearing.heard, more)
         self._company.add_to(status)
         self._publications.tell(status, self.get_clock().now().to_msg())
 
@@ -269,7 +272,7 @@ class LearnerNode(Node):
     # What was learnt
 
     def relearn_after(self, change: str, *arguments: Any) -> None:
-        """Let the library change a bag, and learn from all of them anew."""
+        """Change a bag of the task, and learn from all of them anew."""
         self._worker.do(partial(getattr(self._task_memory, change), *arguments), self._on_changed)
 
     def _on_changed(self, future: 'JobFuture[str]') -> None:
@@ -292,7 +295,8 @@ class LearnerNode(Node):
         except BagError as error:
             self.fatal = str(error)
             return
-        self.say(sentence_at_start(self._settings, self._task_memory.task, self._task_memory.refresh))
+        self.say(sentence_at_start(
+            self._settings, self._task_memory.task, self._task_memory.refresh))
         self._learnt()
 
     def _on_learnt_bag(self, future: 'JobFuture[LearntBag]') -> None:
@@ -303,13 +307,14 @@ class LearnerNode(Node):
             return
         self._learnt()
         sentence = sentence_from_learnt_bag(self._learnt_bag)
-        is_refused = self._learnt_bag.episode.kind is EpisodeKind.DEMO and self._learnt_bag.refresh is None
-        if self._learnt_bag.refresh is not None and self._learnt_bag.episode.kind is EpisodeKind.DEMO:
+        is_demo = self._learnt_bag.episode.kind is EpisodeKind.DEMO
+        is_learnt = self._learnt_bag.refresh is not None
+        if is_demo and is_learnt:
             sentence += f' {NEXT}'
-        self.say(sentence, is_refused)
+        self.say(sentence, warns=is_demo and not is_learnt)
         if numbers := numbers_from_learnt_bag(self._learnt_bag):
             self.get_logger().info(f'in numbers: {numbers}')
-        self._learner_services.answer(self._learnt_bag.refresh is not None, sentence)
+        self._learner_services.answer(is_learnt, sentence)
 
     def _on_noted(self, future: 'JobFuture[BagGaps]') -> None:
         try:

@@ -105,7 +105,7 @@ def patience(lockstep: bool) -> float:
 
 
 class Arrival:
-    """Whether a robot that is set back has arrived, and the local grid with it: that may be slower."""
+    """Whether a robot that is set back has arrived, and its local grid, which may be slower."""
 
     def __init__(self) -> None:
         """Start away, without any local grid."""
@@ -136,9 +136,14 @@ class Arrival:
         return self._seen is not None and self._seen < stamp
 
     def is_seen(self, now: float) -> bool:
-        """Tell whether the robot is there, and the local grid is not of before; not for too long."""
+        """
+        Return True once the robot is at its start and a newer local grid has arrived.
+
+        After `LOCAL_GRID_PATIENCE` the robot alone is enough.
+        """
         return self._stamp is not None and (
-            self._seen is None or self._seen >= self._stamp or now - self._at > LOCAL_GRID_PATIENCE)
+            self._seen is None or self._seen >= self._stamp
+            or now - self._at > LOCAL_GRID_PATIENCE)
 
 
 def obstacle(

@@ -48,7 +48,7 @@ def diagnostic_from_session(
     name : str
         Of the node.
     session : Session
-    lesson : Lesson or None
+    learnt_bag : LearntBag or None
         The newest one.
     refresh : Refresh or None
         What is in force.
@@ -90,7 +90,7 @@ def sentence_from_learnt_bag(learnt_bag: LearntBag, name: str = '') -> str:
 
     Parameters
     ----------
-    lesson : Lesson
+    learnt_bag : LearntBag
     name : str
         What the episode is called; empty: as in ``Drive 0001``.
 
@@ -115,8 +115,8 @@ def name_from_learnt_bag(learnt_bag: LearntBag) -> str:
     """Name an episode: a drive, or a trial by the controller's number and by its bag's."""
     if learnt_bag.episode.kind is EpisodeKind.DEMO:
         return f'Drive {learnt_bag.episode.number:04d}'
-    trial = trial_number(learnt_bag)
-    return f'Trial {trial} ({learnt_bag.episode.name})' if trial else f'Trial {learnt_bag.episode.name}'
+    trial, bag = trial_number(learnt_bag), learnt_bag.episode.name
+    return f'Trial {trial} ({bag})' if trial else f'Trial {bag}'
 
 
 def trial_number(learnt_bag: LearntBag) -> int:

@@ -13,7 +13,7 @@ from learner_node.phases import SessionError
 from learner_node.session import Session
 from msgs_bridge.messages.trial_status import Label
 
-#: What the desk cannot do itself, such as ``relearn('drop_last')``.
+#: What is asked of the session at a time, [s], such as `Session.keep`.
 Request = Callable[[float], Effects]
 
 

@@ -115,17 +115,18 @@ class TaskMemory:
         lines += self._mend()
         self._compare()
         fold = Relearner(self.grid, self.relearner.parameters)
-        relearner = [fold.learn(episode) for episode in self.task.episodes()]
+        learnt_bags = [fold.learn(episode) for episode in self.task.episodes()]
         # Only now: until all of them are learnt from, and if that fails, the field stays.
         self.relearner, self._n_asked = fold, 0
         self._name_memory()
         lines += [f'{learnt_bag.episode.name}: {learnt_bag.note}'
-                  for learnt_bag in relearner if learnt_bag.refresh is None]
-        if relearner:
-            learnt = [learnt_bag.episode.kind for learnt_bag in relearner if learnt_bag.refresh is not None]
-            n_demos = learnt.count(EpisodeKind.DEMO)
+                  for learnt_bag in learnt_bags if learnt_bag.refresh is None]
+        if learnt_bags:
+            kinds = [learnt_bag.episode.kind
+                     for learnt_bag in learnt_bags if learnt_bag.refresh is not None]
+            n_demos = kinds.count(EpisodeKind.DEMO)
             lines.append(f'{self.task.path}: relearnt from {counted(n_demos, "demonstration")} '
-                         f'and {counted(len(learnt) - n_demos, "trial")}')
+                         f'and {counted(len(kinds) - n_demos, "trial")}')
         return lines
 
     def _mend(self) -> list[str]:
@@ -158,7 +159,7 @@ class TaskMemory:
             return
 
     def learn(self, episode: EpisodeFolder) -> LearntBag:
-        """Learn from one bag that was just recorded, see `Relearner.learn`; note what is missing."""
+        """Learn from a bag that was just recorded (`Relearner.learn`); note what is missing."""
         self._n_asked = 0
         gaps = note_gaps(episode.path)
         learnt_bag = self.relearner.learn(episode)

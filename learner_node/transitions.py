@@ -45,7 +45,8 @@ class Transitions:
         self._start = StartPose(0.0, 0.0)
         self._peers = Peers()
         self._status: TrialStatus | None = None
-        self._decision_counter, self._intruder, self._arrival = DecisionCounter(), Intruder(), Arrival()
+        self._decision_counter, self._intruder = DecisionCounter(), Intruder()
+        self._arrival = Arrival()
         self._began = self._heard = self._moved = self._asked = -math.inf
         self._absence, self._attendance = Absence(), Attendance()
         self._n_asked = self._n_silent = 0

@@ -24,8 +24,8 @@ class Settings:
     """
 
     topic: str = parameter(
-        'cmd_vel_teleop', 'where commands go: cmd_vel_teleop passes the collision monitor of the controller, '
-        'cmd_vel goes straight to the robot')
+        'cmd_vel_teleop', 'where commands go: cmd_vel_teleop passes the collision monitor of the '
+        'controller, cmd_vel goes straight to the robot')
     enable_stamped_cmd_vel: bool = parameter(
         False, 'publish TwistStamped instead of Twist (always in lock-step)')
     lockstep: bool = parameter(

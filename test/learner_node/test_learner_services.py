@@ -14,7 +14,7 @@ from learner_node.settings import Settings
 
 
 class Services:
-    """What a desk offers, without a network: `ask` returns what would go on when it is done."""
+    """The services without a network: `ask` returns what goes on once it is done."""
 
     def __init__(self):
         self.callbacks, self.changes, self.said = {}, [], ''

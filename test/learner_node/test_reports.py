@@ -1,4 +1,4 @@
-"""What people read of a lesson: a plain sentence first, numbers after, and where to look."""
+"""What people read of a bag that was learnt from: a sentence, numbers, and where to look."""
 
 import pytest
 
@@ -50,6 +50,7 @@ def test_places_are_told_of_in_metres(task):
     x, y, yaw = map(float, task_memory.places['start'].split())
     assert GRID.cell_from_world(x, y) == (2, 2)
     assert -3.2 < yaw < 3.2
-    spots = [tuple(map(float, spot.split())) for spot in task_memory.places['teach_here'].split(';')]
+    spots = [tuple(map(float, spot.split()))
+             for spot in task_memory.places['teach_here'].split(';')]
     assert spots
     assert all(GRID.contains(*GRID.cell_from_world(*spot)) for spot in spots)

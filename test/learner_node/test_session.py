@@ -136,12 +136,12 @@ class TestDemonstration:
         assert effects == [Close()]
 
     def test_waits_for_the_local_grid_of_its_end_but_not_for_long(self, play):
-        play('saw_sight', 0.5)
+        play('saw_local_grid', 0.5)
         play('heard_odometry', 1.0)
         play('record')
         play('keep')
         assert play.wait(0.2) == []
-        play('saw_sight', 1.0)
+        play('saw_local_grid', 1.0)
         assert play.wait(0.05) == [Close()]
         play('learnt', 2)
         play('heard_odometry', 2.0)
@@ -221,18 +221,18 @@ class TestTrials:
         assert play('saw_pose', *HERE)
 
     def test_start_when_the_local_grid_is_of_where_the_robot_was_placed(self, play):
-        play('saw_sight', 0.9)
+        play('saw_local_grid', 0.9)
         play('run_trials', 1)
         play('heard_odometry', 1.0)
         assert play('saw_pose', *HERE) == []
-        assert play('saw_sight', 0.95) == []
+        assert play('saw_local_grid', 0.95) == []
         play('heard_odometry', 1.1)
         assert play('saw_pose', *HERE) == []
         assert play.wait(0.5) == []  # it is not set back again meanwhile
-        assert play('saw_sight', 1.0) == [Record(EpisodeKind.TRIAL), StartTrial()]
+        assert play('saw_local_grid', 1.0) == [Record(EpisodeKind.TRIAL), StartTrial()]
 
     def test_start_also_where_no_more_is_seen(self, play):
-        play('saw_sight', 0.9)
+        play('saw_local_grid', 0.9)
         play('run_trials', 1)
         play('heard_odometry', 1.0)
         assert play('saw_pose', *HERE) == []
@@ -240,13 +240,13 @@ class TestTrials:
         assert play.wait(0.1) == [Record(EpisodeKind.TRIAL), StartTrial()]
 
     def test_start_each_on_a_local_grid_of_its_own(self, trying):
-        trying('saw_sight', 1.0)
+        trying('saw_local_grid', 1.0)
         trying('saw_decisions', 1, 3)
         trying('saw_status', ended())
         assert trying('learnt', 1) == [Place(START)]
         trying('heard_odometry', 2.0)
         assert trying('saw_pose', *HERE) == []
-        assert trying('saw_sight', 2.0) == [Record(EpisodeKind.TRIAL), StartTrial()]
+        assert trying('saw_local_grid', 2.0) == [Record(EpisodeKind.TRIAL), StartTrial()]
 
     def test_are_closed_when_the_last_decision_is_there(self, trying):
         assert trying('saw_status', ended(decisions=3)) == []

@@ -1,4 +1,4 @@
-"""A local grid that is slower than odometry: no trial of a series begins on that of another place."""
+"""No trial of a series begins on the local grid of another place, however late its own comes."""
 
 from contextlib import ExitStack
 import time

@@ -1,4 +1,4 @@
-"""The library of a task, its recorder and the worker: files in, lessons out; no ROS running."""
+"""The memory of a task, its recorder and the worker: files in, fields out; no ROS running."""
 
 import resource
 import threading
@@ -317,7 +317,7 @@ class TestWorker:
         worker.collect()
         with pytest.raises(BagError, match=r'^a mistake .*ZeroDivisionError: division by zero$'):
             result_of(got[0], logged.append)
-        assert 'test_library.py' in logged[0]
+        assert 'test_task_memory.py' in logged[0]
 
     def test_does_not_wait_for_ever(self):
         worker, limit_command = Worker(), threading.Event()
