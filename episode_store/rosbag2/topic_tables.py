@@ -1,4 +1,4 @@
-"""What the learner needs of a bag, column by column: poses, local grids, decisions, how it ended."""
+"""What the learner needs of a bag, as tables: poses, local grids, decisions, how it ended."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -26,7 +26,7 @@ from msgs_bridge.node.environment import child_environment
 RECORDER = """
 import sys, time
 from bridge_helpers import raw_odometry, ODOMETRY
-from episode_store.rosbag2.writer import start_bag
+from episode_store.making import start_bag
 from episode_store.task_folder import TaskFolder
 bag = start_bag(TaskFolder(sys.argv[1], 'task1'), 'demo', {'version': '1'})
 for i in range(1_000_000):

@@ -25,8 +25,9 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 FULL_DISK = """
 import resource, sys
 from bridge_helpers import write_drive
-from episode_store.rosbag2.writer import start_bag
-from episode_store.task_folder import BagError, TaskFolder
+from episode_store.making import start_bag
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import TaskFolder
 bag = start_bag(TaskFolder(sys.argv[1], 'task1'), 'demo', {'version': '1'})
 if len(sys.argv) > 2:
     resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]),) * 2)
