@@ -10,10 +10,10 @@ from experience_evaluation.methods.method import FieldMethod, Method, Notes, Tas
 
 #: The metrics in the order of tables: name -> meaning.
 METRICS = {
-    'field_success': 'share of the starts from which the flow alone, without local grid, reaches the '
-                     'goal',
-    'success': 'share of the starts from which a trial with local grid and exploration reaches the '
-               'goal, learning off',
+    'field_success': 'share of the starts from which the flow alone, without local grid, reaches '
+                     'the goal',
+    'success': 'share of the starts from which a trial with local grid and exploration reaches '
+               'the goal, learning off',
     'field_success_spl': 'SPL of field_success: mean of success * shortest / max(length, '
                          'shortest); the goal cell counts 1',
     'success_spl': 'SPL of success',

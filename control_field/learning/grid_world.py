@@ -175,7 +175,7 @@ class GridWorld:
         return result
 
     def flow_home(self, field: ControlField) -> npt.NDArray[np.bool_]:
-        """Return from which cells the flow alone, without local grid, reaches the goal in the truth."""
+        """Return the cells from which the flow alone reaches the goal in the true map."""
         state = compiled.flow_basin(self.truth, headings_from_vectors(field.vx, field.vy),
                                     *field.goal, self.rules)
         return np.asarray(state == 1)

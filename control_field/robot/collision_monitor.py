@@ -36,12 +36,12 @@ class Intervention(StrEnum):
     SLOWED = 'slowed'              #: near something blocked
     BLOCKED = 'blocked'            #: no forward motion: it would touch a blocked cell
     LATE = 'late'                  #: no forward motion: where it is by now is too uncertain
-    NO_LOCAL_GRID = 'no_sight'          #: no forward motion: the local grid does not show where it is
+    NO_LOCAL_GRID = 'no_sight'     #: no forward motion: the local grid does not show its place
     NOT_FINITE = 'not_finite'      #: stopped: NaN, infinity or a time that is negative
 
     @property
     def sentence(self) -> str:
-        """Say why a robot that is to drive stands; empty where the collision monitor only ramps."""
+        """Say why a robot that is to drive stands; empty where it only drives slower."""
         return _SENTENCES.get(self, '')
 
 
@@ -105,7 +105,8 @@ def local_grid_from_cells(
 
 
 def clear_of_obstacles(
-    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid, limits: Limits,
+    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid,
+    limits: Limits,
 ) -> tuple[Velocity, Intervention]:
     """Return the velocity, slowed as far as its braking way needs."""
     v, w = velocity
@@ -141,7 +142,7 @@ def limit_command(
         Time since then, and until the next time, [s].
     pose : tuple of float
         ``(x, y, yaw)``, [m] and [rad].
-    local grid : Local grid or None
+    local_grid : LocalGrid or None
         None where there is no local grid: then the robot may only turn.
     limits : Limits
         What the robot can do.
@@ -155,7 +156,7 @@ def limit_command(
         Within the limits of speed, and within those of acceleration unless the reason is
         ``BLOCKED``, ``SLOWED``, ``LATE``, ``NO_LOCAL_GRID`` or ``NOT_FINITE``: those brake at
         once.
-    reason : GateReason
+    reason : Intervention
 
     """
     if not all(map(math.isfinite, (*command, *previous, dt, *pose))) or dt < 0.0:
@@ -185,7 +186,8 @@ def braking_way(v: float, dt: float, limits: Limits) -> float:
 
 
 def is_clear(
-    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid, limits: Limits,
+    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid,
+    limits: Limits,
 ) -> bool:
     """
     Tell whether the disc touches nothing on its arc and braking way.

@@ -1,6 +1,7 @@
 """
-The collision monitor for a robot that is heard late: it looks at every way that the robot may have gone since.
+The collision monitor for a robot that is heard late.
 
+It looks at every way that the robot may have gone since its last pose.
 Each way begins at the last pose, follows what was sent since, then the command in question for as
 long as it may hold, then the braking way.
 """
@@ -43,7 +44,7 @@ def limit_late_command(
     command: Velocity, previous: Velocity, dt: float, pose: Place, local_grid: LocalGrid | None,
     limits: Limits, lag: Lag,
 ) -> tuple[Velocity, Intervention]:
-    """Return what `limit_command` returns; ``pose`` was heard last, ``lag`` tells what came since."""
+    """Return what `limit_command` returns, for a pose that is old by what ``lag`` says."""
     def slowed(
         velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid, limits: Limits,
     ) -> tuple[Velocity, Intervention]:
@@ -55,7 +56,8 @@ def limit_late_command(
         share = share_that_is_clear(velocity, dt, pose, local_grid, limits, lag)
         if share:
             return (share * v, w), Intervention.NONE if share == 1.0 else Intervention.SLOWED
-        near = clear_of_obstacles(velocity, dt, pose, local_grid, limits)[1] is Intervention.BLOCKED
+        _, done = clear_of_obstacles(velocity, dt, pose, local_grid, limits)
+        near = done is Intervention.BLOCKED
         return (0.0, w), Intervention.LATE if lag.is_late and not near else Intervention.BLOCKED
 
     return limit_command(command, previous, dt, pose, local_grid, limits, slowed)

@@ -1,5 +1,5 @@
 """
-How likely a 3x3 local grid is from a cell: against the remembered map, and against the last local grid.
+How likely a 3x3 local grid is from a cell: beside the remembered map and the last local grid.
 
 Both are relative, 1 where nothing contradicts, and heavy-tailed: whatever is wrong counts no
 further than that something has moved. So an obstacle that is new is learnt and does not carry the

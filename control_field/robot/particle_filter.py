@@ -112,8 +112,9 @@ class ParticleFilter:
 
     """
 
-    def __init__(self, grid: Grid, motion_noise: MotionNoise, rng: np.random.Generator, n: int = 1000) -> None:
-        """Believe in exact wheels, as far as ``motion_noise`` does; the pose is still to be said."""
+    def __init__(self, grid: Grid, motion_noise: MotionNoise, rng: np.random.Generator,
+                 n: int = 1000) -> None:
+        """Draw the wheels' errors of every particle; `place` says where the robot is."""
         self.grid = grid
         self.motion_noise = motion_noise
         self._rng = rng
@@ -122,7 +123,8 @@ class ParticleFilter:
         self._map = np.full((rows + 2 * _EDGE, cols + 2 * _EDGE), BLOCKED, np.int8)
         self.remember(np.full(grid.shape, UNKNOWN, np.int8))
         spread = self._normal(3)
-        self._slip, self._turn_slip = motion_noise.slip * spread[0], 0.25 * motion_noise.slip * spread[1]
+        self._slip = motion_noise.slip * spread[0]
+        self._turn_slip = 0.25 * motion_noise.slip * spread[1]
         self._drift = motion_noise.drift * spread[2]
         self.place(grid.origin_x, grid.origin_y, 0.0)
 

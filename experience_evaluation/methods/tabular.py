@@ -99,7 +99,7 @@ class TabularMethod:
         return headings
 
     def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
-        """Follow the greedy policy from every start, leaving out what the local grid shows blocked."""
+        """Follow the greedy policy from every start, without the steps seen to be blocked."""
         results = [kernels.greedy_run(
             self._allowed, self.task.grid.n_cols, self.q, self._place((int(row), int(col))),
             self._goal, self.task.parameters.step_limit, np.random.default_rng([seed, index]))

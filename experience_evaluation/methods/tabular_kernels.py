@@ -220,7 +220,7 @@ def greedy_run(
     rng: np.random.Generator,
 ) -> tuple[int, int, float]:
     """
-    Follow the greedy policy, leaving out what the local grid shows to be blocked; nothing is learnt.
+    Follow the greedy policy without the steps seen to be blocked; learn nothing.
 
     Returns
     -------

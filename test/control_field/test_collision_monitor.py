@@ -18,7 +18,8 @@ GRID = Grid(20, 20, 0.25)
 FREE = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]
 WALL_AHEAD = [[0, 0, 100], [0, 0, 100], [0, 0, 100]]
 #: Reasons that stand the robot at once, faster than its wheels are asked to otherwise.
-BRAKES = {Intervention.BLOCKED, Intervention.SLOWED, Intervention.NO_LOCAL_GRID, Intervention.NOT_FINITE}
+BRAKES = {Intervention.BLOCKED, Intervention.SLOWED, Intervention.NO_LOCAL_GRID,
+          Intervention.NOT_FINITE}
 
 speeds = st.floats(-10.0, 10.0)
 wild = st.one_of(st.floats(), speeds)
@@ -36,6 +37,11 @@ def pose_in(row, col, yaw=0.0, dx=0.0, dy=0.0):
 
 def local_grid_of(around, row=10, col=10, unknown=False):
     return local_grid_from_cells(around, row, col, GRID, unknown)
+
+
+def limited(command, previous, pose, around=FREE, *, dt=0.05, unknown=False):
+    local_grid = local_grid_of(around, unknown=unknown)
+    return limit_command(command, previous, dt, pose, local_grid, LIMITS)
 
 
 def after(pose, velocity, seconds):
@@ -64,7 +70,7 @@ def assert_within_limits(velocity, previous, dt, reason):
 @example((0.22, 2.84), (0.22, -2.84), 0.0, (2.6, 2.6, 0.0), WALL_AHEAD, False)
 def test_no_limit_is_broken_whatever_is_asked_for(
         command, previous, dt, pose, around, unknown):
-    velocity, reason = limit_command(command, previous, dt, pose, local_grid_of(around, unknown=unknown), LIMITS)
+    velocity, reason = limited(command, previous, pose, around, dt=dt, unknown=unknown)
     assert_within_limits(velocity, previous, dt, reason)
 
 
@@ -86,7 +92,7 @@ def test_no_body_gets_deeper_into_what_the_local_grid_shows_blocked(
 
 @given(velocities, velocities, steps, places)
 def test_in_the_open_it_only_ramps(command, previous, dt, pose):
-    _, reason = limit_command(command, previous, dt, pose, local_grid_of(FREE), LIMITS)
+    _, reason = limited(command, previous, pose, dt=dt)
     room = LIMITS.radius + MARGIN + braking_way(LIMITS.v_max, min(dt, LONGEST_STEP), LIMITS)
     clear = all(2.25 + room < c < 3.0 - room for c in pose[:2])
     if clear:
@@ -98,51 +104,48 @@ def test_in_the_open_it_only_ramps(command, previous, dt, pose):
 def test_what_is_not_finite_stands_still(value, place):
     numbers = [0.1, 0.0, 0.1, 0.0, 2.6, 2.6, 0.0]
     numbers[place] = value
-    answer = limit_command(tuple(numbers[:2]), tuple(numbers[2:4]), 0.05, tuple(numbers[4:]),
-                  local_grid_of(FREE), LIMITS)
+    answer = limited(tuple(numbers[:2]), tuple(numbers[2:4]), tuple(numbers[4:]))
     assert answer == (STANDSTILL, Intervention.NOT_FINITE)
 
 
 def test_a_time_that_runs_backwards_stands_still():
-    answer = limit_command((0.1, 0.0), (0.1, 0.0), -0.01, pose_in(10, 10), local_grid_of(FREE), LIMITS)
+    answer = limited((0.1, 0.0), (0.1, 0.0), pose_in(10, 10), dt=-0.01)
     assert answer == (STANDSTILL, Intervention.NOT_FINITE)
 
 
 def test_too_fast_is_cut_and_said():
-    velocity, reason = limit_command((1.0, 0.0), (0.22, 0.0), 0.05, pose_in(10, 10), local_grid_of(FREE), LIMITS)
+    velocity, reason = limited((1.0, 0.0), (0.22, 0.0), pose_in(10, 10))
     assert (velocity, reason) == ((0.22, 0.0), Intervention.SPEED)
 
 
 def test_a_start_is_ramped_and_said():
-    velocity, reason = limit_command((0.22, 0.0), STANDSTILL, 0.05, pose_in(10, 10), local_grid_of(FREE), LIMITS)
+    velocity, reason = limited((0.22, 0.0), STANDSTILL, pose_in(10, 10))
     assert velocity[0] == pytest.approx(0.125)
     assert reason is Intervention.ACCELERATION
 
 
 def test_a_wall_ahead_stops_and_lets_turn():
     near = pose_in(10, 10, dx=0.018)
-    velocity, reason = limit_command((0.2, 1.0), (0.2, 1.0), 0.05, near, local_grid_of(WALL_AHEAD), LIMITS)
+    velocity, reason = limited((0.2, 1.0), (0.2, 1.0), near, WALL_AHEAD)
     assert (velocity, reason) == ((0.0, 1.0), Intervention.BLOCKED)
 
 
 def test_a_wall_some_way_ahead_only_slows():
-    velocity, reason = limit_command(
-        (0.2, 0.0), (0.2, 0.0), 0.05, pose_in(10, 10, dx=0.005), local_grid_of(WALL_AHEAD), LIMITS)
+    velocity, reason = limited((0.2, 0.0), (0.2, 0.0), pose_in(10, 10, dx=0.005), WALL_AHEAD)
     assert reason is Intervention.SLOWED
     assert 0.0 < velocity[0] < 0.2
 
 
 def test_away_from_a_wall_it_overlaps_is_free():
     inside = pose_in(10, 10, yaw=math.pi, dx=0.06)
-    velocity, reason = limit_command((0.1, 0.0), (0.1, 0.0), 0.05, inside, local_grid_of(WALL_AHEAD), LIMITS)
+    velocity, reason = limited((0.1, 0.0), (0.1, 0.0), inside, WALL_AHEAD)
     assert (velocity, reason) == ((0.1, 0.0), Intervention.NONE)
 
 
 def test_along_a_corridor_is_free():
     corridor = [[100, 100, 100], [0, 0, 0], [100, 100, 100]]
     for off in (-0.015, 0.0, 0.015):
-        _, reason = limit_command((0.22, 0.0), (0.22, 0.0), 0.05, pose_in(10, 10, dy=off),
-                         local_grid_of(corridor), LIMITS)
+        _, reason = limited((0.22, 0.0), (0.22, 0.0), pose_in(10, 10, dy=off), corridor)
         assert reason is Intervention.NONE
 
 
@@ -151,18 +154,18 @@ def test_unknown_is_blocked_only_when_it_is_to_be(around):
     unknown = around[0][0] == -1
     at_the_edge = pose_in(10, 10, dx=0.018)
     for blocked in (False, True):
-        _, reason = limit_command((0.2, 0.0), (0.2, 0.0), 0.05, at_the_edge,
-                         local_grid_of(around, unknown=blocked), LIMITS)
+        _, reason = limited((0.2, 0.0), (0.2, 0.0), at_the_edge, around, unknown=blocked)
         assert (reason is Intervention.BLOCKED) == (unknown and blocked)
 
 
 def test_what_lies_outside_the_workspace_is_blocked_whatever_the_local_grid_says():
     pose = pose_in(0, 0, yaw=math.pi, dx=-0.018)
-    _, reason = limit_command((0.2, 0.0), (0.2, 0.0), 0.05, pose, local_grid_of(FREE, 0, 0), LIMITS)
+    corner = local_grid_of(FREE, 0, 0)
+    _, reason = limit_command((0.2, 0.0), (0.2, 0.0), 0.05, pose, corner, LIMITS)
     assert reason is Intervention.BLOCKED
 
 
-def test_without_sight_or_far_from_it_the_robot_may_only_turn():
+def test_without_a_local_grid_or_far_from_it_the_robot_may_only_turn():
     for local_grid in (None, local_grid_of(FREE, 3, 3)):
         velocity, reason = limit_command(
             (0.2, 0.1), (0.2, 0.1), 0.05, pose_in(10, 10), local_grid, LIMITS)

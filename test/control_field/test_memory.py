@@ -140,7 +140,8 @@ def test_an_aborted_trial_teaches_nothing():
 def test_a_stopped_trial_teaches_what_was_seen_and_what_a_person_drove():
     memory = memory_of(segment((2, 0), (2, 5)))
     q = memory.q.copy()
-    trial = trial_of(segment((5, 0), (5, 3)), Outcome.STOPPED, [Kind.AVOID, Kind.TAUGHT, Kind.FIELD])
+    kinds = [Kind.AVOID, Kind.TAUGHT, Kind.FIELD]
+    trial = trial_of(segment((5, 0), (5, 3)), Outcome.STOPPED, kinds)
     assert memory.add_trial(trial) == 0
     assert np.array_equal(memory.q, q)
     assert memory.known[5, 2] == 0

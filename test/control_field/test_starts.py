@@ -34,7 +34,8 @@ def test_the_best_cells_come_first_and_worthless_ones_never(values, n):
 
 @given(relearner(low=4), st.integers(0, 20), st.sampled_from(['paper', 'full']), st.booleans())
 @few
-def test_starts_are_cells_of_the_workspace_and_not_known_to_be_walls(learnt_bag, n, profile, curious):
+def test_starts_are_cells_of_the_workspace_and_not_known_to_be_walls(
+        learnt_bag, n, profile, curious):
     occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, occupancy, profile=profile)
     driven = learner.trial_field(curious)
@@ -82,7 +83,8 @@ def test_chosen_starts_see_the_workspace_in_few_trials():
 
 def test_a_start_promises_the_unseen_ground_along_its_flow_weighed_by_who_depends_on_it():
     corridor = np.zeros((1, 5), np.int8)
-    field = taught(segment((0, 0), (0, 4)), (1, 5)).refresh.field  # shown without local grid: all its own
+    # Demonstrated without local grid: all that is known is the path itself.
+    field = taught(segment((0, 0), (0, 4)), (1, 5)).refresh.field
     known = np.full((1, 5), -1, np.int8)
     unseen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
                           known, field.flags)

@@ -16,7 +16,7 @@ angles = st.floats(-10.0, 10.0)
 
 
 def drive(x, y, yaw, segment, limits, *, delay=1, dt=0.05, reach=0.0125, seconds=20.0):
-    """Drive a segment in closed loop; return its duration and how far the robot came off the line."""
+    """Drive a segment in closed loop; return its duration and the greatest cross-track error."""
     velocity, way, off, t = (0.0, 0.0), [(0.0, 0.0)] * delay, 0.0, 0.0
     while segment.remaining(x, y) > reach:
         assert t < seconds, f'at ({x}, {y}) after {t} s'

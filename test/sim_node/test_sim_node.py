@@ -139,7 +139,9 @@ class TestLockStep:
             peer.first_tick()
             last = peer.drive([(0.2, 0.0)] * 10)
             local_grids, poses = peer.of(OccupancyGrid), peer.of(Odometry)
-            assert [s.header.stamp for s in local_grids][-11:] == [p.header.stamp for p in poses][-11:]
+            of_grids, of_poses = ([message.header.stamp for message in some[-11:]]
+                                  for some in (local_grids, poses))
+            assert of_grids == of_poses
             peer.wait(lambda: clocks and clocks[-1].clock == last.header.stamp, 'the clock')
             pose = pose_from_odometry(last)
             assert (pose.x, pose.y) == (pytest.approx(0.825), 0.875)
