@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 import os
-import subprocess
 import sys
 
 from hypothesis import HealthCheck, settings
@@ -18,21 +17,35 @@ settings.register_profile('steady', settings.get_profile('search'), derandomize=
 # with HYPOTHESIS_PROFILE=search.
 settings.load_profile(os.environ.get('HYPOTHESIS_PROFILE', 'steady'))
 
+FAILED = pytest.StashKey[bool]()
+
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Run tests of real processes again if they fail (doc/adr/0009), where the plugin is there."""
+    """Run tests that talk over DDS again if they fail (doc/adr/0009), if the plugin is there."""
     if config.pluginmanager.hasplugin('rerunfailures'):
         for item in items:
-            if starts_processes(item):
+            if talks(item):
                 item.add_marker(pytest.mark.flaky(reruns=2))
 
 
-def starts_processes(item: pytest.Item) -> bool:
-    """Tell whether a test talks over real DDS, or stands in a file that starts processes."""
-    starters = (subprocess, ros_helpers.Process, ros_helpers.run, ros_helpers.start_node)
-    known = vars(getattr(item, 'module', object)).values()
-    return 'ros_domain' in getattr(item, 'fixturenames', ()) or any(
-        value is starter for value in known for starter in starters)
+def talks(item: pytest.Item) -> bool:
+    """Return True for a test whose processes or nodes talk over DDS."""
+    return 'ros_domain' in getattr(item, 'fixturenames', ())
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    """Note whether this run of a test failed."""
+    report = yield
+    item.stash[FAILED] = report.failed or (report.when != 'setup' and item.stash[FAILED])
+    return report
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_teardown(item: pytest.Item) -> None:
+    """Stop all nodes after a failure, those of the module, too: the next run gets new ones."""
+    if item.stash[FAILED] and talks(item):
+        item.session._setupstate.teardown_exact(item.session)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
@@ -57,11 +70,17 @@ def steady_environment() -> Iterator[None]:
 
 
 @pytest.fixture(scope='session')
-def ros_domain(steady_environment: None) -> Iterator[int]:
-    """Return a ROS_DOMAIN_ID that no other worker and no other session on this machine uses."""
+def quiet_domain(steady_environment: None) -> Iterator[int]:
+    """Return a ROS_DOMAIN_ID that nobody else on this machine uses, for who talks to nobody."""
     with ros_helpers.own_domain() as domain, pytest.MonkeyPatch.context() as patch:
         patch.setenv('ROS_DOMAIN_ID', str(domain))
         yield domain
+
+
+@pytest.fixture(scope='session')
+def ros_domain(quiet_domain: int) -> int:
+    """Return the same for those who talk there: such a test is run again when it fails."""
+    return quiet_domain
 
 
 @pytest.fixture

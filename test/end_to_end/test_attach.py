@@ -91,7 +91,7 @@ def test_a_node_that_reads_another_type_is_named_with_the_parameter(ros_domain, 
     (['--tasks', '1,2'], ['--tasks', 'one task']),
     (['--namespace', 'a b'], ["'a b'", 'namespace']),
 ])
-def test_mistakes_are_one_line(ros_domain, tmp_path, arguments, words):
+def test_mistakes_are_one_line(quiet_domain, tmp_path, arguments, words):
     code, process = attach(tmp_path, *arguments)
     assert code == 2
     [line] = process.stderr.splitlines()

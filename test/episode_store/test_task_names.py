@@ -53,7 +53,7 @@ def test_a_task_that_has_bags_is_always_meant(tmp_path):
     check_is_meant(TaskFolder(tmp_path, 'kichen'))
 
 
-def test_the_learner_asks_in_one_line(ros_domain, tmp_path):
+def test_the_learner_asks_in_one_line(quiet_domain, tmp_path):
     demonstration_bag(tmp_path)
     (tmp_path / 'task1').rename(tmp_path / 'kitchen')
     parameters = {'bags': str(tmp_path), 'task': 'kichen'}

@@ -18,7 +18,7 @@ def test_there_is_one_for_every_node():
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize('name', NODES)
-def test_a_signal_between_two_imports(tmp_path, ros_domain, name, number):
+def test_a_signal_between_two_imports(tmp_path, quiet_domain, name, number):
     # rclpy comes in many parts, each with a line when it is there; the first is soon followed.
     code = f'from experience_cli.executables import {name}; {name}()'
     command = [sys.executable, '-X', 'importtime', '-c', code]

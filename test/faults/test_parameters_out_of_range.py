@@ -85,7 +85,7 @@ def check_refusal(sentence, name, words):
 
 
 @pytest.fixture(scope='module')
-def context(ros_domain):
+def context(quiet_domain):
     """
     Return a context that all nodes share.
 
@@ -136,7 +136,7 @@ def running(context, tmp_path_factory):
 
 
 @pytest.fixture(scope='module')
-def shared(ros_domain, tmp_path_factory):
+def shared(quiet_domain, tmp_path_factory):
     return tmp_path_factory.mktemp('bags')
 
 
@@ -164,7 +164,7 @@ def test_at_run_time_it_is_refused_with_its_range(running, name, parameter, valu
     ('learner_node.node', 'rows', 0), ('teleop_node.node', 'speed', 99.0),
     ('neighbourhood_node.node', 'rows', 0)])
 def test_the_process_says_so_in_one_line_and_ends_with_2(
-        ros_domain, tmp_path, module, parameter, value):
+        quiet_domain, tmp_path, module, parameter, value):
     process = ros_helpers.run(
         ros_helpers.node_command(module, tmp_path, {parameter: value}), tmp_path)
     assert process.popen.returncode == 2

@@ -38,7 +38,7 @@ def test_only_the_controller_may_publish_cmd_vel():
         f'/experience/{name}' for name in PROFILES}
 
 
-def test_the_policy_allows_what_a_node_does(steady_environment, tmp_path):
+def test_the_policy_allows_what_a_node_does(ros_domain, tmp_path):
     needed = {'learner_node': {'task': 'a_task', 'bags': str(tmp_path)},
               'teleop_node': {'keyboard': False}}
     # On a domain where nobody of that name has been before.
@@ -66,7 +66,7 @@ def differences(observer):
             for name, (does, may) in pairs.items() if does != may]
 
 
-def test_a_task_that_leads_out_of_the_bags_is_refused_by_the_node(ros_domain, tmp_path):
+def test_a_task_that_leads_out_of_the_bags_is_refused_by_the_node(quiet_domain, tmp_path):
     outside = tmp_path / 'outside'
     outside.mkdir()
     (tmp_path / 'bags').mkdir()

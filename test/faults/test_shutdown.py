@@ -180,7 +180,7 @@ def test_a_robot_stands_before_a_huge_message_is_taken_and_then_drives_on(drivin
     ('ROS_DOMAIN_ID', '233', '0 ... 232'), ('ROS_DOMAIN_ID', 'seven', 'ROS_DOMAIN_ID'),
     ('ROS_SECURITY_ENABLE', 'true', 'secur')])
 def test_what_ros_cannot_do_is_one_line_and_code_2(
-        ros_domain, tmp_path, name, variable, value, words):
+        quiet_domain, tmp_path, name, variable, value, words):
     (tmp_path / 'keys' / 'enclaves').mkdir(parents=True)
     environment = {'ROS_SECURITY_KEYSTORE': str(tmp_path / 'keys'),
                    'ROS_SECURITY_STRATEGY': 'Enforce', variable: value}

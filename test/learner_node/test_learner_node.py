@@ -85,7 +85,7 @@ class Robot:
     ({'start_poses': ['a']}, ['start_poses']),
     ({'auto_start': True}, ['auto_start', 'simulation']),
 ])
-def test_a_wrong_parameter_is_one_line_and_exit_code_2(ros_domain, tmp_path, parameters, words):
+def test_a_wrong_parameter_is_one_line_and_exit_code_2(quiet_domain, tmp_path, parameters, words):
     with start(tmp_path, **parameters) as process:
         assert process.wait() == 2, process.report()
     assert len(process.stderr.splitlines()) == 1
@@ -93,7 +93,7 @@ def test_a_wrong_parameter_is_one_line_and_exit_code_2(ros_domain, tmp_path, par
         assert word in process.stderr
 
 
-def test_a_bags_folder_that_cannot_be_made_is_said(ros_domain, tmp_path):
+def test_a_bags_folder_that_cannot_be_made_is_said(quiet_domain, tmp_path):
     (tmp_path / 'file').touch()
     with start(tmp_path, bags=str(tmp_path / 'file')) as process:
         assert process.wait() == 2, process.report()
@@ -117,7 +117,7 @@ def test_what_is_refused_of_one_topic_does_not_hide_another(ros_domain, ros_node
     ({'grid': Grid(10, 12, 0.5)}, ['10 x 12 cells of 0.5 m', '20 x 20 cells of 0.25 m']),
     ({'grid': Grid(20, 20, 0.25, frame_id='map')}, ["'map'", "'odom'"]),
 ])
-def test_bags_of_another_workspace_are_refused(ros_domain, tmp_path, header, words):
+def test_bags_of_another_workspace_are_refused(quiet_domain, tmp_path, header, words):
     empty_bag(tmp_path, **header)
     with start(tmp_path) as process:
         assert process.wait() == 2, process.report()
@@ -125,7 +125,7 @@ def test_bags_of_another_workspace_are_refused(ros_domain, tmp_path, header, wor
         assert word in process.stderr.splitlines()[-1]
 
 
-def test_fresh_sets_the_bags_aside(ros_domain, tmp_path):
+def test_fresh_sets_the_bags_aside(quiet_domain, tmp_path):
     empty_bag(tmp_path, grid=Grid(10, 12, 0.5))
     with start(tmp_path, fresh=True) as process:
         wait_until(lambda: 'task/0001 is set aside' in process.stderr + process.stdout,
@@ -142,7 +142,7 @@ def test_a_signal_ends_it_cleanly(ros_domain, ros_node, tmp_path, number):
     assert [line for line in process.stderr.splitlines() if '[INFO]' not in line] == []
 
 
-def test_at_the_start_it_says_what_to_do_next(ros_domain, tmp_path):
+def test_at_the_start_it_says_what_to_do_next(quiet_domain, tmp_path):
     with start(tmp_path) as process:
         wait_until(lambda: '~/record_demonstration' in process.stderr, processes=[process])
         [line] = [line for line in process.stderr.splitlines() if 'teleop_node' in line]

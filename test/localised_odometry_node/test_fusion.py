@@ -213,7 +213,7 @@ class TestProcess:
         assert (seen[-1].header.frame_id, seen[-1].child_frame_id) == ('map', 'base_link')
         assert (seen[-1].twist.twist.linear.x, seen[-1].twist.twist.angular.z) == (0.1, 0.2)
 
-    def test_a_mistake_is_one_line_and_exit_code_2(self, ros_domain, tmp_path):
+    def test_a_mistake_is_one_line_and_exit_code_2(self, quiet_domain, tmp_path):
         command = ros_helpers.node_command(MODULE, tmp_path)
         process = ros_helpers.run(
             [*command, '--ros-args', '-p', 'catch_up_speed:=0.0'], tmp_path)

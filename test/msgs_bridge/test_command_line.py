@@ -42,7 +42,7 @@ def mistake(module, folder, *arguments):
 
 
 @pytest.mark.parametrize('module', NODES)
-def test_help_is_a_page_that_names_every_parameter(ros_domain, tmp_path, module):
+def test_help_is_a_page_that_names_every_parameter(quiet_domain, tmp_path, module):
     process = run(module, tmp_path, '--help')
     assert (process.popen.returncode, process.stderr) == (0, '')
     lines = process.stdout.splitlines()
@@ -56,7 +56,7 @@ def test_help_is_a_page_that_names_every_parameter(ros_domain, tmp_path, module)
     assert {spec for kind in NODES[module] for spec in kind.__dataclass_fields__} <= set(words)
 
 
-def test_help_is_given_whatever_else_is_said(ros_domain, tmp_path):
+def test_help_is_given_whatever_else_is_said(quiet_domain, tmp_path):
     process = run('sim_node.node', tmp_path, '-h', '--ros-args', '-p', 'rat:=1')
     assert process.popen.returncode == 0
     assert process.stdout.startswith('sim_node: ')
@@ -77,7 +77,7 @@ def test_help_is_given_whatever_else_is_said(ros_domain, tmp_path):
     (['--ros-args', '--params-file', '/nowhere.yaml'], ['/nowhere.yaml']),
     (['--ros-args', '--log-level', 'loud'], ['loud']),
     (['--ros-args', '--nonsense'], ['--nonsense'])])
-def test_a_mistake_is_one_line_and_exit_code_2(ros_domain, tmp_path, arguments, words):
+def test_a_mistake_is_one_line_and_exit_code_2(quiet_domain, tmp_path, arguments, words):
     line = mistake('sim_node.node', tmp_path, *arguments)
     assert line.startswith('sim_node: ')
     for word in words:
@@ -92,7 +92,7 @@ def parameter_file(folder, **sections):
     return ['--ros-args', '--params-file', str(path)]
 
 
-def test_a_name_under_this_node_in_a_file_has_to_be_one_of_its_own(ros_domain, tmp_path):
+def test_a_name_under_this_node_in_a_file_has_to_be_one_of_its_own(quiet_domain, tmp_path):
     arguments = parameter_file(tmp_path, everybody={'rows': 5}, control_field_node={'v_mx': 0.1})
     assert "'v_mx' (is v_max" in mistake('control_field_node.node', tmp_path, *arguments)
 
@@ -118,7 +118,7 @@ def test_names_of_one_node_are_no_slips_of_another_ones():
     assert alike <= ALIKE
 
 
-def test_a_name_that_is_like_none_changes_nothing_and_that_is_said(ros_domain, tmp_path):
+def test_a_name_that_is_like_none_changes_nothing_and_that_is_said(quiet_domain, tmp_path):
     command = ros_helpers.node_command('sim_node.node', tmp_path)
     arguments = ['--ros-args', '-p', 'auto_trials:=3', '-p', 'sim_node:qqq:=1']
     with ros_helpers.Process([*command, *arguments], tmp_path) as process:

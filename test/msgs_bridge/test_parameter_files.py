@@ -92,7 +92,7 @@ def test_a_long_file_is_named_in_part(tmp_path):
 
 
 @pytest.mark.parametrize('arguments', [['-r', '__ns:=/robot1'], ['-r', '__node:=controller']])
-def test_a_node_refuses_a_file_without_a_section_for_it(ros_domain, tmp_path, arguments):
+def test_a_node_refuses_a_file_without_a_section_for_it(quiet_domain, tmp_path, arguments):
     path = write(tmp_path, filled('control_field_node'))
     other = write(tmp_path, filled('/**'), 'other.yaml')
     command = ros_helpers.node_command('control_field_node.node', tmp_path)

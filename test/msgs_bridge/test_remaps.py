@@ -74,7 +74,7 @@ def test_what_cannot_be_set_is_refused(rule, near):
     assert problem_with_special(['__ns:=/x', '__node:=a', '__name:=b', 'odom:=__x']) == ''
 
 
-def test_a_node_says_it_in_a_line(ros_domain, tmp_path):
+def test_a_node_says_it_in_a_line(quiet_domain, tmp_path):
     command = ros_helpers.node_command('sim_node.node', tmp_path, remappings={'__nss': '/x'})
     process = ros_helpers.run(command, tmp_path)
     assert process.popen.returncode == 2
@@ -94,7 +94,7 @@ def test_a_node_says_it_in_a_line(ros_domain, tmp_path):
         'teleop_heartbeat', 'control_field', 'prototypes', 'experience', '/diagnostics', '~/undo',
         'control_field_node/start_trial']),
     ('neighbourhood_node.node', ['odom', 'scan', 'neighbourhood'])])
-def test_a_node_knows_all_its_topics(ros_domain, tmp_path, module, topics):
+def test_a_node_knows_all_its_topics(quiet_domain, tmp_path, module, topics):
     remappings = {topic: f'/other/name{number}' for number, topic in enumerate(topics)}
     with ros_helpers.start_node(
             module, tmp_path, {'bags': str(tmp_path)} if 'learner' in module else None,

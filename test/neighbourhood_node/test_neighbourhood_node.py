@@ -279,7 +279,7 @@ class TestProcess:
         ('source:=sonar', 'scan, costmap'), ('timeout:=0.0', 'timeout'),
         ('rows:=0', 'rows'), ('laser_yaw:=9.0', 'laser_yaw'),
         ('laser_roll:=1.0', 'tilted by 57 degrees')])
-    def test_mistakes_are_one_line_and_exit_code_2(self, ros_domain, tmp_path, parameter, word):
+    def test_mistakes_are_one_line_and_exit_code_2(self, quiet_domain, tmp_path, parameter, word):
         command = ros_helpers.node_command('neighbourhood_node.node', tmp_path)
         process = ros_helpers.run([*command, '--ros-args', '-p', parameter], tmp_path)
         assert process.popen.returncode == 2

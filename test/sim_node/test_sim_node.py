@@ -365,7 +365,7 @@ class TestProcess:
         ('world:=nowhere', 'open, task1, task2'), ('world:=/nowhere.yaml', '/nowhere.yaml'),
         ('world:=/', '/: '), ('rate:=0.1', 'rate'), ('slip:=much', 'slip'),
         ('start_x:=-4.0', 'start_x'), ('seed:=-1', 'seed')])
-    def test_mistakes_are_one_line_and_exit_code_2(self, ros_domain, tmp_path, argument, word):
+    def test_mistakes_are_one_line_and_exit_code_2(self, quiet_domain, tmp_path, argument, word):
         process = self.start(tmp_path, '-p', argument)
         assert process.popen.returncode == 2
         assert process.stdout == ''
@@ -373,7 +373,7 @@ class TestProcess:
         assert line.startswith('sim_node: ')
         assert word in line
 
-    def test_malformed_map(self, ros_domain, tmp_path):
+    def test_malformed_map(self, quiet_domain, tmp_path):
         path = tmp_path / 'map.yaml'
         path.write_text('image: map.pgm\nresolution: .nan\norigin: [0, 0, 0]\n')
         (tmp_path / 'map.pgm').write_bytes(b'P5 1 1 255\n\xfe')
@@ -384,7 +384,7 @@ class TestProcess:
         assert 'resolution' in line
 
     @pytest.mark.parametrize('arguments', [('-p', 'a'), ('--nonsense',), ('-r', '__node:=a-b')])
-    def test_wrong_ros_arguments(self, ros_domain, tmp_path, arguments):
+    def test_wrong_ros_arguments(self, quiet_domain, tmp_path, arguments):
         process = self.start(tmp_path, *arguments)
         assert process.popen.returncode == 2
         assert 'Traceback' not in process.stderr
