@@ -9,7 +9,7 @@ from control_field.robot.stop_rules import PoseMonitor, StopReason, Timeout
 from control_field_node.settings import Settings
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
-from msgs_bridge.node.kinds_of_text import SaidOnce
+from msgs_bridge.node.throttled_log import OncePerTemplate
 
 
 class Intake:
@@ -46,7 +46,7 @@ class Intake:
         self.too_late, self._old_stamp = 0.0, -math.inf
         self._log = log
         self._bad_until = -math.inf
-        self._refused = SaidOnce()
+        self._logged = OncePerTemplate()
         self.change_settings(settings)
 
     def change_settings(self, settings: Settings) -> None:
@@ -60,12 +60,12 @@ class Intake:
     def refuse(self, what: str, is_said: bool = False) -> None:
         """Count something that is not to be trusted; say so once a kind, if nobody else does."""
         self.counts['refused messages'] += 1
-        if self.is_new(what) and not is_said:
+        if self.is_first(what) and not is_said:
             self._log('warning', f'refused: {what} (not said again)')
 
-    def is_new(self, what: str) -> bool:
-        """Tell whether something of this kind was never said before, and note that it is now."""
-        return self._refused.is_new(what)
+    def is_first(self, what: str) -> bool:
+        """Remember a line; return True if it is the first of its template."""
+        return self._logged.add(what)
 
     def distrust(self, now: float) -> None:
         """Take in that odometry was bad: it has to be good for its timeout."""

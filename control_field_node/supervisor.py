@@ -146,7 +146,7 @@ class Supervisor:
     def refuse_field(self, why: str) -> None:
         """Keep the field there is; say so once a kind of reason."""
         self.intake.counts['refused fields'] += 1
-        if self.intake.is_new(f'control field: {why}'):
+        if self.intake.is_first(f'control field: {why}'):
             self._log('error', f'control field refused: {why} (not said again)')
         self.refusal = why
 
@@ -229,7 +229,7 @@ class Supervisor:
         if self._takeover.saw_external(now, moves(velocity), topic):
             self.wheels.velocity = velocity
             return self._hand_over()
-        if self.run is not None and self.intake.is_new(words.idle_sender((), topic)):
+        if self.run is not None and self.intake.is_first(words.idle_sender((), topic)):
             self._log('warning', words.idle_sender(self.who(topic), topic))
         return NOTHING
 
@@ -386,7 +386,7 @@ class Supervisor:
         wanted = self.wheels.ramped(wanted, dt)
         self.is_unmonitored = self.pose is None or not self.intake.local_grid.has_come
         if self.pose is None or self.is_unmonitored:
-            if self.intake.is_new(words.UNMONITORED):
+            if self.intake.is_first(words.UNMONITORED):
                 self._log('warning', words.UNMONITORED)
             self.wheels.velocity, self.wheels.held = wanted, ''
             return Answer(wanted)

@@ -5,7 +5,7 @@ from typing import Final
 
 from control_field.robot.stop_rules import Timeout
 from learner_node.settings import Settings
-from msgs_bridge.node.kinds_of_text import kind_of
+from msgs_bridge.node.throttled_log import template_of
 
 #: Stamps that have not advanced for so long do not advance, [s].
 _STANDING: Final = 1.0
@@ -49,9 +49,9 @@ class Absence:
         why = self.of_odometry(now, settings)
         is_chance = bool(self._unsound) and self._n_unsound <= _FEW and (
             self._n_unsound == 1 or now - self._since < _SOON)
-        if not why or is_chance or kind_of(why) in self._told:
+        if not why or is_chance or template_of(why) in self._told:
             return ''
-        self._told.add(kind_of(why))
+        self._told.add(template_of(why))
         return why
 
     def of_odometry(self, now: float, settings: Settings) -> str:

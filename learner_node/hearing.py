@@ -16,7 +16,7 @@ from learner_node.session import Session
 from msgs_bridge.messages.serialized import message_from_cdr
 from msgs_bridge.messages.tables import decisions_from_cloud
 from msgs_bridge.messages.trial_status import trial_from_status
-from msgs_bridge.node.throttled_log import Complaints
+from msgs_bridge.node.throttled_log import ThrottledLog
 
 
 class Hearing:
@@ -30,19 +30,19 @@ class Hearing:
     carry_out : callable
         Does what the session wants done.
     check : OdometryCheck
-    complaints : Complaints
+    throttled_log : ThrottledLog
         Are told what is not to be trusted.
 
     """
 
     def __init__(
         self, session: Session, grid: Grid, carry_out: Callable[[Effects], None],
-        check: OdometryCheck, complaints: Complaints,
+        check: OdometryCheck, throttled_log: ThrottledLog,
     ) -> None:
         self._session, self._grid = session, grid
         self._carry_out = carry_out
         self._check = check
-        self._complaints = complaints
+        self._throttled_log = throttled_log
         #: Topics that something has arrived on.
         self.heard: set[str] = set()
         #: Stamp of the newest odometry, [ns].
@@ -55,7 +55,7 @@ class Hearing:
     @property
     def n_refused(self) -> int:
         """Return how many messages were not to be trusted."""
-        return self._complaints.n_refused
+        return self._throttled_log.n_refused
 
     def saw(self, name: str, cdr: bytes) -> None:
         """Take in a message of a topic, such as ``odom``."""
@@ -76,7 +76,7 @@ class Hearing:
         except (ValueError, RuntimeError) as error:
             self._session.saw_unsound(self._check.problem, now)
             if wants:
-                self._complaints.refused(error, 'odom')
+                self._throttled_log.log_refused(error, 'odom')
             return
         if self._check.problem:
             self._session.saw_unsound(self._check.problem, now)
@@ -104,5 +104,5 @@ class Hearing:
         try:
             return reader(message_from_cdr(cdr, kind))
         except (ValueError, RuntimeError) as error:
-            self._complaints.refused(error, kind)
+            self._throttled_log.log_refused(error, kind)
             return None

@@ -49,7 +49,7 @@ from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import exit_with, run_node
 from msgs_bridge.node.statements import Deed, method_from_parameters, workspace_from_grid
-from msgs_bridge.node.throttled_log import Complaints
+from msgs_bridge.node.throttled_log import ThrottledLog
 
 #: How often the session looks at the clock and at who is there, [s] of the wall clock.
 _TICK_PERIOD: Final = 0.05
@@ -122,7 +122,7 @@ class LearnerNode(Node):
         self._performer = Performer(self, self._recorder, self._publications, self._requests)
         self._hearing = Hearing(
             self._session, self._task_memory.grid, self.carry_out,
-            OdometryCheck(self._task_memory.grid), Complaints(self))
+            OdometryCheck(self._task_memory.grid), ThrottledLog(self))
         topics = recorded_topics(self._settings)
         self._task_memory.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
         self.create_subscription(

@@ -18,7 +18,7 @@ from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import run_node
-from msgs_bridge.node.throttled_log import Complaints
+from msgs_bridge.node.throttled_log import ThrottledLog
 
 _LOOK_PERIOD: Final = 1.0
 #: Time without odometry after which none arrives, [s].
@@ -51,7 +51,7 @@ class LocalisedOdometryNode(Node):
         check_names(self)
         self._company = PeerMonitor(self)
         self._localised = LocalisedOdometry(settings)
-        self._complaints = Complaints(self)
+        self._throttled_log = ThrottledLog(self)
         self._odometry = Timeout(_SILENCE)
         self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
@@ -72,7 +72,7 @@ class LocalisedOdometryNode(Node):
             self._localised.pose_refusal = ''
         except ValueError as error:
             self._localised.pose_refusal = str(error)
-            self._complaints.refused(error)
+            self._throttled_log.log_refused(error)
 
     def _on_odometry(self, msg: Odometry) -> None:
         self._odometry.saw(time.monotonic())
@@ -81,7 +81,7 @@ class LocalisedOdometryNode(Node):
             self._localised.odometry_refusal = ''
         except ValueError as error:
             self._localised.odometry_refusal = str(error)
-            self._complaints.refused(error)
+            self._throttled_log.log_refused(error)
             return
         if pose is not None:
             out = odometry_from_pose(pose, msg.child_frame_id)
@@ -93,7 +93,7 @@ class LocalisedOdometryNode(Node):
         problem, now = self._localised.problem, time.monotonic()
         if self._odometry.has_come and self._odometry.is_stale(now):
             problem = self._odometry.absence(now, 'odometry')
-        self._complaints.look(
+        self._throttled_log.log_missing(
             f'nothing is published: {problem}' if problem else '', 'the robot is localised')
 
 

@@ -20,7 +20,7 @@ from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import run_node
 from msgs_bridge.node.statements import workspace_from_grid
-from msgs_bridge.node.throttled_log import Complaints
+from msgs_bridge.node.throttled_log import ThrottledLog
 from neighbourhood_node.laser_place import LaserPlace
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker
 from neighbourhood_node.settings import FIXED, NeighbourhoodSettings
@@ -57,7 +57,7 @@ class NeighbourhoodNode(Node):
         self._maker = NeighbourhoodMaker(declare_parameters_from(
             self, NeighbourhoodSettings, fixed=FIXED, on_change=self._on_settings))
         check_names(self)
-        self._complaints = Complaints(self)
+        self._throttled_log = ThrottledLog(self)
         self._neighbourhoods = qos.tell_all(self, OccupancyGrid, 'neighbourhood', qos.SENSOR)
         #: What came last, as it was sent: a costmap is heard through several subscriptions.
         self._heard: deque[int] = deque(maxlen=_N_HEARD)
@@ -96,7 +96,7 @@ class NeighbourhoodNode(Node):
             level=DiagnosticStatus.WARN if problem else DiagnosticStatus.OK,
             name=f'{self.get_fully_qualified_name().lstrip("/")}: local grid',
             message=problem or 'all well', hardware_id='sight',
-            values=[KeyValue(key='refused', value=str(self._complaints.n_refused))])
+            values=[KeyValue(key='refused', value=str(self._throttled_log.n_refused))])
         self._company.add_to(status)
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
@@ -119,7 +119,7 @@ class NeighbourhoodNode(Node):
             self._maker.saw(msg)
         except ValueError as error:
             self._maker.refusal = str(error)
-            self._complaints.refused(error)
+            self._throttled_log.log_refused(error)
 
     def _on_odometry(self, msg: Odometry) -> None:
         now = time.monotonic()
@@ -129,12 +129,12 @@ class NeighbourhoodNode(Node):
             neighbourhood = self._maker.neighbourhood(msg)
         except ValueError as error:
             self._odometry.pass_over(now, str(error))
-            self._complaints.refused(error)
+            self._throttled_log.log_refused(error)
             return
         self._odometry.saw(now)
         self._neighbourhoods.publish(grid_from_neighbourhood(neighbourhood, self._maker.grid))
         self._problem = self._maker.problem(neighbourhood.stamp)
-        self._complaints.look(
+        self._throttled_log.log_missing(
             self._problem,
             f'{self._maker.settings.source} has come, all is well', self._maker.has_seen)
 

@@ -23,11 +23,11 @@ from msgs_bridge.messages.trial_status import trial_from_status
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.environment import prepare
-from msgs_bridge.node.log_valve import Valve
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import start_node
 from msgs_bridge.node.statements import Deed
+from msgs_bridge.node.throttled_log import LogRateLimiter
 from teleop_node.asking import Asking
 from teleop_node.commands import Commands
 from teleop_node.driving import changed_speeds, FACTORS, MOVES, STANDING
@@ -91,7 +91,7 @@ class TeleopNode(Node):
         self._gathered = Gathered(
             self._full_name(self.settings.learner), self._full_name(self.settings.controller))
         self._teaching = Teaching(self, self.settings.learner, self.settings.controller)
-        self._valve = Valve()
+        self._rate_limiter = LogRateLimiter()
         self._company = PeerMonitor(self, say=self._say)
         self._make_topics()
         self._make_services()
@@ -248,7 +248,7 @@ class TeleopNode(Node):
         if self.terminal is None:
             self.get_logger().info(text)
             return
-        text = self._valve.let(text)
+        text = self._rate_limiter.limit(text)
         if text:
             self.terminal.write(message_over(text))
             self._write_line()

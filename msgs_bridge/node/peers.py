@@ -18,10 +18,10 @@ from msgs_bridge.messages.serialized import message_from_cdr
 from msgs_bridge.node import qos
 from msgs_bridge.node.doubles import DuplicateMonitor
 from msgs_bridge.node.graph import elsewhere, in_vain
-from msgs_bridge.node.kinds_of_text import SaidOnce
 from msgs_bridge.node.reader_threads import Ears
 from msgs_bridge.node.statements import (
     Deed, Misfit, misfits, Statement, statement_from_status, values_from_statement)
+from msgs_bridge.node.throttled_log import OncePerTemplate
 
 #: How often a node looks around, [s], and how long a statement holds; they come every second.
 _PERIOD: Final = 1.0
@@ -134,7 +134,7 @@ class PeerMonitor:
         self._node = node
         self._say = say or (lambda text: node.get_logger().warning(text))
         self._company = Company(node.get_fully_qualified_name(), role)
-        self._doubles, self._said = DuplicateMonitor(node), SaidOnce(kind=str)
+        self._doubles, self._logged = DuplicateMonitor(node), OncePerTemplate(template=str)
         self.problems: list[Misfit] = []
         self._mistyped: list[Misfit] = []
         self._judged_at, self._n_timeless = -math.inf, 0
@@ -232,5 +232,5 @@ class PeerMonitor:
             self._tell(problem.text, problem.subject)
 
     def _tell(self, text: str, subject: str = '') -> None:
-        if self._said.is_new(subject or text):
+        if self._logged.add(subject or text):
             self._say(text)
