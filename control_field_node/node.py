@@ -28,7 +28,7 @@ from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.standing import drives
 from control_field_node.supervisor import Supervisor
 from control_field_node.wheels import GUARD_PERIOD
-from msgs_bridge.messages.neighbourhoods import cells_of_sight, neighbourhood_from_grid
+from msgs_bridge.messages.neighbourhoods import cells_of_local_grid, neighbourhood_from_grid
 from msgs_bridge.messages.poses import (
     check_frame, FRAME_OWNERS, Pose, pose_from_odometry, pose_from_pose_stamped)
 from msgs_bridge.messages.tables import OtherVersionError
@@ -171,7 +171,7 @@ class ControlFieldNode(Node):
         if local_grid is None:
             return False
         try:
-            grid = self.supervisor.grid or cells_of_sight(local_grid)
+            grid = self.supervisor.grid or cells_of_local_grid(local_grid)
             neighbourhood = neighbourhood_from_grid(local_grid, grid)
         except ValueError as error:
             self.supervisor.intake.refuse(str(error))

@@ -280,7 +280,7 @@ class Supervisor:
                 StopReason.STALE_NEIGHBOURHOOD, self.local_grids.problem(pose, now))
         if seen.shows_nothing and run.parameters.unknown_is_blocked:
             return self._pause(StopReason.STALE_NEIGHBOURHOOD, 'all around the robot is unknown')
-        if problem := words.problem_with_sight(seen, run.policy.field.grid, pose.x, pose.y):
+        if problem := words.problem_with_local_grid(seen, run.policy.field.grid, pose.x, pose.y):
             return self._pause(StopReason.BAD_INPUT, problem)
         if self.intake.is_bad(now):
             return NOTHING

@@ -67,7 +67,7 @@ def problem_with_goal(
             f'demonstrate the way to ({x:g}, {y:g}) m')
 
 
-def problem_with_sight(seen: Seen, grid: Grid, x: float, y: float) -> str:
+def problem_with_local_grid(seen: Seen, grid: Grid, x: float, y: float) -> str:
     """Say that a local grid does not hold the robot's cell, [m]; empty if it does."""
     cell = grid.cell_from_world(x, y)
     if abs(seen.row - cell[0]) <= 1 and abs(seen.col - cell[1]) <= 1:

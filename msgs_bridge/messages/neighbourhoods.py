@@ -69,7 +69,7 @@ def grid_from_neighbourhood(neighbourhood: Neighbourhood, grid: Grid) -> Occupan
     return map_from_occupancy(neighbourhood.cells, seen, neighbourhood.stamp)
 
 
-def cells_of_sight(msg: Any) -> Grid:
+def cells_of_local_grid(msg: Any) -> Grid:
     """
     Return the nine cells of a 3x3 OccupancyGrid as a workspace of their own.
 
