@@ -2,6 +2,7 @@
 
 import ast
 from contextlib import ExitStack
+import re
 import sys
 from xml.etree import ElementTree as ET
 
@@ -89,20 +90,13 @@ def test_a_bag_that_is_a_link_out_of_the_folder_is_not_followed(tmp_path):
     assert list(outside.iterdir()) == []
 
 
-def sources():
-    return [path for room in ROOMS for path in sorted((ROOT / room).rglob('*.py'))]
-
-
-@pytest.mark.parametrize('path', sources(), ids=lambda path: str(path.relative_to(ROOT)))
-def test_nothing_unpickles_or_evaluates(path):
-    for node in ast.walk(ast.parse(path.read_text())):
-        names = [alias.name for alias in getattr(node, 'names', [])] + [
-            getattr(node, 'module', None) or ''] if isinstance(
-                node, ast.Import | ast.ImportFrom) else []
-        assert not {name.partition('.')[0] for name in names} & {
-            'pickle', 'cPickle', 'dill', 'joblib', 'marshal', 'shelve', 'cloudpickle'}
-        if isinstance(node, ast.Call):
-            check_call(node)
+def test_no_array_is_unpickled():
+    """All else that could run code from a file is ruff's to find (test_setup_cfg)."""
+    for path in (path for room in ROOMS for path in (ROOT / room).rglob('*.py')):
+        text = path.read_text()
+        assert 'allow_pickle=True' not in text, path
+        assert len(re.findall(r'\b(?:np|numpy)\.load\(', text)) == text.count(
+            'allow_pickle=False'), path
 
 
 #: Modules that open files by themselves: what they open is ours, or they are the door itself.
@@ -122,13 +116,3 @@ def test_what_is_not_ours_is_read_through_one_door(room):
                     '.' not in name), f'{path.name}: {name}'
                 assert not name.endswith('.open') or name in {
                     'os.open', 'Image.open', '_zstd.open'}, f'{path.name}: {name}'
-
-
-def check_call(call):
-    name = ast.unparse(call.func)
-    assert name not in {'eval', 'exec', 'yaml.load', 'os.system', 'pickle.load'}
-    arguments = {keyword.arg: ast.unparse(keyword.value) for keyword in call.keywords}
-    if name in {'np.load', 'numpy.load'}:
-        assert arguments.get('allow_pickle') == 'False'
-    assert arguments.get('allow_pickle', 'False') == 'False'
-    assert arguments.get('shell', 'False') == 'False'
