@@ -23,7 +23,7 @@ from control_field_node.field_reader import FieldReader, Outcome
 from control_field_node.lockstep import TickBook
 from control_field_node.outbox import Outbox
 from control_field_node.placing import read_place
-from control_field_node.reports import Peers
+from control_field_node.reports import CommandPublishers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.standing import drives
 from control_field_node.supervisor import Supervisor
@@ -36,10 +36,10 @@ from msgs_bridge.messages.velocities import velocity_from_twist
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.graph import publishers_on
+from msgs_bridge.node.node_info import method_from_parameters, Operation
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import quickest_executor, run_node
-from msgs_bridge.node.statements import Deed, method_from_parameters
 from msgs_bridge.node.subscription_threads import Hearing
 
 #: How often the node looks for what has not come, and tells how it stands, [s] of the wall clock.
@@ -77,13 +77,13 @@ class ControlFieldNode(Node):
         self._ages = CommandAges(self.supervisor.intake, self.supervisor.who)
         self._book = TickBook()
         self._writer = CommandWriter(self._settings, self._book, self._time)
-        self._peers, self._fields = Peers(), FieldReader()
+        self._command_publishers, self._fields = CommandPublishers(), FieldReader()
         self._told_held = ''
         self._teleop_at: float | None = None
         self._out = Outbox(self, self._settings, self.supervisor, self._writer)
         if not self._settings.lockstep:
             self._hearing.step_aside()
-        self._company = PeerMonitor(self, 'controller', ears=self._hearing.ears)
+        self._peers = PeerMonitor(self, 'controller', ears=self._hearing.ears)
         self._on_parameters(parameters)
         self._make_subscriptions(self._hearing)
         locked = self._hearing.locked
@@ -128,7 +128,7 @@ class ControlFieldNode(Node):
 
     def _on_parameters(self, parameters: Parameters) -> None:
         self.supervisor.parameters = parameters  # a trial under way keeps its own
-        self._company.state(method=method_from_parameters(parameters, DECISION_PARAMETERS))
+        self._peers.describe(method=method_from_parameters(parameters, DECISION_PARAMETERS))
 
     def _on_settings(self, settings: Settings) -> None:
         with self._hearing.lock:
@@ -283,10 +283,11 @@ class ControlFieldNode(Node):
             self.supervisor.intake.refuse(str(error))
 
     def _on_start(self, _: Any, response: Any) -> Any:
-        others = self._peers.others if self._settings.exclusive_cmd_vel else []
+        others = self._command_publishers.others if self._settings.exclusive_cmd_vel else []
         response.message = (
             f'{others[0]} publishes cmd_vel, too, and exclusive_cmd_vel is set' if others
-            else self._company.why_not(Deed.DRIVE) or self.supervisor.start(time.monotonic()))
+            else self._peers.why_not(Operation.DRIVE)
+            or self.supervisor.start(time.monotonic()))
         response.success = not response.message
         if response.success:
             response.message = self.supervisor.status.sentence
@@ -319,8 +320,7 @@ class ControlFieldNode(Node):
                 self._settings.takeover_timeout):
             self._teleop_at = None
             self._end_teleop()
-        if self.count_publishers(self.resolve_topic_name('cmd_vel')) != self._peers.n_publishers:
-            self._look_at_peers()
+        self._look_for_new_publishers()
         if self.supervisor.held != self._told_held:  # a person wonders why nothing moves
             self._tell()
 
@@ -343,24 +343,28 @@ class ControlFieldNode(Node):
         if self.supervisor.let_go():
             self._publish(Answer(STANDSTILL))
 
-    def _look_at_peers(self) -> None:
+    def _look_at_publishers(self) -> None:
         """Note who is on `cmd_vel`, and say once which parameter to set for another type."""
-        news = self._peers.look(self, self._writer.kind)
+        news = self._command_publishers.look(self, self._writer.kind)
         if news:
             self._log('warning', news)
-        if self._peers.others and self._settings.exclusive_cmd_vel:
-            self._publish(self.supervisor.saw_rival(self._peers.others[0]))
+        if self._command_publishers.others and self._settings.exclusive_cmd_vel:
+            self._publish(self.supervisor.saw_rival(self._command_publishers.others[0]))
+
+    def _look_for_new_publishers(self) -> None:
+        n = self.count_publishers(self.resolve_topic_name('cmd_vel'))
+        if n != self._command_publishers.n_publishers:
+            self._look_at_publishers()
 
     def _has_rival(self) -> bool:
         """Tell whether another controller is on `cmd_vel`."""
-        if self.count_publishers(self.resolve_topic_name('cmd_vel')) != self._peers.n_publishers:
-            self._look_at_peers()
-        return self._peers.has_namesake(self.get_name())
+        self._look_for_new_publishers()
+        return self._command_publishers.has_namesake(self.get_name())
 
     def _tell(self) -> None:
-        self._look_at_peers()
+        self._look_at_publishers()
         self._told_held = self.supervisor.held
-        self._out.tell(self._peers, self._company)
+        self._out.tell(self._command_publishers, self._peers)
 
     def close(self) -> None:
         """Leave the robot standing, whatever has happened; then say how the trial ended."""

@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 from control_field.robot.limits import Velocity
 from control_field_node.answer import Answer
 from control_field_node.commands import CommandWriter
-from control_field_node.reports import diagnostic_from_supervisor, Peers
+from control_field_node.reports import CommandPublishers, diagnostic_from_supervisor
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
 from msgs_bridge.messages.tables import cloud_from_decisions
@@ -85,11 +85,11 @@ class Outbox:
             self._told = now
             self.trials.publish(status_from_trial(status, self._settings.robot_id))
 
-    def tell(self, peers: Peers, company: PeerMonitor) -> None:
-        """Publish how the controller does, and what it says of itself to its company."""
+    def tell(self, publishers: CommandPublishers, peers: PeerMonitor) -> None:
+        """Publish how the controller does, and what it says of itself to its peers."""
         status = diagnostic_from_supervisor(
-            self._supervisor, self._node.get_fully_qualified_name(), peers)
-        company.add_to(status)
+            self._supervisor, self._node.get_fully_qualified_name(), publishers)
+        peers.add_to(status)
         self._diagnostics.publish(
             DiagnosticArray(header=Header(stamp=self._time()), status=[status]))
 

@@ -1,4 +1,4 @@
-"""What the controller says about itself on `/diagnostics`, and which peers do not fit."""
+"""The diagnostics of the controller, and who else publishes commands."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from control_field_node.supervisor import Supervisor
 from msgs_bridge.node.command_types import mismatch
 
 
-class Peers:
+class CommandPublishers:
     """
     Who else is on `cmd_vel`.
 
@@ -60,7 +60,7 @@ class Peers:
 
 
 def diagnostic_from_supervisor(
-    supervisor: Supervisor, name: str, peers: Peers,
+    supervisor: Supervisor, name: str, publishers: CommandPublishers,
 ) -> DiagnosticStatus:
     """
     Write how the controller stands.
@@ -71,7 +71,7 @@ def diagnostic_from_supervisor(
         The controller.
     name : str
         Of the node.
-    peers : Peers
+    publishers : CommandPublishers
         Who else is on `cmd_vel`.
 
     """
@@ -81,12 +81,13 @@ def diagnostic_from_supervisor(
     values: dict[str, Any] = {
         'state': status.state, 'trial': status.trial, 'revision': status.revision,
         'stop_reason': _reason(supervisor) or '', 'held': supervisor.held,
-        'field_refused': supervisor.refusal, 'other_publishers': ', '.join(sorted(peers.others)),
+        'field_refused': supervisor.refusal,
+        'other_publishers': ', '.join(sorted(publishers.others)),
         'speed': f'{supervisor.velocity[0]:.3f}', 'turn_rate': f'{supervisor.velocity[1]:.3f}',
         **_localisation(supervisor), **_latency(supervisor),
         **{key.replace(' ', '_'): count for key, count in counts}}
     message = (
-        peers.mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
+        publishers.mismatch or (supervisor.refusal and f'field refused: {supervisor.refusal}')
         or (supervisor.odometry_refusal and f'odometry refused: {supervisor.odometry_refusal}')
         or (supervisor.is_unmonitored and words.UNMONITORED) or '')
     if supervisor.field is None and not message:

@@ -45,10 +45,10 @@ from learner_node.worker import result_of, Worker
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names
 from msgs_bridge.node.listener import Listener
+from msgs_bridge.node.node_info import method_from_parameters, Operation, workspace_from_grid
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import exit_with, run_node
-from msgs_bridge.node.statements import Deed, method_from_parameters, workspace_from_grid
 from msgs_bridge.node.throttled_log import ThrottledLog
 
 #: How often the session looks at the clock and at who is there, [s] of the wall clock.
@@ -104,9 +104,9 @@ class LearnerNode(Node):
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
         self._named: dict[str, str] = {}
-        self._company, self._in_force = PeerMonitor(self, 'learner'), FieldInForce()
-        self._company.state(workspace_from_grid(grid), method_from_parameters(parameters))
-        self._session.why_not = self._company.why_not
+        self._peers, self._in_force = PeerMonitor(self, 'learner'), FieldInForce()
+        self._peers.describe(workspace_from_grid(grid), method_from_parameters(parameters))
+        self._session.why_not = self._peers.why_not
         self._make_topics()
         self._make_services()
         self._worker = Worker()
@@ -205,7 +205,7 @@ class LearnerNode(Node):
         session = self._session
         if self._in_force.is_to_be_said_again(
                 session.controller_status, session.revision, session.memory,
-                not self._company.why_not(Deed.CHANGE)):
+                not self._peers.why_not(Operation.CHANGE)):
             self.say('the controller has another control field than the one learnt here (was a '
                      'second learner there?): it is given this one again', warns=True)
             self._publish_field(session.n_left > 0)
@@ -218,7 +218,7 @@ class LearnerNode(Node):
         status = diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self._learnt_bag,
             self._task_memory.refresh, self._hearing.heard, more)
-        self._company.add_to(status)
+        self._peers.add_to(status)
         self._publications.tell(status, self.get_clock().now().to_msg())
 
     def _name_trial(self) -> None:

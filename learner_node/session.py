@@ -17,7 +17,7 @@ from learner_node.phases import (
 from learner_node.teaching import Teaching
 from msgs_bridge.messages.memory_identity import difference
 from msgs_bridge.messages.trial_status import State, TrialStatus
-from msgs_bridge.node.statements import Deed
+from msgs_bridge.node.node_info import Operation
 
 #: Who stops a trial, or leaves it unwatched, wants no other either.
 _ENDS_SERIES: Final = (StopReason.ASKED.sentence, StopReason.NO_HEARTBEAT.sentence)
@@ -41,7 +41,7 @@ class Session(Teaching):
 
     def relearn(self, now: float) -> Effects:
         """Take in that a bag is changed and all are learnt from anew; only when idle."""
-        self._check_idle('change a bag', Deed.CHANGE)
+        self._check_idle('change a bag', Operation.CHANGE)
         self.begin(now)
         return []
 
@@ -61,7 +61,7 @@ class Session(Teaching):
         if not self.settings.simulation:
             raise SessionError('cannot set a real robot back (simulation is false): carry it to '
                                f'its start and call {self.settings.controller}/start_trial')
-        self._check_idle('run trials', Deed.DRIVE)
+        self._check_idle('run trials', Operation.DRIVE)
         if self.revision < 0:
             raise SessionError(
                 'nothing was learnt yet: show the way first, press s in teleop_node')

@@ -7,7 +7,7 @@ from learner_node.decision_counter import INTRUDED, is_running
 from learner_node.effects import Abandon, Discard, Effects, Record, Say, StopTrial
 from learner_node.phases import patience, Phase, QUIET, SessionError
 from learner_node.transitions import Transitions
-from msgs_bridge.node.statements import Deed
+from msgs_bridge.node.node_info import Operation
 
 #: Why a demonstration was not kept whose teacher has left; and what `n` is told then.
 LEFT: Final = 'nobody was at the keys any more'
@@ -20,7 +20,7 @@ class Teaching(Transitions):
 
     def record(self, now: float) -> Effects:
         """Begin a demonstration; SessionError if something else is under way, or no odometry."""
-        self._check_idle('record a demonstration', Deed.TEACH)
+        self._check_idle('record a demonstration', Operation.TEACH)
         if missing := self._absence.of_odometry(now, self.settings):
             raise SessionError(f'cannot record a demonstration: {missing}')
         self._intruder.begin(self._status, self._stamp, self.settings.controller)

@@ -13,7 +13,7 @@ from learner_node.phases import (
     WORDS)
 from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import TrialStatus
-from msgs_bridge.node.statements import Deed
+from msgs_bridge.node.node_info import Operation
 
 
 class Transitions:
@@ -40,7 +40,7 @@ class Transitions:
         self.memory = ''
         self.trial = 0
         #: Returns why something must not be done now, such as what does not fit in the suite.
-        self.why_not: Callable[[Deed], str] = lambda deed: ''
+        self.why_not: Callable[[Operation], str] = lambda operation: ''
         self._next_start = next_start
         self._start = StartPose(0.0, 0.0)
         self._peers = Peers()
@@ -82,10 +82,10 @@ class Transitions:
             return f'waiting: {self._obstacle() or "all is there"}'
         return WORDS.get(self.phase, f'trial {self.trial} is under way')
 
-    def _check_idle(self, what: str, deed: Deed) -> None:
+    def _check_idle(self, what: str, operation: Operation) -> None:
         if self.phase is not Phase.IDLE:
             raise SessionError(f'cannot {what} now: {self.describe()}{remedy(self.phase)}')
-        if why := self.why_not(deed):
+        if why := self.why_not(operation):
             raise SessionError(f'cannot {what}: {why}')
 
     def _end_series(self) -> None:
@@ -122,7 +122,7 @@ class Transitions:
         return effects
 
     def _obstacle(self) -> str:
-        return self.why_not(Deed.DRIVE) or obstacle(
+        return self.why_not(Operation.DRIVE) or obstacle(
             self._peers, self._status, self.revision, self.settings.controller, self.memory)
 
     def _learn(self, now: float) -> Effects:

@@ -49,7 +49,7 @@ class LocalisedOdometryNode(Node):
         settings = declare_parameters_from(
             self, LocalisedSettings, fixed=FIXED, on_change=self._on_settings)
         check_names(self)
-        self._company = PeerMonitor(self)
+        self._peers = PeerMonitor(self)
         self._localised = LocalisedOdometry(settings)
         self._throttled_log = ThrottledLog(self)
         self._odometry = Timeout(_SILENCE)

@@ -16,10 +16,10 @@ from control_field.robot.stop_rules import Timeout
 from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
+from msgs_bridge.node.node_info import workspace_from_grid
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import run_node
-from msgs_bridge.node.statements import workspace_from_grid
 from msgs_bridge.node.throttled_log import ThrottledLog
 from neighbourhood_node.laser_place import LaserPlace
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker
@@ -70,8 +70,8 @@ class NeighbourhoodNode(Node):
                 self, OccupancyGrid, 'costmap', self._on_costmap, qos.COSTMAPS, raw=True)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
         self._problem, self._odometry = '', Timeout(_SILENCE)
-        self._company = PeerMonitor(self, 'sight')
-        self._company.state(workspace_from_grid(self._maker.grid))
+        self._peers = PeerMonitor(self, 'sight')
+        self._peers.describe(workspace_from_grid(self._maker.grid))
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(_TELL_PERIOD, self._tell, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._say_what_is_here()
@@ -97,7 +97,7 @@ class NeighbourhoodNode(Node):
             name=f'{self.get_fully_qualified_name().lstrip("/")}: local grid',
             message=problem or 'all well', hardware_id='sight',
             values=[KeyValue(key='refused', value=str(self._throttled_log.n_refused))])
-        self._company.add_to(status)
+        self._peers.add_to(status)
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)

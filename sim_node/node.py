@@ -25,10 +25,10 @@ from msgs_bridge.node import qos
 from msgs_bridge.node.command_age import problem_with_age
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.command_types import mismatch
+from msgs_bridge.node.node_info import workspace_from_grid
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import run_node
-from msgs_bridge.node.statements import workspace_from_grid
 from msgs_bridge.node.subscription_threads import Hearing
 from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement
@@ -90,7 +90,7 @@ class SimNode(Node):
         self._commands = Timeout(self._settings.cmd_vel_timeout)
         if not self._settings.lockstep:
             self._hearing.step_aside()
-        self._company = PeerMonitor(self, 'robot', ears=self._hearing.ears)
+        self._peers = PeerMonitor(self, 'robot', ears=self._hearing.ears)
         self._state_world()
         self._make_topics()
         self._make_timers()
@@ -110,7 +110,7 @@ class SimNode(Node):
             f'teleop_node')
 
     def _state_world(self) -> None:
-        self._company.state(workspace_from_grid(self._simulation.world.grid))
+        self._peers.describe(workspace_from_grid(self._simulation.world.grid))
 
     def _load(self, name: str) -> World:
         world = load_world(find_world(name), self._settings.frame_id)
@@ -320,7 +320,7 @@ class SimNode(Node):
             message='the robot touches an obstacle or a wall' if touches else 'all well',
             hardware_id='simulated robot',
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
-        self._company.add_to(status)
+        self._peers.add_to(status)
         array = DiagnosticArray(status=[status])
         array.header.stamp = self._system_clock.now().to_msg()
         self._diagnostics.publish(array)

@@ -23,10 +23,10 @@ from msgs_bridge.messages.trial_status import trial_from_status
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.environment import prepare
+from msgs_bridge.node.node_info import Operation
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import start_node
-from msgs_bridge.node.statements import Deed
 from msgs_bridge.node.throttled_log import LogRateLimiter
 from teleop_node.asking import Asking
 from teleop_node.commands import Commands
@@ -92,7 +92,7 @@ class TeleopNode(Node):
             self._full_name(self.settings.learner), self._full_name(self.settings.controller))
         self._teaching = Teaching(self, self.settings.learner, self.settings.controller)
         self._rate_limiter = LogRateLimiter()
-        self._company = PeerMonitor(self, say=self._say)
+        self._peers = PeerMonitor(self, say=self._say)
         self._make_topics()
         self._make_services()
         self.create_timer(_KEY_PERIOD, self._look_at_keys, clock=self._steady)
@@ -267,7 +267,7 @@ class TeleopNode(Node):
         """Call a service of learner or controller; where there are two, only one that ends."""
         # A request reaches whichever of them is there, the neighbour's, too.
         if on is not False and not service.endswith(_ENDING) and (
-                why := self._company.why_not(Deed.CHANGE)):
+                why := self._peers.why_not(Operation.CHANGE)):
             return Answer(False, why)
         answer = await self._asking.ask(service, on, patience)
         self._gathered.saw_answer(on, answer.success, time.monotonic())

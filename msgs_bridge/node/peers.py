@@ -1,4 +1,4 @@
-"""Whom a node meets: the other nodes of its suite, and those of others that got among them."""
+"""The other nodes around a node: what they are started with, and what of it conflicts."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -16,113 +16,115 @@ from rclpy.clock_type import ClockType
 
 from msgs_bridge.messages.serialized import message_from_cdr
 from msgs_bridge.node import qos
-from msgs_bridge.node.doubles import DuplicateMonitor
+from msgs_bridge.node.duplicate_publishers import DuplicateMonitor
 from msgs_bridge.node.graph import elsewhere, in_vain
+from msgs_bridge.node.node_info import (
+    Conflict, conflicts, node_info_from_status, NodeInfo, Operation, values_from_node_info)
 from msgs_bridge.node.reader_threads import Ears
-from msgs_bridge.node.statements import (
-    Deed, Misfit, misfits, Statement, statement_from_status, values_from_statement)
 from msgs_bridge.node.throttled_log import OncePerTemplate
 
-#: How often a node looks around, [s], and how long a statement holds; they come every second.
+#: Time between two looks at the graph, and between two evaluations, [s].
 _PERIOD: Final = 1.0
 _PAUSE: Final = 0.1
-_HOLDS: Final = 4.0
-#: What a robot says, as which type, and what does not go without it.
+#: Time after which a peer that says nothing is gone, [s]; peers publish every second.
+_PEER_TIMEOUT: Final = 4.0
+#: What a robot publishes, as which type, and which operations need it.
 _SENSED: Final = (
-    ('odom', 'nav_msgs/msg/Odometry', frozenset((Deed.TEACH, Deed.DRIVE))),
-    ('neighbourhood', 'nav_msgs/msg/OccupancyGrid', frozenset((Deed.DRIVE,))))
-#: What a learner says of itself that records a demonstration; and why nothing drives meanwhile.
-_RECORDS: Final = 'demonstration'
-_RECORDED: Final = ('{} records a demonstration, and what a trial drives is not what a person '
-                    'shows; press n in teleop_node to keep it, a to throw it away')
-#: After so many looks without a time somebody is told that none comes.
-_TIMELESS: Final = 4
+    ('odom', 'nav_msgs/msg/Odometry', frozenset((Operation.TEACH, Operation.DRIVE))),
+    ('neighbourhood', 'nav_msgs/msg/OccupancyGrid', frozenset((Operation.DRIVE,))))
+#: Phase of a learner that records a demonstration, and why nothing drives meanwhile.
+_RECORDING: Final = 'demonstration'
+_WHILE_RECORDING: Final = (
+    '{} records a demonstration, and what a trial drives is not what a person shows; press n in '
+    'teleop_node to keep it, a to throw it away')
+#: Number of looks without simulation time until that is logged.
+_N_TIMELESS: Final = 4
 _NO_TIME: Final = (
     'use_sim_time is true, and nothing has arrived on /clock: time stands still here. Start what '
     'publishes /clock (sim_node does), or leave use_sim_time out')
-#: After so many looks what belongs to this node would have appeared.
-_APPEARED: Final = 6
-#: So many processes are heard at most; and what every statement holds.
-_MOST: Final = 64
+#: Number of looks after which a publisher of this node's topics would have been discovered.
+_N_DISCOVERY: Final = 6
+#: Greatest number of peers, and what their diagnostics contain.
+_MAX_PEERS: Final = 64
 _MARK: Final = b'instance'
-#: A message of ours has some kB; a greater one is not worth to be decoded, [bytes].
-_GREATEST: Final = 32_768
+#: Greatest message that is decoded, [bytes]; those of our nodes have some kB.
+_MAX_BYTES: Final = 32_768
 
 
 @dataclass
-class _Heard:
-    statement: Statement
+class _Peer:
+    info: NodeInfo
     first: float
     last: float
 
 
-class Company:
+class PeerTable:
     """
-    What the statements of one namespace come to. ROS-free: time is an argument.
+    The peers of one namespace, and what of them conflicts. ROS-free: time is an argument.
 
     Parameters
     ----------
     name : str
         Full name of this node.
     role : str
-        Its role in `msgs_bridge.node.statements.ROLES`; empty for one that says nothing of itself.
+        Its role in `msgs_bridge.node.node_info.ROLES`; empty for one that describes nothing.
 
     """
 
     def __init__(self, name: str, role: str = '') -> None:
         """Start alone."""
         machine = socket.gethostname()[:60] or 'machine'
-        self.own = Statement(name, role, f'{machine}-{os.getpid()}-{secrets.token_hex(4)}')
-        self._heard: dict[str, _Heard] = {}
+        self.own = NodeInfo(name, role, f'{machine}-{os.getpid()}-{secrets.token_hex(4)}')
+        self._peers: dict[str, _Peer] = {}
 
-    def saw(self, statement: Statement, now: float) -> None:
-        """Take in a statement; those of other namespaces, and the own one, are passed over."""
-        if statement.namespace != self.own.namespace or statement.instance == self.own.instance:
+    def update(self, info: NodeInfo, now: float) -> None:
+        """Add or refresh a peer; ignore this node itself and other namespaces."""
+        if info.namespace != self.own.namespace or info.instance == self.own.instance:
             return
-        before = self._heard.get(statement.instance)
-        if before is None and len(self._heard) >= _MOST:
+        self._peers = {key: peer for key, peer in self._peers.items()
+                       if now - peer.last < _PEER_TIMEOUT}
+        known = self._peers.get(info.instance)
+        if known is None and len(self._peers) >= _MAX_PEERS:
             return
-        self._heard[statement.instance] = _Heard(
-            statement, now if before is None else before.first, now)
+        self._peers[info.instance] = _Peer(info, now if known is None else known.first, now)
 
-    def misfits(self, now: float) -> list[Misfit]:
-        """Return what does not fit."""
-        self._heard = {key: heard for key, heard in self._heard.items()
-                       if now - heard.last < _HOLDS}
-        alive = [heard.statement for heard in self._heard.values()
-                 if not self._is_survived(heard)]
-        return misfits([*alive, *([self.own] if self.own.role else [])])
+    def conflicts(self, now: float) -> list[Conflict]:
+        """Return what conflicts among the peers that are alive and this node."""
+        return conflicts([*self._alive(now), *([self.own] if self.own.role else [])])
 
     def recorder(self, now: float) -> str:
-        """Return the name of another node that records a demonstration; empty if none does."""
-        return next((heard.statement.called for heard in self._heard.values()
-                     if now - heard.last < _HOLDS and heard.statement.role == 'learner'
-                     and heard.statement.phase == _RECORDS and not self._is_survived(heard)), '')
+        """Return the name of a peer that records a demonstration; empty if none does."""
+        return next((info.label for info in self._alive(now)
+                     if info.role == 'learner' and info.phase == _RECORDING), '')
 
-    def _is_survived(self, heard: _Heard) -> bool:
-        """Tell whether another of its name has begun since it last spoke: it was started anew."""
-        return any(other.statement.name == heard.statement.name and other.first > heard.last
-                   for other in self._heard.values())
+    def _alive(self, now: float) -> list[NodeInfo]:
+        peers = [peer for peer in self._peers.values() if now - peer.last < _PEER_TIMEOUT]
+        return [peer.info for peer in peers if not self._is_replaced(peer)]
+
+    def _is_replaced(self, peer: _Peer) -> bool:
+        """Return whether another of its name has begun since it last published: a restart."""
+        return any(other.info.name == peer.info.name and other.first > peer.last
+                   for other in self._peers.values())
 
 
 class PeerMonitor:
     """
-    Looks around for a node, and says once what does not fit.
+    Watches the peers of a node, and logs each conflict once.
 
     Parameters
     ----------
     node : rclpy.node.Node
     role : str, optional
-        Of the node, see `Company`.
+        Of the node, see `PeerTable`.
     say : callable, optional
-        Is told what does not fit; a warning in the node's log by default.
+        Gets each line about a conflict; a warning in the node's log by default.
     ears : Ears, optional
-        Hear `/diagnostics`, and look around, in their threads; the node does otherwise.
+        Read `/diagnostics` and look at the graph in these threads instead of in the executor.
 
     Attributes
     ----------
-    problems : list of Misfit
-        What does not fit now.
+    problems : list of Conflict
+        What conflicts now.
 
     """
 
@@ -130,83 +132,86 @@ class PeerMonitor:
         self, node: Any, role: str = '', say: Callable[[str], None] | None = None,
         ears: Ears | None = None,
     ) -> None:
-        """Listen to `/diagnostics` and look at the graph now and then."""
+        """Subscribe to `/diagnostics`, and look at the graph periodically."""
         self._node = node
         self._say = say or (lambda text: node.get_logger().warning(text))
-        self._company = Company(node.get_fully_qualified_name(), role)
-        self._doubles, self._logged = DuplicateMonitor(node), OncePerTemplate(template=str)
-        self.problems: list[Misfit] = []
-        self._mistyped: list[Misfit] = []
-        self._judged_at, self._n_timeless = -math.inf, 0
+        self._peers = PeerTable(node.get_fully_qualified_name(), role)
+        self._duplicates, self._logged = DuplicateMonitor(node), OncePerTemplate(template=str)
+        self.problems: list[Conflict] = []
+        self._mistyped: list[Conflict] = []
+        self._evaluated_at, self._n_timeless = -math.inf, 0
         self._n_missing = 0
-        self._lock = Lock()  # ears have several threads
+        self._lock = Lock()  # several threads may call
         if ears is None:
             node.create_subscription(
-                DiagnosticArray, '/diagnostics', self._on_diagnostics, qos.STATEMENTS, raw=True)
+                DiagnosticArray, '/diagnostics', self._on_diagnostics, qos.DIAGNOSTICS, raw=True)
             node.create_timer(_PERIOD, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         else:
-            ears.hear(DiagnosticArray, '/diagnostics', self._on_diagnostics, (qos.STATEMENTS,),
-                      _GREATEST, is_locked=False)
+            ears.hear(DiagnosticArray, '/diagnostics', self._on_diagnostics, (qos.DIAGNOSTICS,),
+                      _MAX_BYTES, is_locked=False)
             ears.repeat(self.look, _PERIOD)
 
-    def state(
+    def describe(
         self, workspace: Mapping[str, Any] | None = None, method: Mapping[str, Any] | None = None,
     ) -> None:
-        """Set what this node says of itself."""
-        self._company.own = replace(self._company.own, workspace=workspace, method=method)
+        """Set the parameters that this node tells its peers."""
+        self._peers.own = replace(self._peers.own, workspace=workspace, method=method)
 
     def add_to(self, status: Any) -> None:
-        """Add to a DiagnosticStatus what this node says of itself, and what does not fit."""
-        values = {**values_from_statement(self._company.own),
+        """Add the description of this node, and its conflicts, to a DiagnosticStatus."""
+        values = {**values_from_node_info(self._peers.own),
                   'does_not_fit': '; '.join(problem.text for problem in self.problems)}
         status.values = [*status.values, *(
             KeyValue(key=key, value=value) for key, value in values.items())]
         if self.problems and status.level == DiagnosticStatus.OK:
             status.level, status.message = DiagnosticStatus.WARN, self.problems[0].text
 
-    def why_not(self, deed: Deed) -> str:
-        """Say why something must not be done now; empty if it may be."""
-        problem = next((problem.text for problem in self.problems if deed in problem.stops), '')
+    def why_not(self, operation: Operation) -> str:
+        """Return why an operation must not be done now; empty if it may."""
+        problem = next(
+            (problem.text for problem in self.problems if operation in problem.prevents), '')
+        if problem or operation is not Operation.DRIVE:
+            return problem
         with self._lock:
-            recorder = self._company.recorder(time.monotonic()) if deed is Deed.DRIVE else ''
-        return problem or (_RECORDED.format(recorder) if recorder else '')
+            recorder = self._peers.recorder(time.monotonic())
+        return _WHILE_RECORDING.format(recorder) if recorder else ''
 
     def _on_diagnostics(self, cdr: bytes | int) -> None:
-        if isinstance(cdr, int) or len(cdr) > _GREATEST or _MARK not in cdr:
+        if isinstance(cdr, int) or len(cdr) > _MAX_BYTES or _MARK not in cdr:
             return  # of other nodes than ours
         try:
             array = message_from_cdr(cdr, DiagnosticArray)
         except (ValueError, RuntimeError):
             return
-        statements = [*filter(None, map(statement_from_status, array.status))]
+        infos = [*filter(None, map(node_info_from_status, array.status))]
         with self._lock:
             now = time.monotonic()
-            for statement in statements:
-                self._company.saw(statement, now)
-            if now - self._judged_at >= _PAUSE:  # a flood of them must not keep the node busy
-                self._judge(now)
+            for info in infos:
+                self._peers.update(info, now)
+            if now - self._evaluated_at >= _PAUSE:  # a flood must not keep the node busy
+                self._evaluate(now)
 
     def look(self) -> None:
-        """Look who publishes what only one may publish, and what does not hold any more."""
+        """Look at the graph for duplicate and missing publishers, and evaluate all again."""
         with self._lock:
             self._look(time.monotonic())
 
     def _look(self, now: float) -> None:
-        for text in self._doubles.look(now):
+        for text in self._duplicates.look(now):
             self._tell(text)
-        if self._n_timeless < _TIMELESS:
+        if self._n_timeless < _N_TIMELESS:
             self._look_at_clock()
-        self._mistyped = [Misfit(text, stops) for topic, kind, stops in _SENSED if (
+        self._mistyped = [Conflict(text, prevents) for topic, kind, prevents in _SENSED if (
             text := self._in_vain(self._node.resolve_topic_name(topic), kind))]
         self._look_elsewhere()
-        self._judge(now)
+        self._evaluate(now)
 
     def _look_elsewhere(self) -> None:
-        """Say, once it has had the time to appear, where odometry is that is not here."""
+        """Log, once there was time for discovery, where odometry is that is missing here."""
         topic, kind, _ = _SENSED[0]
         name = self._node.resolve_topic_name(topic)
         self._n_missing = 0 if self._node.count_publishers(name) else self._n_missing + 1
-        if self._n_missing == _APPEARED and (text := elsewhere(name, kind, self._published())):
+        if self._n_missing == _N_DISCOVERY and (text := elsewhere(name, kind, self._published())):
             self._tell(text)
 
     def _published(self) -> list[tuple[str, list[str]]]:
@@ -214,23 +219,23 @@ class PeerMonitor:
                 if self._node.count_publishers(name)]
 
     def _look_at_clock(self) -> None:
-        """Say that the time of a simulation has never come; ROS waits for it without a word."""
+        """Log that simulation time has never come; ROS waits for it without a word."""
         self._n_timeless += 1
         if self._node.get_parameter('use_sim_time').value is not True or (
                 self._node.get_clock().now().nanoseconds):
             self._n_timeless = 0
-        elif self._n_timeless == _TIMELESS:
+        elif self._n_timeless == _N_TIMELESS:
             self._tell(_NO_TIME)
 
     def _in_vain(self, topic: str, kind: str) -> str:
         return in_vain(topic, self._node.get_publishers_info_by_topic(topic), kind)
 
-    def _judge(self, now: float) -> None:
-        self._judged_at = now
-        self.problems = [*self._company.misfits(now), *self._mistyped]
+    def _evaluate(self, now: float) -> None:
+        self._evaluated_at = now
+        self.problems = [*self._peers.conflicts(now), *self._mistyped]
         for problem in self.problems:
-            self._tell(problem.text, problem.subject)
+            self._tell(problem.text, problem.log_key)
 
-    def _tell(self, text: str, subject: str = '') -> None:
-        if self._logged.add(subject or text):
+    def _tell(self, text: str, log_key: str = '') -> None:
+        if self._logged.add(log_key or text):
             self._say(text)

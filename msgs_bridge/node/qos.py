@@ -52,7 +52,7 @@ COSTMAPS: Final = CONTACTS
 #: How a localisation is read: AMCL's pose is latched, others are not.
 LOCALISATIONS: Final = (LATCHED, SENSOR)
 #: How `/diagnostics` is read.
-STATEMENTS: Final = _reliable(50)
+DIAGNOSTICS: Final = _reliable(50)
 #: How a recorder reads what others publish reliably: whatever waits while it is busy is kept.
 RECORDING: Final = _reliable(2000)
 #: The same where it is published best effort.

@@ -12,8 +12,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from msgs_bridge.node.qos import hear_all
+from msgs_bridge.node.rcl_take import RclTaker
 from msgs_bridge.node.remaps import note_heard
-from msgs_bridge.node.take import QuietTaker
 
 #: Gets a message's bytes; how many they are where those are too many.
 Heard = Callable[[bytes | int], None]
@@ -35,7 +35,7 @@ class Ears:
     Takes messages in threads, and acts on the small ones there, one at a time.
 
     However large a message is, only what its thread takes waits for it; nothing else of this
-    process does (see `msgs_bridge.node.take`). The subscriptions are the owner's, whose
+    process does (see `msgs_bridge.node.rcl_take`). The subscriptions are the owner's, whose
     executor must not take them, too: its `subscriptions` are to be `others`.
 
     Parameters
@@ -134,7 +134,7 @@ class Ears:
             self.error = self.error or error
 
     def _take(self, ears: dict[int, _Ear]) -> None:
-        taker = QuietTaker()
+        taker = RclTaker()
         try:
             with ExitStack() as stack:
                 for ear in ears.values():
@@ -143,7 +143,7 @@ class Ears:
         finally:
             taker.close()
 
-    def _listen(self, ears: dict[int, _Ear], taker: QuietTaker) -> None:
+    def _listen(self, ears: dict[int, _Ear], taker: RclTaker) -> None:
         context: Any = self._owner.context
         waiting = rcl.WaitSet(len(ears), 0, 0, 0, 0, 0, context.handle)
         handles = [ear.subscription.handle for ear in ears.values()]

@@ -7,7 +7,7 @@ from benchmarks import late_poses
 from benchmarks.late_poses import cluttered, LateBench, learnt, Link, straight_to
 from control_field.grid import Grid
 from control_field.robot.stop_rules import StopReason
-from control_field_node.reports import diagnostic_from_supervisor, Peers
+from control_field_node.reports import CommandPublishers, diagnostic_from_supervisor
 from world_maps.world import World
 
 CALM, WORSE = Link(), Link(delay=0.3)
@@ -90,7 +90,7 @@ def test_the_latency_is_told_and_slows_the_robot():
     late = bench(WORSE)
     late.run()
     values = {pair.key: pair.value for pair in diagnostic_from_supervisor(
-        late.supervisor, '/controller', Peers()).values}
+        late.supervisor, '/controller', CommandPublishers()).values}
     assert float(values['odom_age']) == pytest.approx(0.3, abs=0.02)
     assert float(values['latency']) == pytest.approx(0.3, abs=0.1)
     assert 0.4 < float(values['speed_share']) < 0.9

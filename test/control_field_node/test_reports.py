@@ -5,13 +5,13 @@ import dataclasses
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from control_field_node import words
-from control_field_node.reports import diagnostic_from_supervisor, Peers
+from control_field_node.reports import CommandPublishers, diagnostic_from_supervisor
 from controller_bench import Bench, driving, DT, GOAL
 from controller_helpers import GRID, straight_field
 
 
 def diagnostic(bench):
-    return diagnostic_from_supervisor(bench.supervisor, '/control_field_node', Peers())
+    return diagnostic_from_supervisor(bench.supervisor, '/control_field_node', CommandPublishers())
 
 
 def is_warning(bench):

@@ -6,8 +6,8 @@ import rclpy
 from control_field.grid import Grid
 from controller_helpers import straight_field
 from controller_peer import controller, GOAL, Peer, simulator
+from msgs_bridge.node.node_info import workspace_from_grid
 from msgs_bridge.node.peers import PeerMonitor
-from msgs_bridge.node.statements import workspace_from_grid
 import ros_helpers
 from teleop_node.node import TeleopNode
 from teleop_node.teaching import Answer
@@ -15,13 +15,13 @@ from teleop_node.teaching import Answer
 
 def say_as_learner(node, grid):
     """Let a node say of itself what a learner says; return what has to be called for it."""
-    company = PeerMonitor(node, 'learner')
-    company.state(workspace_from_grid(grid))
+    peers = PeerMonitor(node, 'learner')
+    peers.describe(workspace_from_grid(grid))
     publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
 
     def tell():
         status = DiagnosticStatus(name=f'{node.get_name()}: learner')
-        company.add_to(status)
+        peers.add_to(status)
         publisher.publish(DiagnosticArray(status=[status]))
         ros_helpers.spin_some(node, 0.2)
 
@@ -57,7 +57,7 @@ def test_teleop_asks_nobody_where_two_could_hear_it(ros_domain):
     rclpy.init(args=[], context=context, domain_id=ros_domain)
     try:
         node = TeleopNode(None, context=context)
-        node._company.why_not = lambda deed: '2 learners in one namespace'
+        node._peers.why_not = lambda operation: '2 learners in one namespace'
         for service in ('learner_node/drop_last', 'learner_node/run_trials',
                         'control_field_node/start_trial', 'learner_node/discard_demonstration'):
             assert outcome(node.ask(service)) == Answer(False, '2 learners in one namespace')

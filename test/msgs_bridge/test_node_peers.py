@@ -8,59 +8,60 @@ from rclpy.parameter import Parameter
 
 from control_field.grid import Grid
 from msgs_bridge.messages.serialized import cdr_from_message
-from msgs_bridge.node.peers import Company, PeerMonitor
-from msgs_bridge.node.statements import Deed, Statement, values_from_statement, workspace_from_grid
+from msgs_bridge.node.node_info import (
+    NodeInfo, Operation, values_from_node_info, workspace_from_grid)
+from msgs_bridge.node.peers import PeerMonitor, PeerTable
 import ros_helpers
 
 
 def said(name='/learner_node', number=1):
-    return Statement(name, 'learner', f'host-{number}-ab')
+    return NodeInfo(name, 'learner', f'host-{number}-ab')
 
 
 def test_two_that_live_are_met_and_one_that_was_started_anew_is_not():
-    company = Company('/teleop_node')
+    peers = PeerTable('/teleop_node')
     for now in range(5):
-        company.saw(said(number=1), float(now))
-    company.saw(said(number=2), 5.0)
-    assert company.misfits(5.0) == []
-    company.saw(said(number=1), 5.5)
-    [problem] = company.misfits(5.5)
+        peers.update(said(number=1), float(now))
+    peers.update(said(number=2), 5.0)
+    assert peers.conflicts(5.0) == []
+    peers.update(said(number=1), 5.5)
+    [problem] = peers.conflicts(5.5)
     assert '2 learners' in problem.text
     for now in range(6, 12):
-        company.saw(said(number=2), float(now))
-    assert company.misfits(11.0) == []
+        peers.update(said(number=2), float(now))
+    assert peers.conflicts(11.0) == []
 
 
 def test_a_node_with_a_role_meets_its_own_twin_but_not_itself():
-    company = Company('/learner_node', 'learner')
-    company.saw(company.own, 0.0)
-    assert company.misfits(0.0) == []
-    company.saw(said(), 0.0)
-    assert len(company.misfits(0.0)) == 1
+    peers = PeerTable('/learner_node', 'learner')
+    peers.update(peers.own, 0.0)
+    assert peers.conflicts(0.0) == []
+    peers.update(said(), 0.0)
+    assert len(peers.conflicts(0.0)) == 1
 
 
 def test_other_namespaces_are_other_suites():
-    company = Company('/left/learner_node', 'learner')
+    peers = PeerTable('/left/learner_node', 'learner')
     for name in ('/learner_node', '/right/learner_node', '/left/more/learner_node'):
-        company.saw(said(name), 0.0)
-    assert company.misfits(0.0) == []
+        peers.update(said(name), 0.0)
+    assert peers.conflicts(0.0) == []
 
 
 def test_who_has_gone_silent_counts_no_more():
-    company = Company('/sim_node', 'robot')
-    company.own = Statement(company.own.name, 'robot', company.own.instance,
+    peers = PeerTable('/sim_node', 'robot')
+    peers.own = NodeInfo(peers.own.name, 'robot', peers.own.instance,
                             workspace_from_grid(Grid(20, 20, 1.0)))
-    company.saw(Statement('/learner_node', 'learner', 'a', workspace_from_grid(
+    peers.update(NodeInfo('/learner_node', 'learner', 'a', workspace_from_grid(
         Grid(20, 20, 0.25))), 0.0)
-    assert len(company.misfits(3.0)) == 1
-    assert company.misfits(5.0) == []
+    assert len(peers.conflicts(3.0)) == 1
+    assert peers.conflicts(5.0) == []
 
 
 def test_ever_new_processes_do_not_fill_the_memory():
-    company = Company('/teleop_node')
+    peers = PeerTable('/teleop_node')
     for number in range(1000):
-        company.saw(said(number=number), 0.0)
-    assert len(company._heard) == 64
+        peers.update(said(number=number), 0.0)
+    assert len(peers._peers) == 64
 
 
 def test_while_a_demonstration_is_recorded_nothing_drives_by_itself(ros_node):
@@ -70,20 +71,20 @@ def test_while_a_demonstration_is_recorded_nothing_drives_by_itself(ros_node):
         status = DiagnosticStatus(name='learner_node: learner', values=[
             KeyValue(key='phase', value=phase),
             *(KeyValue(key=key, value=value)
-              for key, value in values_from_statement(said(number=number)).items())])
+              for key, value in values_from_node_info(said(number=number)).items())])
         watch._on_diagnostics(cdr_from_message(DiagnosticArray(status=[status])))
 
     says('idle')
-    assert watch.why_not(Deed.DRIVE) == ''
+    assert watch.why_not(Operation.DRIVE) == ''
     says('demonstration')
-    assert 'learner_node records a demonstration' in watch.why_not(Deed.DRIVE)
-    assert watch.why_not(Deed.TEACH) == watch.why_not(Deed.CHANGE) == ''
+    assert 'learner_node records a demonstration' in watch.why_not(Operation.DRIVE)
+    assert watch.why_not(Operation.TEACH) == watch.why_not(Operation.CHANGE) == ''
     assert watch.problems == []
     says('settling')
-    assert watch.why_not(Deed.DRIVE) == ''
+    assert watch.why_not(Operation.DRIVE) == ''
     says('demonstration')
     says('idle', number=2)  # it was killed, and started anew
-    assert watch.why_not(Deed.DRIVE) == ''
+    assert watch.why_not(Operation.DRIVE) == ''
 
 
 def test_odometry_that_is_in_another_namespace_is_named_with_what_to_set(ros_node):
@@ -137,11 +138,11 @@ def test_what_comes_as_another_type_is_named_and_not_just_absent(ros_node):
         f'geometry_msgs/msg/PoseStamped, must be nav_msgs/msg/{kind.__name__}; remap it (-r), or '
         f'start what publishes that' for topic, kind in (
             ('odom', Odometry), ('neighbourhood', OccupancyGrid))]
-    assert watch.why_not(Deed.DRIVE) == watch.why_not(Deed.TEACH) == said[0]
+    assert watch.why_not(Operation.DRIVE) == watch.why_not(Operation.TEACH) == said[0]
     ros_node.destroy_publisher(wrong[0])
     watch.look()
-    assert watch.why_not(Deed.DRIVE) == said[1]
-    assert not watch.why_not(Deed.TEACH)
+    assert watch.why_not(Operation.DRIVE) == said[1]
+    assert not watch.why_not(Operation.TEACH)
     ros_node.destroy_publisher(wrong[1])
     watch.look()
     assert not watch.problems

@@ -9,8 +9,8 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
 from msgs_bridge.node import qos
+from msgs_bridge.node.rcl_take import RclTaker
 from msgs_bridge.node.reader_threads import Ears
-from msgs_bridge.node.take import QuietTaker
 from ros_helpers import wait_until
 
 MOST = 1000
@@ -95,7 +95,7 @@ def test_no_thread_waits_while_a_large_message_is_taken(ros_node):
     subscription = ros_node.create_subscription(
         String, 'talk', lambda _: None, qos.RECORDING, raw=True)
     ros_node.executor.remove_node(ros_node)
-    talk, taker, waits = publisher(ros_node), QuietTaker(), {'quiet': [], 'rclpy': []}
+    talk, taker, waits = publisher(ros_node), RclTaker(), {'quiet': [], 'rclpy': []}
     takes = {'quiet': lambda: sizes.append(taker.take(subscription.handle.pointer, MOST)),
              'rclpy': lambda: sizes.append(len(subscription.handle.take_message(String, True)[0]))}
     sizes = []
@@ -115,6 +115,6 @@ def test_no_thread_waits_while_a_large_message_is_taken(ros_node):
 def test_nothing_to_take_is_nothing(ros_node):
     subscription = ros_node.create_subscription(
         String, 'talk', lambda _: None, qos.RECORDING, raw=True)
-    taker = QuietTaker()
+    taker = RclTaker()
     assert taker.take(subscription.handle.pointer, MOST) is None
     taker.close()

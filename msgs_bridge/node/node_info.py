@@ -1,9 +1,9 @@
 """
-What the nodes of a suite say of themselves on `/diagnostics`, and what of it does not fit.
+What each node publishes of its parameters on `/diagnostics`, and which of them conflict.
 
 Simulator, local grid and learner have a workspace each, learner and controller the parameters of
-the method; nothing on the topics between them would tell that they differ. And two nodes of one
-role in one namespace are of two suites that have met.
+the method; the topics between them would not show that these differ. Two nodes of one role in one
+namespace belong to two suites that have met.
 """
 
 from collections.abc import Iterable, Mapping
@@ -36,18 +36,18 @@ _SLACK: Final = 1e-3
 Values = Mapping[str, Any]
 
 
-class Deed(StrEnum):
-    """What people ask a suite for."""
+class Operation(StrEnum):
+    """What people ask a suite for: a demonstration, a trial, a change of recorded bags."""
 
     TEACH = 'teach'
-    DRIVE = 'drive'    #: a trial
-    CHANGE = 'change'  #: what the bags say
+    DRIVE = 'drive'
+    CHANGE = 'change'
 
 
 @dataclass(frozen=True)
-class Statement:
+class NodeInfo:
     """
-    What a node says of itself.
+    What a node is started with.
 
     Parameters
     ----------
@@ -77,29 +77,30 @@ class Statement:
         return self.name.rpartition('/')[0] + '/'
 
     @property
-    def called(self) -> str:
+    def label(self) -> str:
         """Return the name of the node for people."""
         return printable(self.name.rpartition('/')[2])
 
 
 @dataclass(frozen=True)
-class Misfit:
+class Conflict:
     """
-    What does not fit, in words that hold the remedy.
+    A conflict between nodes.
 
     Parameters
     ----------
     text : str
-    stops : frozenset of Deed
-        Of what nothing good can come.
-    subject : str
-        What is said once; the text where it is empty.
+        One line with the remedy.
+    prevents : frozenset of Operation
+        What must not be done while it lasts.
+    log_key : str
+        Conflicts of one key are logged once; the text where it is empty.
 
     """
 
     text: str
-    stops: frozenset[Deed] = frozenset()
-    subject: str = ''
+    prevents: frozenset[Operation] = frozenset()
+    log_key: str = ''
 
 
 def workspace_from_grid(grid: Grid) -> dict[str, Any]:
@@ -114,20 +115,20 @@ def method_from_parameters(parameters: Any, names: Iterable[str] | None = None) 
     return values if names is None else {name: values[name] for name in names}
 
 
-def values_from_statement(statement: Statement) -> dict[str, str]:
-    """Return what a statement adds to the values of a DiagnosticStatus."""
-    told = {'workspace': statement.workspace, 'method': statement.method}
-    return {'instance': statement.instance, **{
-        key: json.dumps(dict(value)) for key, value in told.items() if value is not None}}
+def values_from_node_info(info: NodeInfo) -> dict[str, str]:
+    """Return the values that a DiagnosticStatus gets of a node's parameters."""
+    values = {'workspace': info.workspace, 'method': info.method}
+    return {'instance': info.instance, **{
+        key: json.dumps(dict(value)) for key, value in values.items() if value is not None}}
 
 
-def statement_from_status(status: Any) -> Statement | None:
-    """Read a statement; None if a status holds none, or makes no sense."""
+def node_info_from_status(status: Any) -> NodeInfo | None:
+    """Read what a node is started with; None if a status does not hold that, or is not valid."""
     name, _, role = status.name.rpartition(': ')
     values = {pair.key: pair.value for pair in status.values}
     if role not in ROLES or not values.get('instance'):
         return None
-    return Statement(f'/{name.lstrip("/")}', role, values['instance'][:200],
+    return NodeInfo(f'/{name.lstrip("/")}', role, values['instance'][:200],
                      _workspace(_mapping(values.get('workspace', ''))),
                      _mapping(values.get('method', '')), values.get('phase', '')[:40])
 
@@ -155,35 +156,35 @@ def _workspace(values: dict[str, Any] | None) -> dict[str, Any] | None:
     return values if sound and values['resolution'] > 0.0 else None
 
 
-def misfits(statements: Iterable[Statement]) -> list[Misfit]:
+def conflicts(infos: Iterable[NodeInfo]) -> list[Conflict]:
     """
-    Return what does not fit among the nodes of one namespace.
+    Return what conflicts among the nodes of one namespace.
 
     Parameters
     ----------
-    statements : iterable of Statement
+    infos : iterable of NodeInfo
         The newest of each process that is alive.
 
     """
-    by_role: dict[str, list[Statement]] = {role: [] for role in ROLES}
-    for statement in statements:
-        by_role[statement.role].append(statement)
+    by_role: dict[str, list[NodeInfo]] = {role: [] for role in ROLES}
+    for info in infos:
+        by_role[info.role].append(info)
     found = [_met(role, those) for role, those in by_role.items() if len(those) > 1]
     for first, second in (('learner', 'robot'), ('learner', 'sight'), ('robot', 'sight')):
         if first == 'robot' and by_role['learner']:
             continue
-        found += [misfit for one, other in itertools.product(by_role[first], by_role[second])
-                  for misfit in _of_workspaces(one, other)]
-    found += [misfit for one, other in itertools.product(
-        by_role['learner'], by_role['controller']) for misfit in _of_methods(one, other)]
+        found += [conflict for one, other in itertools.product(by_role[first], by_role[second])
+                  for conflict in _of_workspaces(one, other)]
+    found += [conflict for one, other in itertools.product(
+        by_role['learner'], by_role['controller']) for conflict in _of_methods(one, other)]
     return found
 
 
-def _met(role: str, statements: list[Statement]) -> Misfit:
+def _met(role: str, infos: list[NodeInfo]) -> Conflict:
     names = ' and '.join(sorted(f'{printable(each.name)} ({_process(each.instance)})'
-                                for each in statements)[:4])
-    return Misfit(f'{len(statements)} {ROLES[role]} in one namespace: {names}. Two suites have '
-                  f'met: {REMEDY}', frozenset(Deed), f'{ROLES[role]} meet')
+                                for each in infos)[:4])
+    return Conflict(f'{len(infos)} {ROLES[role]} in one namespace: {names}. Two suites have '
+                    f'met: {REMEDY}', frozenset(Operation), f'{ROLES[role]} meet')
 
 
 def _process(instance: str) -> str:
@@ -191,32 +192,32 @@ def _process(instance: str) -> str:
     return printable(f'process {number} on {machine}', 80) if machine else 'another process'
 
 
-def _of_workspaces(learner: Statement, other: Statement) -> list[Misfit]:
+def _of_workspaces(learner: NodeInfo, other: NodeInfo) -> list[Conflict]:
     ours, theirs = learner.workspace, other.workspace
     if ours is None or theirs is None or not (differing := _differing(ours, theirs)):
         return []
     fits = _shares_cells(ours, theirs)
-    text = (f'{other.called} and {learner.called} have different workspaces, {_grid_text(theirs)} '
-            f'and {_grid_text(ours)}: restart {learner.called} with '
+    text = (f'{other.label} and {learner.label} have different workspaces, {_grid_text(theirs)} '
+            f'and {_grid_text(ours)}: restart {learner.label} with '
             f'{_arguments(theirs, differing)}, or ')
-    text += (f'{other.called} with another world' if other.role == 'robot'
-             else f'{other.called} with {_arguments(ours, differing)}')
+    text += (f'{other.label} with another world' if other.role == 'robot'
+             else f'{other.label} with {_arguments(ours, differing)}')
     if fits:
         text += '; until then only what both have is of use'
-    return [Misfit(text, frozenset() if fits else frozenset((Deed.TEACH, Deed.DRIVE)))]
+    return [Conflict(text, frozenset() if fits else frozenset((Operation.TEACH, Operation.DRIVE)))]
 
 
-def _of_methods(learner: Statement, controller: Statement) -> list[Misfit]:
+def _of_methods(learner: NodeInfo, controller: NodeInfo) -> list[Conflict]:
     ours, theirs = learner.method or {}, controller.method or {}
     differing = _differing(ours, theirs)
     if not differing:
         return []
     have = ', '.join(f'{name} {printable(theirs[name], 40)} and {printable(ours[name], 40)}'
                      for name in differing)
-    return [Misfit(
-        f'{controller.called} and {learner.called} have different parameters of the method, '
-        f'{have}: restart {controller.called} with {_arguments(ours, differing)}, or '
-        f'{learner.called} with {_arguments(theirs, differing)}', frozenset((Deed.DRIVE,)))]
+    return [Conflict(
+        f'{controller.label} and {learner.label} have different parameters of the method, '
+        f'{have}: restart {controller.label} with {_arguments(ours, differing)}, or '
+        f'{learner.label} with {_arguments(theirs, differing)}', frozenset((Operation.DRIVE,)))]
 
 
 def _differing(ours: Values, theirs: Values) -> list[str]:

@@ -1,4 +1,4 @@
-"""Two publishers of one topic: said soon where both send, and of no ghost."""
+"""Two publishers of one topic: reported soon where both send, and not where one was killed."""
 
 from types import SimpleNamespace
 
@@ -6,7 +6,8 @@ from nav_msgs.msg import Odometry
 import pytest
 
 from msgs_bridge.node import qos
-from msgs_bridge.node.doubles import Doubles, DuplicateMonitor, Senders
+from msgs_bridge.node.duplicate_publishers import (
+    DuplicateChecker, DuplicateMonitor, SequenceNumbers)
 import ros_helpers
 
 
@@ -16,10 +17,10 @@ def publisher(name, process=1, namespace='/'):
 
 
 def heard(*numbers):
-    senders = Senders()
+    sequence = SequenceNumbers()
     for number in numbers:
-        senders.saw(number)
-    return senders
+        sequence.add(number)
+    return sequence
 
 
 @pytest.mark.parametrize('numbers', [
@@ -38,40 +39,40 @@ def test_one_that_sends_or_loses_much_or_is_started_anew_is_one(numbers):
     assert not heard(*numbers).are_several
 
 
-class TestDoubles:
+class TestDuplicateChecker:
     def test_two_names_are_said_once_they_have_stayed(self):
-        doubles, two = Doubles(), [publisher('a', 1), publisher('b', 2, '/x')]
-        assert doubles.look('/odom', two, 0.0) == ''
-        said = doubles.look('/odom', two, 2.0)
+        checker, two = DuplicateChecker(), [publisher('a', 1), publisher('b', 2, '/x')]
+        assert checker.check('/odom', two, 0.0) == ''
+        said = checker.check('/odom', two, 2.0)
         assert '2 publish /odom: /a and /x/b. ' in said
         assert 'ROS_DOMAIN_ID' in said
 
     def test_one_is_never_said_and_begins_anew(self):
-        doubles, two = Doubles(), [publisher('a'), publisher('b')]
-        doubles.look('/odom', two, 0.0)
-        assert doubles.look('/odom', two[:1], 1.0) == ''
-        assert doubles.look('/odom', two, 3.0) == ''
+        checker, two = DuplicateChecker(), [publisher('a'), publisher('b')]
+        checker.check('/odom', two, 0.0)
+        assert checker.check('/odom', two[:1], 1.0) == ''
+        assert checker.check('/odom', two, 3.0) == ''
 
-    @pytest.mark.parametrize(('other', 'senders'), [
+    @pytest.mark.parametrize(('other', 'numbers'), [
         ('a', None), ('a', heard(1, 2, 3)), ('b', heard(1, 2, 3))])
-    def test_one_that_is_not_heard_may_have_been_killed(self, other, senders):
-        doubles, two = Doubles(), [publisher('a', 1), publisher(other, 2)]
-        assert [doubles.look('/odom', two, now, senders) for now in (0.0, 5.0, 20.0)] == [''] * 3
-        assert '2 publish /odom: /a' in doubles.look('/odom', two, 25.0, senders)
+    def test_one_that_is_not_heard_may_have_been_killed(self, other, numbers):
+        checker, two = DuplicateChecker(), [publisher('a', 1), publisher(other, 2)]
+        assert [checker.check('/odom', two, now, numbers) for now in (0.0, 5.0, 20.0)] == [''] * 3
+        assert '2 publish /odom: /a' in checker.check('/odom', two, 25.0, numbers)
 
     def test_two_with_one_name_that_both_send_are_said_at_once(self):
         two = [publisher('a', 1), publisher('a', 2)]
-        assert '/a more than once' in Doubles().look(
+        assert '/a more than once' in DuplicateChecker().check(
             '/odom', two, 0.0, heard(1, 91, 2, 92, 3, 93))
 
     def test_two_of_one_process_are_there(self):
-        doubles, two = Doubles(), [publisher('a'), publisher('a')]
-        doubles.look('/clock', two, 0.0)
-        assert 'publish_clock:=false' in doubles.look('/clock', two, 2.0)
+        checker, two = DuplicateChecker(), [publisher('a'), publisher('a')]
+        checker.check('/clock', two, 0.0)
+        assert 'publish_clock:=false' in checker.check('/clock', two, 2.0)
 
     def test_a_node_whose_name_is_not_known_yet_does_not_count(self):
-        doubles, two = Doubles(), [publisher('a'), publisher('_NODE_NAME_UNKNOWN_')]
-        assert [doubles.look('/odom', two, now) for now in (0.0, 50.0)] == [''] * 2
+        checker, two = DuplicateChecker(), [publisher('a'), publisher('_NODE_NAME_UNKNOWN_')]
+        assert [checker.check('/odom', two, now) for now in (0.0, 50.0)] == [''] * 2
 
 
 def test_namesakes_of_two_processes_are_told_by_what_they_send(ros_domain, ros_node):
@@ -95,4 +96,4 @@ def test_namesakes_of_two_processes_are_told_by_what_they_send(ros_domain, ros_n
         assert '2 publish /odom: /robot more than once. ' in said
     ros_helpers.wait_until(lambda: ros_node.count_publishers(topic) == 0, node=ros_node)
     assert watch.look(1.0) == []
-    assert not watch._ears
+    assert not watch._readers

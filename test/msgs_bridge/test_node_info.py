@@ -7,15 +7,15 @@ import pytest
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from msgs_bridge.node.statements import (
-    Deed, method_from_parameters, misfits, Statement, statement_from_status, values_from_statement,
-    workspace_from_grid)
+from msgs_bridge.node.node_info import (
+    conflicts, method_from_parameters, node_info_from_status, NodeInfo, Operation,
+    values_from_node_info, workspace_from_grid)
 
 GRID = Grid(20, 20, 0.25)
 
 
 def said(name, role, *, grid=None, parameters=None, number=1):
-    return Statement(name, role, f'host-{number}-ab', None if grid is None else (
+    return NodeInfo(name, role, f'host-{number}-ab', None if grid is None else (
         workspace_from_grid(grid)), None if parameters is None else (
         method_from_parameters(parameters)))
 
@@ -27,15 +27,15 @@ def suite(world=GRID, local_grid=GRID, controller=None):
             said('/neighbourhood_node', 'sight', grid=local_grid)]
 
 
-def status(statement, **values):
-    values = {**values_from_statement(statement), **values}
-    return DiagnosticStatus(name=f'{statement.name.lstrip("/")}: {statement.role}', values=[
+def status(info, **values):
+    values = {**values_from_node_info(info), **values}
+    return DiagnosticStatus(name=f'{info.name.lstrip("/")}: {info.role}', values=[
         KeyValue(key=key, value=value) for key, value in values.items()])
 
 
-@pytest.mark.parametrize('statement', suite())
-def test_a_statement_comes_through(statement):
-    assert statement_from_status(status(statement)) == statement
+@pytest.mark.parametrize('info', suite())
+def test_a_description_comes_through(info):
+    assert node_info_from_status(status(info)) == info
 
 
 @pytest.mark.parametrize('workspace', [
@@ -45,18 +45,18 @@ def test_a_statement_comes_through(statement):
     '{"rows": 1, "cols": 1, "resolution": 1, "origin_x": 1e999, "origin_y": 0, "frame_id": "a"}',
     '{"rows": 1' + '0' * 400 + '}'])
 def test_a_workspace_that_makes_no_sense_is_none(workspace):
-    statement = statement_from_status(status(suite()[0], workspace=workspace))
-    assert statement.workspace is None
-    assert not misfits([statement, *suite()[1:]])
+    info = node_info_from_status(status(suite()[0], workspace=workspace))
+    assert info.workspace is None
+    assert not conflicts([info, *suite()[1:]])
 
 
 def test_what_is_no_statement_is_passed_over():
-    assert statement_from_status(DiagnosticStatus(name='battery: robot')) is None
-    assert statement_from_status(status(said('/a', 'motor'))) is None
+    assert node_info_from_status(DiagnosticStatus(name='battery: robot')) is None
+    assert node_info_from_status(status(said('/a', 'motor'))) is None
 
 
 def test_a_suite_that_fits_has_nothing_to_say():
-    assert misfits(suite()) == []
+    assert conflicts(suite()) == []
 
 
 @pytest.mark.parametrize(('world', 'remedy', 'stops'), [
@@ -65,43 +65,44 @@ def test_a_suite_that_fits_has_nothing_to_say():
     (Grid(20, 20, 0.25, frame_id='map'), 'learner_node with -p frame_id:=map, or', True),
     (Grid(40, 20, 0.25, -2.5, 0.0), 'with -p rows:=40 -p origin_x:=-2.5, or', False)])
 def test_another_world_than_the_learners_is_named_with_what_to_set(world, remedy, stops):
-    [problem] = misfits(suite(world=world))
+    [problem] = conflicts(suite(world=world))
     assert 'sim_node and learner_node have different workspaces' in problem.text
     assert remedy in problem.text
-    assert problem.stops == (frozenset((Deed.TEACH, Deed.DRIVE)) if stops else frozenset())
+    prevented = (Operation.TEACH, Operation.DRIVE) if stops else ()
+    assert problem.prevents == frozenset(prevented)
 
 
 def test_a_local_grid_of_other_cells_can_be_set_right_on_either_side():
-    [problem] = misfits(suite(local_grid=replace(GRID, resolution=0.5)))
+    [problem] = conflicts(suite(local_grid=replace(GRID, resolution=0.5)))
     assert ('restart learner_node with -p resolution:=0.5, or neighbourhood_node with -p '
             'resolution:=0.25') in problem.text
 
 
 def test_without_a_learner_simulator_and_local_grid_are_compared():
-    [problem] = misfits(suite(local_grid=replace(GRID, resolution=0.5))[1:])
+    [problem] = conflicts(suite(local_grid=replace(GRID, resolution=0.5))[1:])
     assert 'neighbourhood_node and sim_node have different workspaces' in problem.text
 
 
 def test_other_parameters_of_the_method_are_named_with_what_to_set():
-    [problem] = misfits(suite(controller=replace(
+    [problem] = conflicts(suite(controller=replace(
         Parameters(), unknown_is_blocked=True, profile='paper')))
     assert 'control_field_node and learner_node have different parameters' in problem.text
     assert 'profile paper and full' in problem.text
     assert ('restart control_field_node with -p profile:=full -p unknown_is_blocked:=false, or '
             'learner_node with -p profile:=paper -p unknown_is_blocked:=true') in problem.text
-    assert problem.stops == {Deed.DRIVE}
+    assert problem.prevents == {Operation.DRIVE}
 
 
 def test_two_of_one_role_are_two_suites():
-    [problem] = misfits([*suite(), said('/learner_b', 'learner', grid=GRID,
+    [problem] = conflicts([*suite(), said('/learner_b', 'learner', grid=GRID,
                                         parameters=Parameters(), number=7)])
     assert ('2 learners in one namespace: /learner_b (process 7 on host) and /learner_node '
             '(process 1 on host)') in problem.text
     assert 'ROS_DOMAIN_ID' in problem.text
     assert '-r __ns:=' in problem.text
-    assert problem.stops == frozenset(Deed)
+    assert problem.prevents == frozenset(Operation)
 
 
 def test_a_name_cannot_command_a_terminal():
-    [problem] = misfits([*suite(), said('/\x1b[2J', 'learner', number=2)])
+    [problem] = conflicts([*suite(), said('/\x1b[2J', 'learner', number=2)])
     assert '\x1b' not in problem.text

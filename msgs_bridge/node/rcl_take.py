@@ -50,7 +50,7 @@ def _ros() -> tuple[Any, Any]:
     return rcl, rcutils
 
 
-class QuietTaker:
+class RclTaker:
     """Takes messages of raw subscriptions; for one thread."""
 
     def __init__(self) -> None:

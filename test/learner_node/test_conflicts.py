@@ -8,7 +8,7 @@ from learner_node.phases import Peers, Phase, SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import State, TrialStatus
-from msgs_bridge.node.statements import Deed
+from msgs_bridge.node.node_info import Operation
 
 
 @pytest.fixture
@@ -21,16 +21,16 @@ def session():
     return session
 
 
-@pytest.mark.parametrize(('deed', 'ask'), [
-    (Deed.TEACH, lambda session: session.record(1.0)),
-    (Deed.DRIVE, lambda session: session.run_trials(3, 1.0)),
-    (Deed.CHANGE, lambda session: session.relearn(1.0))])
-def test_what_is_asked_for_is_refused_with_the_reason(session, deed, ask):
-    session.why_not = lambda what: 'the workspaces differ' if what is deed else ''
+@pytest.mark.parametrize(('operation', 'ask'), [
+    (Operation.TEACH, lambda session: session.record(1.0)),
+    (Operation.DRIVE, lambda session: session.run_trials(3, 1.0)),
+    (Operation.CHANGE, lambda session: session.relearn(1.0))])
+def test_what_is_asked_for_is_refused_with_the_reason(session, operation, ask):
+    session.why_not = lambda what: 'the workspaces differ' if what is operation else ''
     with pytest.raises(SessionError, match='the workspaces differ'):
         ask(session)
     assert session.phase is Phase.IDLE
-    session.why_not = lambda what: '' if what is deed else 'something else'
+    session.why_not = lambda what: '' if what is operation else 'something else'
     ask(session)
 
 
