@@ -50,7 +50,7 @@ class Hearing:
         self._looks: dict[str, Callable[[bytes], None]] = {
             'odom': self._saw_odometry, 'experience': self._saw_experience,
             'trial': self._saw_trial, 'neighbourhood': self._saw_local_grid,
-            'cmd_vel': lambda _: self._session.heard_command(time.monotonic())}
+            'cmd_vel': lambda _: self._session.on_command(time.monotonic())}
 
     @property
     def n_refused(self) -> int:
@@ -67,37 +67,37 @@ class Hearing:
     def _saw_odometry(self, cdr: bytes) -> None:
         self.odometry_time = stamp_of(cdr)
         now = time.monotonic()
-        self._carry_out(self._session.heard_odometry(self.odometry_time * 1e-9, now))
+        self._carry_out(self._session.on_odometry(self.odometry_time * 1e-9, now))
         wants = self._session.wants_pose(now)
         if not wants and not self._check.is_due(now):
             return
         try:
             pose = self._check.read(cdr, now)
         except (ValueError, RuntimeError) as error:
-            self._session.saw_unsound(self._check.problem, now)
+            self._session.demonstration.odometry.on_unsound(self._check.problem, now)
             if wants:
                 self._throttled_log.log_refused(error, 'odom')
             return
         if self._check.problem:
-            self._session.saw_unsound(self._check.problem, now)
+            self._session.demonstration.odometry.on_unsound(self._check.problem, now)
         else:
-            self._session.saw_sound()
+            self._session.demonstration.odometry.on_sound()
         if wants:
-            self._carry_out(self._session.saw_pose(pose.x, pose.y, pose.yaw, now))
+            self._carry_out(self._session.on_pose(pose.x, pose.y, pose.yaw, now))
 
     def _saw_local_grid(self, cdr: bytes) -> None:
-        self._carry_out(self._session.saw_local_grid(stamp_of(cdr) * 1e-9, time.monotonic()))
+        self._carry_out(self._session.on_local_grid(stamp_of(cdr) * 1e-9, time.monotonic()))
 
     def _saw_experience(self, cdr: bytes) -> None:
         rows = self._read(partial(decisions_from_cloud, grid=self._grid), PointCloud2, cdr)
         if rows is not None and len(rows):
-            self._carry_out(self._session.saw_decisions(
+            self._carry_out(self._session.trials.on_decisions(
                 int(rows['trial'][0]), len(rows), time.monotonic()))
 
     def _saw_trial(self, cdr: bytes) -> None:
         status = self._read(trial_from_status, DiagnosticStatus, cdr)
         if status is not None:
-            self._carry_out(self._session.saw_status(status, time.monotonic()))
+            self._carry_out(self._session.on_status(status, time.monotonic()))
 
     def _read(self, reader: Callable[[Any], Any], kind: Any, cdr: bytes) -> Any:
         """Return what a message says; None, and a warning, if it is not to be trusted."""

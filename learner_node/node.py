@@ -106,7 +106,7 @@ class LearnerNode(Node):
         self._named: dict[str, str] = {}
         self._peers, self._in_force = PeerMonitor(self, 'learner'), FieldInForce()
         self._peers.describe(workspace_from_grid(grid), method_from_parameters(parameters))
-        self._session.why_not = self._peers.why_not
+        self._session.state.why_not = self._peers.why_not
         self._make_topics()
         self._make_services()
         self._worker = Worker()
@@ -125,9 +125,10 @@ class LearnerNode(Node):
             OdometryCheck(self._task_memory.grid), ThrottledLog(self))
         topics = recorded_topics(self._settings)
         self._task_memory.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
+        teacher = self._session.demonstration.teacher
         self.create_subscription(
-            Empty, 'teleop_heartbeat', lambda _: self._session.heard_teacher(time.monotonic()),
-            qos.SENSOR)
+            Empty, 'teleop_heartbeat',
+            lambda _: teacher.on_heartbeat(time.monotonic()), qos.SENSOR)
         self._wake = self.create_guard_condition(self._collect).trigger
         self._newest = 0  #: stamp of the newest odometry that the listener has heard, [ns]
         self._listener = Listener(self, self._recorder.lost, self._recorder.catch_up)
@@ -148,7 +149,7 @@ class LearnerNode(Node):
         self.create_timer(_TELL_PERIOD, self._look_at_field, clock=steady)
 
     def _on_settings(self, settings: Settings) -> None:
-        self._settings = self._session.settings = settings
+        self._settings = self._session.state.settings = settings
 
     # What comes in
 
@@ -191,24 +192,25 @@ class LearnerNode(Node):
         self._requests.send()
         self._collect()
         self.carry_out(self._session.tick(time.monotonic()))
-        told = (self._session.phase, self._session.n_left, self._session.revision,
+        state = self._session.state
+        told = (state.phase, self._session.series.n_left, state.revision,
                 len(self._hearing.heard))
         if told != self._told:
             self._told = told
             self.tell()
 
     def _look_at_peers(self) -> None:
-        self.carry_out(self._session.saw_peers(self._requests.peers(), time.monotonic()))
+        self.carry_out(self._session.on_peers(self._requests.peers(), time.monotonic()))
 
     def _look_at_field(self) -> None:
         """Publish the field once more where a stranger's has taken its place."""
-        session = self._session
+        state = self._session.state
         if self._in_force.is_to_be_said_again(
-                session.controller_status, session.revision, session.memory,
+                state.inputs.status, state.revision, state.memory,
                 not self._peers.why_not(Operation.CHANGE)):
             self.say('the controller has another control field than the one learnt here (was a '
                      'second learner there?): it is given this one again', warns=True)
-            self._publish_field(session.n_left > 0)
+            self._publish_field(self._session.series.n_left > 0)
 
     def tell(self) -> None:
         """Publish how the learner stands."""
@@ -223,10 +225,10 @@ class LearnerNode(Node):
 
     def _name_trial(self) -> None:
         """Note in which bag the controller's trial is recorded: people look for it there."""
-        named = {'trial': str(self._session.trial), 'bag': self._performer.bag}
-        if self._session.trial and named != self._named:
+        named = {'trial': str(self._session.state.trial), 'bag': self._performer.bag}
+        if self._session.state.trial and named != self._named:
             self._named = named
-            self.get_logger().info(f'trial {self._session.trial} is {self._performer.bag}')
+            self.get_logger().info(f'trial {self._session.state.trial} is {self._performer.bag}')
 
     # What others ask of the node
 
@@ -247,11 +249,11 @@ class LearnerNode(Node):
         self.get_logger().error(text)
         self.said = why
         self._learner_services.answer(False, why)
-        self.carry_out(self._session.failed(why, time.monotonic()))
+        self.carry_out(self._session.on_recording_failed(why, time.monotonic()))
 
     def on_answer(self, accepted: bool, message: str) -> None:
         """Take in the controller's answer to a request to start."""
-        self.carry_out(self._session.start_answered(accepted, message, time.monotonic()))
+        self.carry_out(self._session.on_start_response(accepted, message, time.monotonic()))
 
     def learn(self, episode: EpisodeFolder) -> None:
         """Learn from a bag that was recorded."""
@@ -265,8 +267,8 @@ class LearnerNode(Node):
     def change_trials(self, change: Callable[[float], to.Effects], now: float) -> to.Effects:
         """Begin or stop trials; those from chosen starts drive on a field of their own."""
         effects = change(now)
-        if self._settings.starts == 'spread' and self._session.phase not in IN_TRIAL:
-            self._publish_field(self._session.n_left > 0)
+        if self._settings.starts == 'spread' and self._session.state.phase not in IN_TRIAL:
+            self._publish_field(self._session.series.n_left > 0)
         return effects
 
     # What was learnt
@@ -336,21 +338,21 @@ class LearnerNode(Node):
 
     def _learnt(self) -> None:
         """Push the field, then let the session go on with it."""
-        self._publish_field(self._session.n_left > 1)
+        self._publish_field(self._session.series.n_left > 1)
         self._go_on()
         # Aside, after what somebody waits for.
         self._worker.do(self._task_memory.find_places, self._on_warm)
 
     def _go_on(self) -> None:
         refresh = self._task_memory.refresh
-        self.carry_out(self._session.learnt(
+        self.carry_out(self._session.on_learnt(
             -1 if refresh is None else refresh.field.revision, time.monotonic(),
             self._task_memory.memory))
         missing = self._settings.auto_trials - self._task_memory.n_trials
-        if (self._settings.auto_start and missing > 0 and refresh is not None
-                and self._session.phase is Phase.IDLE and not self._session.is_stopped):
-            self.carry_out(self.change_trials(
-                partial(self._session.begin_trials, missing), time.monotonic()))
+        series, is_idle = self._session.series, self._session.state.phase is Phase.IDLE
+        if (self._settings.auto_start and missing > 0 and refresh is not None and is_idle
+                and not series.is_stopped):
+            self.carry_out(self.change_trials(partial(series.begin, missing), time.monotonic()))
 
     def _publish_field(self, more_trials: bool = False) -> None:
         refresh = self._task_memory.refresh

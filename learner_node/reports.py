@@ -58,15 +58,17 @@ def diagnostic_from_session(
         Where trials start, where to teach next, in which bag which trial is.
 
     """
+    state = session.state
     values: dict[str, Any] = {
-        'task': session.settings.task, 'phase': session.phase, 'trials_left': session.n_left,
-        'revision': session.revision, 'episode': learnt_bag.episode.number if learnt_bag else 0,
-        'doing': session.describe(), 'heard': ' '.join(sorted(heard)), **places,
+        'task': state.settings.task, 'phase': state.phase,
+        'trials_left': session.series.n_left, 'revision': state.revision,
+        'episode': learnt_bag.episode.number if learnt_bag else 0,
+        'doing': state.describe(), 'heard': ' '.join(sorted(heard)), **places,
         **(certificate_values(refresh) if refresh else {})}
     return DiagnosticStatus(
-        level=DiagnosticStatus.OK if refresh or session.phase is not Phase.IDLE
+        level=DiagnosticStatus.OK if refresh or state.phase is not Phase.IDLE
         else DiagnosticStatus.STALE,
-        name=f'{name.lstrip("/")}: learner', hardware_id=session.settings.task,
+        name=f'{name.lstrip("/")}: learner', hardware_id=state.settings.task,
         message=refresh.certificate.sentence() if refresh else 'nothing was learnt yet',
         values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
 

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from std_srvs.srv import Trigger
 
-from learner_node.phases import Peers
+from learner_node.inputs import Peers
 
 #: Gets whether the controller does what it was asked for, and what it says to that.
 Answered = Callable[[bool, str], None]

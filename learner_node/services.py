@@ -13,7 +13,7 @@ from learner_node.phases import SessionError
 from learner_node.session import Session
 from msgs_bridge.messages.trial_status import Label
 
-#: What is asked of the session at a time, [s], such as `Session.keep`.
+#: What is asked of the session at a time, [s], such as `Demonstration.keep`.
 Request = Callable[[float], Effects]
 
 
@@ -61,9 +61,9 @@ class LearnerServices:
     async def _on_record(self, request: Any, response: Any) -> Any:
         """Begin a demonstration, or keep it; the answer to that says what was learnt."""
         if not request.data:
-            return await self._after(response, self._session.keep)
-        success, text = self._try(self._session.record)
-        response.success = success and self._session.is_recording
+            return await self._after(response, self._session.demonstration.keep)
+        success, text = self._try(self._session.demonstration.record)
+        response.success = success and self._session.state.is_recording
         response.message = text or self._node.said
         return response
 
@@ -74,17 +74,17 @@ class LearnerServices:
             response, self._session.relearn, partial(self._node.relearn_after, change, *values))
 
     def _on_discard(self, _: Any, response: Any) -> Any:
-        return self._at_once(response, self._session.discard)
+        return self._at_once(response, self._session.demonstration.discard)
 
     def _on_run(self, _: Any, response: Any) -> Any:
-        n = self._session.settings.auto_trials
+        n = self._session.state.settings.auto_trials
         return self._at_once(response, partial(
-            self._node.change_trials, partial(self._session.run_trials, n)),
+            self._node.change_trials, partial(self._session.series.run, n)),
             f'the robot tries {counted(n, "time")}; press space in teleop_node to stop it')
 
     def _on_stop(self, _: Any, response: Any) -> Any:
         return self._at_once(
-            response, partial(self._node.change_trials, self._session.stop_trials),
+            response, partial(self._node.change_trials, self._session.series.stop),
             'no more trials are run')
 
     def _try(self, request: Request) -> tuple[bool, str]:

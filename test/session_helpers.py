@@ -1,5 +1,7 @@
 """A learner's session that a test tells what happens."""
 
+from operator import attrgetter
+
 from control_field.poses import StartPose
 from learner_node.session import Session
 from learner_node.settings import Settings
@@ -9,7 +11,7 @@ HERE = (START.x, START.y, START.yaw)
 
 
 class Play:
-    """A session with a clock, and a log of all its effects."""
+    """A session with a clock and a log of all its effects; calls it, or a part, by name."""
 
     def __init__(self, **changes):
         self.now = 0.0
@@ -18,7 +20,7 @@ class Play:
         self.log = []
 
     def __call__(self, name, *arguments):
-        effects = getattr(self.session, name)(*arguments, self.now) or []
+        effects = attrgetter(name)(self.session)(*arguments, self.now) or []
         self.log += effects
         return effects
 
@@ -32,4 +34,4 @@ class Play:
 
     @property
     def phase(self):
-        return self.session.phase
+        return self.session.state.phase

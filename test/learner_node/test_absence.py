@@ -17,7 +17,7 @@ from msgs_bridge.messages.serialized import cdr_from_message
 
 def refusal(session, now):
     with pytest.raises(SessionError) as error:
-        session.record(now)
+        session.demonstration.record(now)
     return str(error.value).removeprefix('cannot record a demonstration: ')
 
 
@@ -27,7 +27,7 @@ def make(**settings):
 
 def test_none_and_a_mere_command_are_no_odometry():
     session = make()
-    session.heard_command(1.0)
+    session.on_command(1.0)
     assert refusal(session, 1.0) == 'no odometry has arrived yet'
 
 
@@ -35,23 +35,23 @@ def test_none_and_a_mere_command_are_no_odometry():
 def test_stamps_that_do_not_advance_are_named(stamp):
     session = make()
     for k in range(60):
-        session.heard_odometry(stamp, 0.05 * k)
+        session.on_odometry(stamp, 0.05 * k)
     assert refusal(session, 3.0) == (
         f'odometry arrives but does not count: its stamps do not advance (last {stamp:.2f} s)')
-    session.heard_odometry(stamp + 0.1, 3.1)
-    session.record(3.1)
+    session.on_odometry(stamp + 0.1, 3.1)
+    session.demonstration.record(3.1)
 
 
 def test_odometry_that_has_stopped_is_named_with_how_long_ago():
     session = make()
-    session.heard_odometry(1.0, 1.0)
+    session.on_odometry(1.0, 1.0)
     assert refusal(session, 11.0) == 'no odometry has arrived for 10.0 s'
 
 
 def test_in_lockstep_time_stands_until_somebody_drives():
     session = make(lockstep=True)
-    session.heard_odometry(1.0, 1.0)
-    session.record(100.0)
+    session.on_odometry(1.0, 1.0)
+    session.demonstration.record(100.0)
 
 
 class Drive:
@@ -87,7 +87,7 @@ def test_what_cannot_be_learnt_is_not_begun_and_said_within_a_second(
     why = refusal(drive.session, drive.now)
     assert words in why
     drive.go(0.1, monkeypatch=monkeypatch)
-    drive.session.record(drive.now)
+    drive.session.demonstration.record(drive.now)
     drive.go(4.0, monkeypatch=monkeypatch)
     drive.go(0.05, monkeypatch=monkeypatch, **odometry)  # one is passed over
     drive.go(2.0, monkeypatch=monkeypatch)
@@ -104,7 +104,7 @@ def test_what_cannot_be_learnt_is_not_begun_and_said_within_a_second(
 def test_a_robot_that_falls_silent_under_way_is_named_once(monkeypatch):
     drive = Drive()
     drive.go(1.0, monkeypatch=monkeypatch)
-    drive.session.record(drive.now)
+    drive.session.demonstration.record(drive.now)
     drive.go(1.0, monkeypatch=monkeypatch)
     drive.go(8.0, monkeypatch=monkeypatch, x=None)
     [line] = drive.said

@@ -4,7 +4,8 @@ import pytest
 
 from control_field.poses import StartPose
 from learner_node.effects import Place, Say
-from learner_node.phases import Peers, Phase, SessionError
+from learner_node.inputs import Peers
+from learner_node.phases import Phase, SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import State, TrialStatus
@@ -14,32 +15,32 @@ from msgs_bridge.node.node_info import Operation
 @pytest.fixture
 def session():
     session = Session(Settings(simulation=True), lambda: StartPose(0.6, 0.9))
-    session.saw_peers(Peers(True, True), 0.0)
-    session.saw_status(TrialStatus(State.IDLE, revision=1), 0.0)
-    session.heard_odometry(1.0, 0.0)
-    session.revision = 1
+    session.on_peers(Peers(True, True), 0.0)
+    session.on_status(TrialStatus(State.IDLE, revision=1), 0.0)
+    session.on_odometry(1.0, 0.0)
+    session.state.revision = 1
     return session
 
 
 @pytest.mark.parametrize(('operation', 'ask'), [
-    (Operation.TEACH, lambda session: session.record(1.0)),
-    (Operation.DRIVE, lambda session: session.run_trials(3, 1.0)),
+    (Operation.TEACH, lambda session: session.demonstration.record(1.0)),
+    (Operation.DRIVE, lambda session: session.series.run(3, 1.0)),
     (Operation.CHANGE, lambda session: session.relearn(1.0))])
 def test_what_is_asked_for_is_refused_with_the_reason(session, operation, ask):
-    session.why_not = lambda what: 'the workspaces differ' if what is operation else ''
+    session.state.why_not = lambda what: 'the workspaces differ' if what is operation else ''
     with pytest.raises(SessionError, match='the workspaces differ'):
         ask(session)
-    assert session.phase is Phase.IDLE
-    session.why_not = lambda what: '' if what is operation else 'something else'
+    assert session.state.phase is Phase.IDLE
+    session.state.why_not = lambda what: '' if what is operation else 'something else'
     ask(session)
 
 
 def test_a_series_waits_for_what_does_not_fit_and_says_so(session):
-    session.saw_peers(Peers(True, False), 0.5)
-    session.run_trials(2, 1.0)
-    session.why_not = lambda what: '2 controllers in one namespace'
+    session.on_peers(Peers(True, False), 0.5)
+    session.series.run(2, 1.0)
+    session.state.why_not = lambda what: '2 controllers in one namespace'
     effects = [effect for k in range(200) for effect in session.tick(2.0 + 0.05 * k)]
     said = [effect.text for effect in effects if isinstance(effect, Say)]
     assert 'the next trial waits: 2 controllers in one namespace' in said
-    session.why_not = lambda what: ''
-    assert any(isinstance(effect, Place) for effect in session.saw_peers(Peers(True, True), 20.0))
+    session.state.why_not = lambda what: ''
+    assert any(isinstance(effect, Place) for effect in session.on_peers(Peers(True, True), 20.0))

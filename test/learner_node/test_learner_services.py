@@ -19,7 +19,7 @@ class Services:
     def __init__(self):
         self.callbacks, self.changes, self.said = {}, [], ''
         self.session = Session(Settings(), lambda: StartPose(0.0, 0.0))
-        self.session.heard_odometry(0.0, time.monotonic())
+        self.session.on_odometry(0.0, time.monotonic())
         self.services = LearnerServices(self, self.session, Future, None)
 
     def create_service(self, kind, name, callback, callback_group=None):

@@ -7,7 +7,7 @@ import pytest
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
-from learner_node.phases import Peers
+from learner_node.inputs import Peers
 from learner_node.requests import Requests
 from ros_helpers import own_node, wait_until
 

@@ -3,9 +3,9 @@
 import pytest
 
 from episode_store.task_folder import EpisodeKind
+from learner_node.demonstration import LEFT
 from learner_node.effects import Abandon, Discard, Record, Say
 from learner_node.phases import Phase, SessionError
-from learner_node.teaching import LEFT
 from session_helpers import Play
 
 
@@ -14,10 +14,10 @@ def play():
     """Return a session with odometry, and somebody at the keys."""
     play = Play()
     play('begin')
-    play('learnt', -1)
+    play('on_learnt', -1)
     play.now = 100.0
-    play('heard_odometry', 0.0)
-    play('heard_teacher')
+    play('on_odometry', 0.0)
+    play('demonstration.teacher.on_heartbeat')
     return play
 
 
@@ -27,16 +27,16 @@ def rest(play, seconds, *each, place=(0.0, 0.0, 0.0)):
     for _ in range(round(seconds * 10)):
         for name in each:
             play(name)
-        play('heard_odometry', play.now)
+        play('on_odometry', play.now)
         if play.session.wants_pose(play.now):
-            play('saw_pose', *place)
+            play('on_pose', *place)
         effects += play.wait(0.1)
     return effects
 
 
 def test_the_recording_ends_and_nothing_is_thrown_away(play):
-    play('record')
-    assert rest(play, 5.0, 'heard_teacher') == []
+    play('demonstration.record')
+    assert rest(play, 5.0, 'demonstration.teacher.on_heartbeat') == []
     abandoned, said = rest(play, 13.0)
     assert abandoned == Abandon(LEFT)
     assert isinstance(said, Say)
@@ -45,28 +45,28 @@ def test_the_recording_ends_and_nothing_is_thrown_away(play):
     assert play.phase is Phase.IDLE
     assert not any(isinstance(effect, Discard) for effect in play.log)
     with pytest.raises(SessionError, match='press y in teleop_node to keep it all the same'):
-        play('keep')
-    assert play('record') == [Record(EpisodeKind.DEMO)]
+        play('demonstration.keep')
+    assert play('demonstration.record') == [Record(EpisodeKind.DEMO)]
 
 
 def test_who_comes_back_in_time_goes_on(play):
-    play('record')
+    play('demonstration.record')
     assert rest(play, 8.0) == []
-    assert rest(play, 1.0, 'heard_teacher') == []
+    assert rest(play, 1.0, 'demonstration.teacher.on_heartbeat') == []
     assert rest(play, 8.0) == []
-    assert play('keep') == []
+    assert play('demonstration.keep') == []
     assert play.phase is Phase.SETTLING
 
 
 def test_a_robot_that_somebody_drives_is_not_left(play):
-    play('record')
+    play('demonstration.record')
     for metre in range(60):
         assert rest(play, 1.0, place=(0.1 * metre, 0.0, 0.0)) == []
     assert rest(play, 13.0, place=(5.9, 0.0, 0.0)) != []
 
 
 def test_odometry_that_trembles_does_not_drive(play):
-    play('record')
+    play('demonstration.record')
     effects = []
     for step in range(130):
         effects += rest(play, 0.1, place=(0.02 * (step % 2), 0.0, 0.05 * (step % 3)))
@@ -75,28 +75,28 @@ def test_odometry_that_trembles_does_not_drive(play):
 
 def test_who_teaches_without_a_heartbeat_is_not_missed(play):
     play.now += 60.0
-    play('heard_odometry', 60.0)
-    play('record')
+    play('on_odometry', 60.0)
+    play('demonstration.record')
     assert rest(play, 60.0) == []
-    play('heard_teacher')
+    play('demonstration.teacher.on_heartbeat')
     assert rest(play, 13.0) != []
 
 
 def test_what_the_learner_itself_slept_through_was_nobodys_absence(play):
-    play('record')
-    rest(play, 2.0, 'heard_teacher')
+    play('demonstration.record')
+    rest(play, 2.0, 'demonstration.teacher.on_heartbeat')
     play.now += 60.0
     assert play('tick') == []
-    play('heard_teacher')
+    play('demonstration.teacher.on_heartbeat')
     assert rest(play, 9.0) == []
 
 
 def test_the_time_is_a_parameter():
     play = Play(teacher_timeout=60.0)
     play('begin')
-    play('learnt', -1)
-    play('heard_odometry', 0.0)
-    play('heard_teacher')
-    play('record')
+    play('on_learnt', -1)
+    play('on_odometry', 0.0)
+    play('demonstration.teacher.on_heartbeat')
+    play('demonstration.record')
     assert rest(play, 58.0) == []
     assert rest(play, 5.0) != []

@@ -5,7 +5,8 @@ import pytest
 from control_field.poses import StartPose
 from control_field.records import Outcome
 from learner_node.effects import Abandon, Say, StopTrial
-from learner_node.phases import Peers, Phase, SessionError
+from learner_node.inputs import Peers
+from learner_node.phases import Phase, SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import State, TrialStatus
@@ -23,10 +24,10 @@ def taught(settings=None):
     """Return a session that has a field, all its peers and odometry of `BEGAN`."""
     session = Session(settings or Settings(), lambda: StartPose(0.0, 0.0))
     session.begin(0.0)
-    session.heard_odometry(BEGAN, 0.0)
-    session.saw_peers(Peers(controller=True, robot=True), 0.0)
-    session.saw_status(TrialStatus(State.IDLE, revision=1), 0.0)
-    session.learnt(1, 0.0)
+    session.on_odometry(BEGAN, 0.0)
+    session.on_peers(Peers(controller=True, robot=True), 0.0)
+    session.on_status(TrialStatus(State.IDLE, revision=1), 0.0)
+    session.on_learnt(1, 0.0)
     return session
 
 
@@ -34,7 +35,7 @@ def taught(settings=None):
 def session():
     """Return a session that records a demonstration."""
     session = taught()
-    session.record(0.0)
+    session.demonstration.record(0.0)
     return session
 
 
@@ -42,63 +43,63 @@ def is_broken_off(session, effects, stops=True):
     """Tell whether the demonstration was, with one warning."""
     assert effects == [*([StopTrial()] if stops else []), Abandon(WHY), Say(
         f'the demonstration is broken off and not kept: {WHY}', warns=True)]
-    return session.phase is Phase.IDLE
+    return session.state.phase is Phase.IDLE
 
 
 class TestATrialThatRuns:
 
     @pytest.mark.parametrize('state', [State.RUNNING, State.PAUSED])
     def test_is_stopped_and_the_demonstration_is_not_kept(self, session, state):
-        assert is_broken_off(session, session.saw_status(status(state, BEGAN + 0.1), 1.0))
+        assert is_broken_off(session, session.on_status(status(state, BEGAN + 0.1), 1.0))
         with pytest.raises(SessionError, match=f'no demonstration is being recorded: {WHY}'):
-            session.keep(2.0)
+            session.demonstration.keep(2.0)
 
     def test_is_said_once_and_not_recorded(self, session):
-        session.saw_status(status(stamp=BEGAN + 0.1), 1.0)
-        effects = session.saw_status(status(stamp=BEGAN + 0.3), 1.1)
-        effects += session.saw_decisions(7, 1, 1.1)
+        session.on_status(status(stamp=BEGAN + 0.1), 1.0)
+        effects = session.on_status(status(stamp=BEGAN + 0.3), 1.1)
+        effects += session.trials.on_decisions(7, 1, 1.1)
         for tick in range(100):
             effects += session.tick(1.1 + 0.05 * tick)
-        effects += session.saw_status(status(State.ENDED, BEGAN + 0.4), 7.0)
+        effects += session.on_status(status(State.ENDED, BEGAN + 0.4), 7.0)
         assert effects == []
-        session.heard_odometry(BEGAN + 8.0, 8.0)
-        session.record(8.0)
-        assert session.phase is Phase.DEMONSTRATION
+        session.on_odometry(BEGAN + 8.0, 8.0)
+        session.demonstration.record(8.0)
+        assert session.state.phase is Phase.DEMONSTRATION
 
     def test_is_stopped_where_no_stamp_shows_that_it_is_new(self, session):
-        effects = session.saw_status(status(), 1.0)
+        effects = session.on_status(status(), 1.0)
         for tick in range(5):
             effects += session.tick(1.0 + 0.05 * tick)
         assert is_broken_off(session, effects)
 
     def test_that_ended_before_it_was_known_to_be_new_breaks_off_too(self, session):
-        assert session.saw_status(status(), 1.0) == []
-        effects = session.saw_status(status(State.ENDED, BEGAN + 3.0), 1.01)
+        assert session.on_status(status(), 1.0) == []
+        effects = session.on_status(status(State.ENDED, BEGAN + 3.0), 1.01)
         assert is_broken_off(session, effects, stops=False)
 
 
 class TestATrialThatHasEnded:
 
     def test_and_is_heard_of_late_breaks_nothing_off(self, session):
-        session.saw_status(status(stamp=BEGAN - 1.0), 1.0)
+        session.on_status(status(stamp=BEGAN - 1.0), 1.0)
         session.tick(1.05)
-        effects = session.saw_status(status(State.ENDED, BEGAN), 1.1)
+        effects = session.on_status(status(State.ENDED, BEGAN), 1.1)
         for tick in range(100):
-            session.heard_odometry(BEGAN + 0.05 * (tick + 1), 1.1 + 0.05 * tick)
+            session.on_odometry(BEGAN + 0.05 * (tick + 1), 1.1 + 0.05 * tick)
             effects += session.tick(1.1 + 0.05 * tick)
         assert [type(effect) for effect in effects] == [Say]
-        assert session.phase is Phase.DEMONSTRATION
+        assert session.state.phase is Phase.DEMONSTRATION
 
     def test_and_is_latched_breaks_nothing_off(self, session):
-        assert session.saw_status(status(State.ENDED, BEGAN + 100.0), 1.0) == []
-        assert session.phase is Phase.DEMONSTRATION
+        assert session.on_status(status(State.ENDED, BEGAN + 100.0), 1.0) == []
+        assert session.state.phase is Phase.DEMONSTRATION
 
 
 @pytest.mark.parametrize('state', [State.RUNNING, State.PAUSED])
 def test_no_demonstration_begins_while_a_trial_of_others_runs(state):
     session = taught()
     # Its beginning was lost, so that it is not recorded.
-    session.saw_status(TrialStatus(state, 7, decisions=4, revision=1, stamp=9.0), 0.0)
-    assert session.phase is Phase.IDLE
+    session.on_status(TrialStatus(state, 7, decisions=4, revision=1, stamp=9.0), 0.0)
+    assert session.state.phase is Phase.IDLE
     with pytest.raises(SessionError, match=f'trial 7 is still {state}, stop it'):
-        session.record(1.0)
+        session.demonstration.record(1.0)

@@ -11,7 +11,8 @@ from bridge_helpers import demonstration_bag, GRID, random_decisions
 from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from learner_node.effects import Record, Say
-from learner_node.phases import Peers, Phase
+from learner_node.inputs import Peers
+from learner_node.phases import Phase
 from msgs_bridge.messages.memory_identity import NOTHING, task_of
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.tables import cloud_from_decisions, field_from_cloud
@@ -40,11 +41,11 @@ def play():
     """Return a session that has a field of its own, and all its peers."""
     play = Play()
     play('begin')
-    play('heard_odometry', 0.0)
-    play('saw_peers', Peers(controller=True, robot=True))
-    play('saw_status', idle())
-    play('learnt', 1)
-    play.session.memory = OWN
+    play('on_odometry', 0.0)
+    play('on_peers', Peers(controller=True, robot=True))
+    play('on_status', idle())
+    play('on_learnt', 1)
+    play.session.state.memory = OWN
     return play
 
 
@@ -53,62 +54,62 @@ def said(effects):
 
 
 def test_a_trial_that_others_start_on_the_own_field_is_recorded(play):
-    assert play('saw_status', status()) == [Record(EpisodeKind.TRIAL)]
+    assert play('on_status', status()) == [Record(EpisodeKind.TRIAL)]
 
 
 @pytest.mark.parametrize('memory', ['', OTHER, 'kitchen:0000000000000000'])
 def test_one_on_another_field_is_not_and_that_is_said_once(play, memory):
     told = []
     for trial in range(1, 20):
-        assert play('saw_status', status(trial=trial, memory=memory)) == []
+        assert play('on_status', status(trial=trial, memory=memory)) == []
         assert play.phase is Phase.IDLE
         told += said(play.wait(0.05 if trial % 2 else 2.5))
-        told += said(play('saw_status', ended(trial, memory)))
+        told += said(play('on_status', ended(trial, memory)))
     assert len(told) == 1
     assert 'is not recorded: the controller d' in told[0]
 
 
 def test_one_is_not_where_nothing_was_learnt(play):
-    play.session.memory = NOTHING
-    assert play('saw_status', status(memory='')) == []
-    assert play('saw_status', status(trial=8, memory=OTHER)) == []
+    play.session.state.memory = NOTHING
+    assert play('on_status', status(memory='')) == []
+    assert play('on_status', status(trial=8, memory=OTHER)) == []
 
 
 def test_no_trial_is_begun_while_the_controller_has_another_field(play):
-    play('saw_status', idle(OTHER))
-    play('run_trials', 1)
-    assert 'task hall, not of kitchen' in play.session.describe()
+    play('on_status', idle(OTHER))
+    play('series.run', 1)
+    assert 'task hall, not of kitchen' in play.session.state.describe()
     assert any('namespace' in text for text in said(play.wait(10.0)))
-    assert play('saw_status', idle()) != []
+    assert play('on_status', idle()) != []
     assert play.phase is Phase.PLACING
 
 
 def test_a_trial_is_broken_off_when_another_field_comes_in_the_middle(play):
-    play('run_trials', 1)
-    play('saw_pose', *HERE)
-    play('start_answered', True, '')
-    play('saw_status', status(trial=1))
+    play('series.run', 1)
+    play('on_pose', *HERE)
+    play('on_start_response', True, '')
+    play('on_status', status(trial=1))
     assert play.phase is Phase.TRIAL
-    effects = play('saw_status', status(trial=1, memory=OTHER))
+    effects = play('on_status', status(trial=1, memory=OTHER))
     assert 'trial 1 is broken off: the controller drives by the field of task hall' in said(
         effects)[0]
     assert play.phase is Phase.WAITING
 
 
 def test_a_trial_is_not_learnt_from_when_it_ends_on_another_field(play):
-    play('run_trials', 1)
-    play('saw_pose', *HERE)
-    play('start_answered', True, '')
-    play('saw_status', status(trial=1))
-    assert 'broken off' in said(play('saw_status', ended(1, OTHER)))[0]
+    play('series.run', 1)
+    play('on_pose', *HERE)
+    play('on_start_response', True, '')
+    play('on_status', status(trial=1))
+    assert 'broken off' in said(play('on_status', ended(1, OTHER)))[0]
 
 
 def test_a_forged_word_of_another_trial_does_not_break_off_the_own(play):
-    play('run_trials', 1)
-    play('saw_pose', *HERE)
-    play('start_answered', True, '')
-    play('saw_status', status(trial=1))
-    assert play('saw_status', status(trial=3, memory=OTHER)) == []
+    play('series.run', 1)
+    play('on_pose', *HERE)
+    play('on_start_response', True, '')
+    play('on_status', status(trial=1))
+    assert play('on_status', status(trial=3, memory=OTHER)) == []
     assert play.phase is Phase.TRIAL
 
 

@@ -5,7 +5,6 @@ from typing import Final
 
 from control_field.robot.stop_rules import Timeout
 from learner_node.settings import Settings
-from msgs_bridge.node.throttled_log import template_of
 
 #: Stamps that have not advanced for so long do not advance, [s].
 _STANDING: Final = 1.0
@@ -13,7 +12,7 @@ _STANDING: Final = 1.0
 _FEW, _SOON = 3, 0.5
 
 
-class Absence:
+class OdometryMonitor:
     """Looks at when odometry arrives, whether its stamps advance and its poses are sound."""
 
     def __init__(self) -> None:
@@ -22,40 +21,31 @@ class Absence:
         self._stamp = -math.inf
         self._advanced = -math.inf
         self._unsound, self._n_unsound, self._since = '', 0, 0.0
-        self._told: set[str] = set()
 
-    def saw(self, stamp: float, now: float) -> None:
-        """Take in an odometry; a clock that is set back advances from there on."""
+    def on_odometry(self, stamp: float, now: float) -> None:
+        """Note an odometry; a clock that is set back advances from there on."""
         if stamp != self._stamp:
             self._stamp, self._advanced = stamp, now
         self._odometry.saw(now)
 
-    def saw_sound(self) -> None:
-        """Take in that something can be learnt from an odometry."""
+    def on_sound(self) -> None:
+        """Note that something can be learnt from an odometry."""
         self._unsound, self._n_unsound = '', 0
 
-    def saw_unsound(self, why: str, now: float) -> None:
-        """Take in why nothing can be learnt from an odometry."""
+    def on_unsound(self, why: str, now: float) -> None:
+        """Note why nothing can be learnt from an odometry."""
         self._unsound, self._n_unsound = why, self._n_unsound + 1
         if self._n_unsound == 1:
             self._since = now
 
-    def begin(self) -> None:
-        """Take in that a demonstration begins: what was said before it is said again."""
-        self._told.clear()
-
-    def news(self, now: float, settings: Settings) -> str:
-        """Say, once a demonstration and kind, why nothing can be learnt from what is driven."""
-        why = self.of_odometry(now, settings)
+    def lasting_problem(self, now: float, settings: Settings) -> str:
+        """Say why a drive cannot be recorded; empty also for what may be a single bad message."""
         is_chance = bool(self._unsound) and self._n_unsound <= _FEW and (
             self._n_unsound == 1 or now - self._since < _SOON)
-        if not why or is_chance or template_of(why) in self._told:
-            return ''
-        self._told.add(template_of(why))
-        return why
+        return '' if is_chance else self.problem(now, settings)
 
-    def of_odometry(self, now: float, settings: Settings) -> str:
-        """Say why a drive could not be recorded; empty if it could be."""
+    def problem(self, now: float, settings: Settings) -> str:
+        """Say why a drive cannot be recorded; empty if it can be."""
         self._odometry.timeout = math.inf if settings.lockstep else settings.peer_timeout
         if self._odometry.is_stale(now) or not self._odometry.has_come:
             return self._odometry.absence(now, 'odometry')

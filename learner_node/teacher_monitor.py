@@ -11,7 +11,7 @@ _STEP: Final = 0.05
 _TURN: Final = 0.1
 
 
-class Attendance:
+class TeacherMonitor:
     """
     Watches over a demonstration that was begun where `teleop_heartbeat` is heard.
 
@@ -27,25 +27,25 @@ class Attendance:
         self._place: tuple[float, float, float] | None = None
 
     def begin(self, now: float) -> None:
-        """Take in that a demonstration begins."""
+        """Begin to watch, because a demonstration begins."""
         self._is_known = now - self._heard <= _RECENT
         self._place, self._moved = None, now
 
-    def saw_heartbeat(self, now: float) -> None:
-        """Take in that somebody is there."""
+    def on_heartbeat(self, now: float) -> None:
+        """Note that somebody is there."""
         self._heard, self._is_known = now, True
 
-    def slept(self, seconds: float, now: float) -> None:
-        """Take in that this process was held up: what it slept through was nobody's silence."""
+    def on_suspended(self, seconds: float, now: float) -> None:
+        """Count the time during which this process was suspended as nobody's absence."""
         self._heard = min(self._heard + seconds, now)
         self._moved = min(self._moved + seconds, now)
 
     def asks_for_poses(self, now: float) -> bool:
-        """Tell whether it matters if the robot moves."""
+        """Return True if it matters whether the robot moves."""
         return self._is_known and now - self._heard > _RECENT
 
-    def saw_pose(self, x: float, y: float, yaw: float, now: float) -> None:
-        """Take in where the robot is."""
+    def on_pose(self, x: float, y: float, yaw: float, now: float) -> None:
+        """Note where the robot is."""
         if self._place is None or self._is_far(self._place, x, y, yaw):
             self._place, self._moved = (x, y, yaw), now
 
@@ -55,5 +55,5 @@ class Attendance:
             abs(math.remainder(yaw - place[2], math.tau)) > _TURN)
 
     def has_left(self, now: float, timeout: float) -> bool:
-        """Tell whether nobody has been there, and the robot has stood, for a time, [s]."""
+        """Return True if nobody was there, and the robot stood, for longer than a time, [s]."""
         return self._is_known and now - max(self._heard, self._moved) > timeout
