@@ -39,8 +39,8 @@ from msgs_bridge.node.graph import publishers_on
 from msgs_bridge.node.node_info import method_from_parameters, Operation
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.reader_threads import ReaderThreads
 from msgs_bridge.node.run import quickest_executor, run_node
-from msgs_bridge.node.subscription_threads import Hearing
 
 #: How often the node looks for what has not come, and tells how it stands, [s] of the wall clock.
 _WATCH_PERIOD: Final = 0.1
@@ -66,7 +66,7 @@ class ControlFieldNode(Node):
     def __init__(self, **options: Any) -> None:
         """Declare, subscribe, wait."""
         super().__init__('control_field_node', **options)
-        self._hearing = Hearing(self)
+        self._threads = ReaderThreads(self)
         parameters = declare_parameters_from(
             self, Parameters, names=DECISION_PARAMETERS, on_change=self._on_parameters)
         self._settings = declare_parameters_from(
@@ -82,11 +82,11 @@ class ControlFieldNode(Node):
         self._teleop_at: float | None = None
         self._out = Outbox(self, self._settings, self.supervisor, self._writer)
         if not self._settings.lockstep:
-            self._hearing.step_aside()
-        self._peers = PeerMonitor(self, 'controller', ears=self._hearing.ears)
+            self._threads.enable()
+        self._peers = PeerMonitor(self, 'controller', threads=self._threads)
         self._on_parameters(parameters)
-        self._make_subscriptions(self._hearing)
-        locked = self._hearing.locked
+        self._make_subscriptions(self._threads)
+        locked = self._threads.locked
         self.create_service(Trigger, '~/start_trial', locked(self._on_start))
         self.create_service(Trigger, '~/stop_trial', locked(self._on_stop))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -96,32 +96,33 @@ class ControlFieldNode(Node):
             self.create_timer(GUARD_PERIOD, locked(self._guard), clock=steady)
         self._log('info', f'waits for a control field; it drives by {self._writer.kind.__name__} '
                   f'on {self._out.commands.topic_name}')
-        self._hearing.start()
+        self._threads.start()
 
-    def _make_subscriptions(self, hearing: Hearing) -> None:
+    def _make_subscriptions(self, threads: ReaderThreads) -> None:
         lockstep, refuse = self._settings.lockstep, self.supervisor.intake.refuse
         self._fields.hear(self, self._settle if lockstep else None)
         # A lost tick would stop a lock-step for good.
         sensed = qos.LOCKSTEP if lockstep else qos.SENSOR
         kind = self._writer.kind
-        steers = partial(hearing.hear, part='steers')  # best effort: little of what is large comes
-        steers(OccupancyGrid, 'neighbourhood', self._on_neighbourhood, refuse, sensed)
-        steers(Odometry, 'odom', self._on_odometry, refuse, sensed)
-        steers(kind, 'cmd_vel', self._on_command, refuse, qos.SENSOR, skip=self._writer.is_echo)
-        steers(kind, 'cmd_vel_teleop', self._on_teleop, refuse, qos.SENSOR)
-        hearing.hear(PoseStamped, 'goal_pose', self._on_goal, refuse, qos.POSE)
+        subscribe = threads.subscribe_small
+        fast = partial(subscribe, group='steers')  # best effort: few large messages get through
+        fast(OccupancyGrid, 'neighbourhood', self._on_neighbourhood, refuse, sensed)
+        fast(Odometry, 'odom', self._on_odometry, refuse, sensed)
+        fast(kind, 'cmd_vel', self._on_command, refuse, qos.SENSOR, skip=self._writer.is_echo)
+        fast(kind, 'cmd_vel_teleop', self._on_teleop, refuse, qos.SENSOR)
+        subscribe(PoseStamped, 'goal_pose', self._on_goal, refuse, qos.POSE)
         if self._settings.has_pose_topic:
-            hearing.hear(PoseWithCovarianceStamped, self._settings.pose_topic,
-                         partial(read_place, self.supervisor), refuse, *qos.LOCALISATIONS)
+            subscribe(PoseWithCovarianceStamped, self._settings.pose_topic,
+                      partial(read_place, self.supervisor), refuse, *qos.LOCALISATIONS)
         # These are of a fixed size, whatever comes.
-        qos.hear_all(self, Bool, 'contact', hearing.locked(self._on_contact), qos.CONTACTS)
+        qos.hear_all(self, Bool, 'contact', threads.locked(self._on_contact), qos.CONTACTS)
         self.create_subscription(
             Empty, 'teleop_heartbeat', lambda _: self.supervisor.heartbeat.saw(), qos.SENSOR)
 
     @property
     def subscriptions(self) -> Any:
         """What the executor takes: all but what is heard in a thread aside."""
-        return self._hearing.others(super().subscriptions)
+        return self._threads.for_executor(super().subscriptions)
 
     def _time(self) -> Time:
         return self.get_clock().now().to_msg()
@@ -131,7 +132,7 @@ class ControlFieldNode(Node):
         self._peers.describe(method=method_from_parameters(parameters, DECISION_PARAMETERS))
 
     def _on_settings(self, settings: Settings) -> None:
-        with self._hearing.lock:
+        with self._threads.lock:
             self._settings = settings
             self.supervisor.change_settings(settings)
 
@@ -326,7 +327,7 @@ class ControlFieldNode(Node):
 
     def _guard(self) -> None:
         """Take the last command back if the robot must not follow it until the next pose."""
-        self._hearing.check()
+        self._threads.check()
         now, clock = time.monotonic(), self.get_clock().now().nanoseconds * 1e-9
         self.supervisor.wheels.punctuality.looks(
             now, time.thread_time(), drives(self.supervisor))
@@ -368,15 +369,15 @@ class ControlFieldNode(Node):
 
     def close(self) -> None:
         """Leave the robot standing, whatever has happened; then say how the trial ended."""
-        with self._hearing.lock:
-            self._hearing.mute()
+        with self._threads.lock:
+            self._threads.mute()
             self._writer.send_now(STANDSTILL, self._book.odometry)
         patience = Duration(nanoseconds=200_000_000)
         self._out.commands.wait_for_all_acked(patience)
         self.supervisor.stop(StopReason.SHUTDOWN)
         self._out.tell_trial()
         self._out.trials.wait_for_all_acked(patience)
-        self._hearing.close()
+        self._threads.close()
         self._fields.close()
 
 

@@ -28,8 +28,8 @@ from msgs_bridge.node.command_types import mismatch
 from msgs_bridge.node.node_info import workspace_from_grid
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.reader_threads import ReaderThreads
 from msgs_bridge.node.run import run_node
-from msgs_bridge.node.subscription_threads import Hearing
 from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement
 from sim_node.simulation import Simulation
@@ -75,7 +75,7 @@ class SimNode(Node):
     def __init__(self, **options: Any) -> None:
         """Read the world and start."""
         super().__init__('sim_node', **options)
-        self._hearing = Hearing(self)
+        self._threads = ReaderThreads(self)
         self._settings = declare_parameters_from(
             self, SimParameters, fixed=FIXED, on_change=self._on_change)
         check_names(self)
@@ -89,15 +89,15 @@ class SimNode(Node):
         self._told_contact: bool | None = None
         self._commands = Timeout(self._settings.cmd_vel_timeout)
         if not self._settings.lockstep:
-            self._hearing.step_aside()
-        self._peers = PeerMonitor(self, 'robot', ears=self._hearing.ears)
+            self._threads.enable()
+        self._peers = PeerMonitor(self, 'robot', threads=self._threads)
         self._state_world()
         self._make_topics()
         self._make_timers()
         self._publish_map()
         self._publish()
         self._say_what_is_here()
-        self._hearing.start()
+        self._threads.start()
 
     def _say_what_is_here(self) -> None:
         grid, topic = self._simulation.world.grid, self.resolve_topic_name('cmd_vel')
@@ -134,28 +134,28 @@ class SimNode(Node):
             self._clock_topic = self.create_publisher(Clock, '/clock', 10)
         self._command_type = (
             TwistStamped if self._settings.is_stamped else Twist)
-        self._hearing.hear(
+        self._threads.subscribe_small(
             self._command_type, 'cmd_vel', self._on_command, self._refuse,
             qos.LOCKSTEP if self._settings.lockstep else qos.COMMAND)
-        self._hearing.hear(PoseWithCovarianceStamped, 'initialpose', self._on_initialpose,
-                           self._refuse, qos.POSE)
-        self.create_service(Trigger, '~/reset', self._hearing.locked(self._on_reset))
+        self._threads.subscribe_small(
+            PoseWithCovarianceStamped, 'initialpose', self._on_initialpose, self._refuse, qos.POSE)
+        self.create_service(Trigger, '~/reset', self._threads.locked(self._on_reset))
 
     @property
     def subscriptions(self) -> Any:
         """What the executor takes: all but what is heard in a thread aside."""
-        return self._hearing.others(super().subscriptions)
+        return self._threads.for_executor(super().subscriptions)
 
     def _make_timers(self) -> None:
         # Timers run on the steady clock: with use_sim_time they would wait for themselves.
         steady = RosClock(clock_type=ClockType.STEADY_TIME)
         self._system_clock = RosClock(clock_type=ClockType.SYSTEM_TIME)
-        self.create_timer(_CARE_PERIOD, self._hearing.locked(self._care), clock=steady)
+        self.create_timer(_CARE_PERIOD, self._threads.locked(self._care), clock=steady)
         self._ticker = None
         if not self._settings.lockstep:
             self._ticker = self.create_timer(
                 self._period / self._settings.speed_factor,
-                self._hearing.locked(self._advance), clock=steady)
+                self._threads.locked(self._advance), clock=steady)
 
     # What comes in
 
@@ -225,7 +225,7 @@ class SimNode(Node):
         return SetParametersResult(successful=True)
 
     def _on_change(self, settings: SimParameters) -> None:
-        with self._hearing.lock:
+        with self._threads.lock:
             self._change(settings)
 
     def _change(self, settings: SimParameters) -> None:
@@ -244,7 +244,7 @@ class SimNode(Node):
 
     def _advance(self) -> None:
         """Let one tick pass."""
-        self._hearing.check()
+        self._threads.check()
         self._simulation.tick(self._period)
         self._n_ticks += 1
         self._publish()
@@ -352,7 +352,7 @@ class SimNode(Node):
 
     def close(self) -> None:
         """Hear no more, while ROS is still there."""
-        self._hearing.close()
+        self._threads.close()
 
 
 def main(args: list[str] | None = None) -> None:

@@ -20,7 +20,7 @@ from msgs_bridge.node.duplicate_publishers import DuplicateMonitor
 from msgs_bridge.node.graph import elsewhere, in_vain
 from msgs_bridge.node.node_info import (
     Conflict, conflicts, node_info_from_status, NodeInfo, Operation, values_from_node_info)
-from msgs_bridge.node.reader_threads import Ears
+from msgs_bridge.node.reader_threads import ReaderThreads
 from msgs_bridge.node.throttled_log import OncePerTemplate
 
 #: Time between two looks at the graph, and between two evaluations, [s].
@@ -118,8 +118,8 @@ class PeerMonitor:
         Of the node, see `PeerTable`.
     say : callable, optional
         Gets each line about a conflict; a warning in the node's log by default.
-    ears : Ears, optional
-        Read `/diagnostics` and look at the graph in these threads instead of in the executor.
+    threads : ReaderThreads, optional
+        Read `/diagnostics` and look at the graph in these, if they are enabled.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class PeerMonitor:
 
     def __init__(
         self, node: Any, role: str = '', say: Callable[[str], None] | None = None,
-        ears: Ears | None = None,
+        threads: ReaderThreads | None = None,
     ) -> None:
         """Subscribe to `/diagnostics`, and look at the graph periodically."""
         self._node = node
@@ -142,14 +142,14 @@ class PeerMonitor:
         self._evaluated_at, self._n_timeless = -math.inf, 0
         self._n_missing = 0
         self._lock = Lock()  # several threads may call
-        if ears is None:
+        if threads is None or not threads.is_enabled:
             node.create_subscription(
                 DiagnosticArray, '/diagnostics', self._on_diagnostics, qos.DIAGNOSTICS, raw=True)
             node.create_timer(_PERIOD, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         else:
-            ears.hear(DiagnosticArray, '/diagnostics', self._on_diagnostics, (qos.DIAGNOSTICS,),
-                      _MAX_BYTES, is_locked=False)
-            ears.repeat(self.look, _PERIOD)
+            threads.subscribe(DiagnosticArray, '/diagnostics', self._on_diagnostics,
+                              (qos.DIAGNOSTICS,), _MAX_BYTES, is_locked=False)
+            threads.repeat(self.look, _PERIOD)
 
     def describe(
         self, workspace: Mapping[str, Any] | None = None, method: Mapping[str, Any] | None = None,

@@ -1,20 +1,16 @@
 """
-Messages as the bytes they arrive in: refused by size before anything is made of them.
+Raw messages: refused by size before they are deserialized.
 
-Making a message of 60 MB takes rclpy a second, in which its executor does nothing else. What must
-never be held up takes bytes and reads them itself.
+Deserializing 60 MB takes rclpy a second, in which its executor does nothing else. A node that must
+never be held up takes bytes, and deserializes what is small.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Final
 
-from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
-from msgs_bridge.node.qos import hear_all
-
-#: No pose, command or 3x3 local grid is longer, [bytes].
+#: No pose, command or 3x3 local grid has more, [bytes].
 MOST_BYTES: Final = 16_384
 
 
@@ -22,7 +18,7 @@ def small_only(
     kind: type, topic: str, callback: Callable[[Any], None], refuse: Callable[[str], None],
 ) -> Callable[[bytes | int], None]:
     """
-    Return a callback for a raw subscription, or for `Ears`, that makes messages of what is small.
+    Return a callback for a raw subscription that deserializes messages of at most `MOST_BYTES`.
 
     Parameters
     ----------
@@ -49,12 +45,3 @@ def small_only(
         callback(msg)
 
     return take
-
-
-def hear_small(
-    node: Node, kind: type, topic: str, callback: Callable[[Any], None],
-    profiles: Sequence[QoSProfile], refuse: Callable[[str], None],
-) -> None:
-    """Subscribe to a topic of small messages, once a profile; see `small_only`."""
-    hear_all(node, kind, topic, small_only(kind, topic, callback, refuse), profiles, raw=True)
-

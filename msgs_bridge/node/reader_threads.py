@@ -1,9 +1,9 @@
-"""Hearing in threads that wait for whatever comes, so that who guards does not."""
+"""Threads that take messages beside the executor, so that none holds up who guards a robot."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, wraps
 from threading import Event, RLock, Thread
 from typing import Any, Final
 
@@ -12,112 +12,148 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from msgs_bridge.node.qos import hear_all
+from msgs_bridge.node.raw_messages import MOST_BYTES, small_only
 from msgs_bridge.node.rcl_take import RclTaker
 from msgs_bridge.node.remaps import note_heard
 
-#: Gets a message's bytes; how many they are where those are too many.
-Heard = Callable[[bytes | int], None]
+#: Gets a message's bytes, or their number where they are too many.
+RawCallback = Callable[[bytes | int], None]
 
-#: Longest time until the end is noticed, [ns].
+#: Longest time until `close` is noticed, [ns].
 _PERIOD: Final = 200_000_000
 
 
 @dataclass(frozen=True)
-class _Ear:
+class _RawSubscription:
     subscription: Any
-    callback: Heard
-    most: int
+    callback: RawCallback
+    max_bytes: int
     is_locked: bool
 
 
-class Ears:
+class ReaderThreads:
     """
-    Takes messages in threads, and acts on the small ones there, one at a time.
+    Takes the messages of some topics in threads of its own, once enabled.
 
-    However large a message is, only what its thread takes waits for it; nothing else of this
-    process does (see `msgs_bridge.node.rcl_take`). The subscriptions are the owner's, whose
-    executor must not take them, too: its `subscriptions` are to be `others`.
+    However large a message is, only its own thread waits while it is taken (see
+    `msgs_bridge.node.rcl_take`). In lock-step the threads stay disabled: there time waits, and the
+    executor does the same things in the same order every time. The node's `subscriptions` must be
+    `for_executor`.
 
     Parameters
     ----------
-    owner : Node
-        Of the subscriptions.
-    lock : RLock
-        Is held while a message is acted on. Who else works with the same things holds it, too.
+    node : Node
+        Owner of the subscriptions.
 
     Attributes
     ----------
+    is_enabled : bool
+    lock : RLock
+        Held by every callback that works with what the node knows.
     error : BaseException or None
-        What ended a thread; for the owner to raise.
+        What ended a thread, see `check`.
 
     """
 
-    def __init__(self, owner: Node, lock: RLock) -> None:
-        """Start deaf."""
-        self._owner, self._lock = owner, lock
-        self._parts: dict[str, dict[int, _Ear]] = {}
+    def __init__(self, node: Node) -> None:
+        """Start disabled."""
+        self._node = node
+        self.lock = RLock()
+        self.is_enabled = False
+        self._groups: dict[str, dict[int, _RawSubscription]] = {}
         self._works: list[Callable[[], None]] = []
         self._threads: list[Thread] = []
         self._end = Event()
         self.error: BaseException | None = None
 
-    def hear(
-        self, kind: type, topic: str, callback: Heard, profiles: Sequence[QoSProfile],
-        most: int, is_locked: bool = True, part: str = '',
+    def enable(self) -> None:
+        """Use threads from now on; before the first subscription."""
+        self.is_enabled = True
+
+    def subscribe(
+        self, kind: type, topic: str, callback: RawCallback, profiles: Sequence[QoSProfile],
+        max_bytes: int = MOST_BYTES, is_locked: bool = True, group: str = '',
     ) -> None:
         """
-        Hear a topic; before `start`.
+        Subscribe to a topic, once through each profile.
 
         Parameters
         ----------
         kind : type
-            Of its messages.
         topic : str
             Relative.
         callback : callable
-            Gets what comes, in a thread of the ears.
+            Gets the bytes, in a thread if enabled.
         profiles : sequence of QoSProfile
-            It is heard once through each.
-        most : int
-            So many bytes a message has at most.
+        max_bytes : int
+            Of a longer message a thread hands on the length only.
         is_locked : bool
-            Whether the callback works with what others work with, too.
-        part : str, optional
-            What has the same is taken by one thread, which costs less; else by one of its own.
+            Whether the callback is to hold the lock.
+        group : str, optional
+            Topics of one group share a thread, which costs less; else each has its own.
 
         """
-        for subscription in hear_all(
-                self._owner, kind, topic, lambda _: None, profiles, raw=True):
+        if not self.is_enabled:
+            hear_all(self._node, kind, topic, callback, profiles, raw=True)
+            return
+        for subscription in hear_all(self._node, kind, topic, lambda _: None, profiles, raw=True):
             note_heard(subscription.topic_name)
-            ears = self._parts.setdefault(part or topic, {})
-            ears[subscription.handle.pointer] = _Ear(subscription, callback, most, is_locked)
+            members = self._groups.setdefault(group or topic, {})
+            members[subscription.handle.pointer] = _RawSubscription(
+                subscription, callback, max_bytes, is_locked)
+
+    def subscribe_small(
+        self, kind: type, topic: str, callback: Callable[[Any], None],
+        refuse: Callable[[str], None], *profiles: QoSProfile,
+        skip: Callable[[bytes], bool] = lambda _: False, group: str = '',
+    ) -> None:
+        """
+        Subscribe to a topic of small messages, see `small_only`.
+
+        ``skip`` returns True for the bytes of a message that a thread is to ignore.
+        """
+        take = small_only(kind, topic, callback, refuse)
+        is_skipped = skip if self.is_enabled else lambda _: False
+        self.subscribe(
+            kind, topic, lambda message: None if isinstance(message, bytes) and is_skipped(
+                message) else take(message), profiles, group=group)
 
     def repeat(self, work: Callable[[], None], period: float) -> None:
-        """Do something every so many seconds, in a thread of its own and without the lock."""
-        def go_on() -> None:
+        """Call something every so many seconds, in a thread of its own and without the lock."""
+        def loop() -> None:
             while not self._end.wait(period):
                 work()
 
-        self._works.append(go_on)
+        self._works.append(loop)
 
-    def others(self, subscriptions: Iterable[Any]) -> list[Any]:
-        """Return those subscriptions that are none of these ears."""
-        mine = {id(ear.subscription) for ears in self._parts.values() for ear in ears.values()}
-        return [subscription for subscription in subscriptions if id(subscription) not in mine]
+    def locked(self, callback: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a callback for the executor that holds the lock."""
+        @wraps(callback)
+        def work(*values: Any) -> Any:
+            with self.lock:
+                return callback(*values)
+
+        return work
+
+    def for_executor(self, subscriptions: Iterable[Any]) -> Iterator[Any]:
+        """Return the subscriptions that are left to the executor."""
+        ours = {id(member.subscription) for members in self._groups.values()
+                for member in members.values()}
+        return (each for each in subscriptions if id(each) not in ours)
 
     def start(self) -> None:
-        """Begin to hear."""
-        works = [*self._works, *(partial(self._take, ears) for ears in self._parts.values())]
-        self._threads = [Thread(target=self._work, args=(work,), daemon=True) for work in works]
+        """Start the threads."""
+        works = [*self._works, *(partial(self._take, group) for group in self._groups.values())]
+        self._threads = [Thread(target=self._run, args=(work,), daemon=True) for work in works]
         for thread in self._threads:
             thread.start()
 
     def mute(self) -> None:
-        """Act on nothing more; who holds the lock knows that nothing is acted on when it ends."""
+        """Call no callback any more; whoever holds the lock knows that none runs."""
         self._end.set()
 
     def close(self) -> None:
-        """Hear no more; without the lock."""
+        """End the threads; without the lock."""
         self.mute()
         for thread in self._threads:
             thread.join()
@@ -127,38 +163,38 @@ class Ears:
         if self.error is not None:
             raise self.error
 
-    def _work(self, work: Callable[[], None]) -> None:
+    def _run(self, work: Callable[[], None]) -> None:
         try:
             work()
         except BaseException as error:
             self.error = self.error or error
 
-    def _take(self, ears: dict[int, _Ear]) -> None:
+    def _take(self, members: dict[int, _RawSubscription]) -> None:
         taker = RclTaker()
         try:
             with ExitStack() as stack:
-                for ear in ears.values():
-                    stack.enter_context(ear.subscription.handle)  # nobody destroys it meanwhile
-                self._listen(ears, taker)
+                for member in members.values():
+                    stack.enter_context(member.subscription.handle)  # not destroyed meanwhile
+                self._wait_and_take(members, taker)
         finally:
             taker.close()
 
-    def _listen(self, ears: dict[int, _Ear], taker: RclTaker) -> None:
-        context: Any = self._owner.context
-        waiting = rcl.WaitSet(len(ears), 0, 0, 0, 0, 0, context.handle)
-        handles = [ear.subscription.handle for ear in ears.values()]
+    def _wait_and_take(self, members: dict[int, _RawSubscription], taker: RclTaker) -> None:
+        context: Any = self._node.context
+        waiting = rcl.WaitSet(len(members), 0, 0, 0, 0, 0, context.handle)
+        handles = [member.subscription.handle for member in members.values()]
         while not self._end.is_set() and context.ok():
             waiting.clear_entities()
             for handle in handles:
                 waiting.add_subscription(handle)
             waiting.wait(_PERIOD)
-            # One of each: where more wait, the others' come first.
+            # One message of each topic: where more wait, those of the others come first.
             for pointer in waiting.get_ready_entities('subscription'):
-                ear = ears[pointer]
-                if (message := taker.take(pointer, ear.most)) is not None:
-                    self._act(ear, message)
+                member = members[pointer]
+                if (message := taker.take(pointer, member.max_bytes)) is not None:
+                    self._call(member, message)
 
-    def _act(self, ear: _Ear, message: bytes | int) -> None:
-        with self._lock if ear.is_locked else nullcontext():
+    def _call(self, member: _RawSubscription, message: bytes | int) -> None:
+        with self.lock if member.is_locked else nullcontext():
             if not self._end.is_set():
-                ear.callback(message)
+                member.callback(message)

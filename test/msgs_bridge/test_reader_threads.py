@@ -1,6 +1,6 @@
 """Messages of any size are taken in threads that hold nobody up."""
 
-from threading import RLock, Thread
+from threading import Thread
 import time
 
 import pytest
@@ -10,7 +10,7 @@ from std_msgs.msg import String
 
 from msgs_bridge.node import qos
 from msgs_bridge.node.rcl_take import RclTaker
-from msgs_bridge.node.reader_threads import Ears
+from msgs_bridge.node.reader_threads import ReaderThreads
 from ros_helpers import wait_until
 
 MOST = 1000
@@ -19,15 +19,16 @@ LARGE = b'\x00\x01\x00\x00' + bytes(60_000_000)
 
 
 @pytest.fixture
-def ears(ros_node):
-    ears = Ears(ros_node, RLock())
-    yield ears
-    ears.close()
+def threads(ros_node):
+    threads = ReaderThreads(ros_node)
+    threads.enable()
+    yield threads
+    threads.close()
 
 
-def hear(ears, callback, **options):
-    ears.hear(String, 'talk', callback, (qos.RECORDING,), MOST, **options)
-    ears.start()
+def read(threads, callback, **options):
+    threads.subscribe(String, 'talk', callback, (qos.RECORDING,), MOST, **options)
+    threads.start()
 
 
 def publisher(node):
@@ -36,9 +37,9 @@ def publisher(node):
     return made
 
 
-def test_small_ones_come_as_bytes_and_of_large_ones_the_size(ros_node, ears):
+def test_small_ones_come_as_bytes_and_of_large_ones_the_size(ros_node, threads):
     heard = []
-    hear(ears, heard.append)
+    read(threads, heard.append)
     talk = publisher(ros_node)
     for text in ('small', 'x' * MOST, 'small again'):
         talk.publish(String(data=text))
@@ -49,33 +50,32 @@ def test_small_ones_come_as_bytes_and_of_large_ones_the_size(ros_node, ears):
     assert heard[2] == serialize_message(String(data='small again'))
 
 
-def test_the_executor_leaves_them_to_the_ears(ros_node, ears):
+def test_the_executor_leaves_them_to_the_threads(ros_node, threads):
     before = len(list(ros_node.subscriptions))
-    hear(ears, lambda _: None)
+    read(threads, lambda _: None)
     assert len(list(ros_node.subscriptions)) == before + 1
-    assert len(ears.others(ros_node.subscriptions)) == before
+    assert len(list(threads.for_executor(ros_node.subscriptions))) == before
 
 
-def test_what_fails_in_a_thread_is_for_the_owner_to_raise(ros_node, ears):
+def test_what_fails_in_a_thread_is_for_the_owner_to_raise(ros_node, threads):
     def fail(_):
         raise RuntimeError('a fault')
-    hear(ears, fail)
-    ears.check()
+    read(threads, fail)
+    threads.check()
     publisher(ros_node).publish(String(data='x'))
-    wait_until(lambda: ears.error, what='the fault')
+    wait_until(lambda: threads.error, what='the fault')
     with pytest.raises(RuntimeError, match='a fault'):
-        ears.check()
+        threads.check()
 
 
-def test_muted_ears_act_on_nothing(ros_node, ears):
-    heard, lock = [], RLock()
-    ears = Ears(ros_node, lock)
-    hear(ears, heard.append)
+def test_muted_threads_call_nothing(ros_node, threads):
+    heard = []
+    read(threads, heard.append)
     talk = publisher(ros_node)
-    with lock:
-        ears.mute()
+    with threads.lock:
+        threads.mute()
         talk.publish(String(data='x'))
-    ears.close()
+    threads.close()
     assert heard == []
 
 
