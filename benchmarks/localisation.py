@@ -17,13 +17,14 @@ import time
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from control_field.drives.demonstration import demonstration_from_poses
 from control_field.grid import Grid
 from control_field.learning.learner import Learner
 from control_field.local_grid import masks_from_neighbourhood
 from control_field.parameters import Parameters
-from control_field.records import Demonstration, Outcome, Trial
+from control_field.records import DECISION_DTYPE, Demonstration, Outcome, Trial
 from control_field_node.answer import Answer
 from control_field_node.placing import take_place
 from control_field_node.settings import Settings
@@ -68,7 +69,7 @@ class Condition:
     """
 
     name: str
-    wheels: dict[str, float]
+    wheels: dict[str, Any]
     settings: dict[str, Any]
     localised: bool = False
 
@@ -161,7 +162,9 @@ class Bench:
     def _show(self) -> Demonstration:
         """Drive the way in the open workspace, by odometry, as the demo's driver does."""
         driver = Driver(points_from_cells(self.grid, WAY))
-        stamps, xy, masks = [], [], []
+        stamps: list[float] = []
+        xy: list[tuple[float, ...]] = []
+        masks: list[tuple[int, int]] = []
         self.simulation.place(_START)
         while True:
             pose = self.simulation.robot.odometry
@@ -179,9 +182,12 @@ class Bench:
 
     def _ride(self, number: int) -> tuple[Ride, Trial]:
         """Set the robot back and let it try once."""
+        field = self.supervisor.field
+        assert field is not None
         self.simulation.place(_START)
         before = self.simulation.n_collisions
-        first, self._spent, rows = self._n_ticks, 0.0, []
+        first, self._spent = self._n_ticks, 0.0
+        rows: list[npt.NDArray[np.void]] = []
         worst, room = 0.0, math.inf
         for _ in range(POSE_EVERY):
             self._take(self._sense(), rows)
@@ -197,14 +203,14 @@ class Bench:
             if self.simulation.in_contact:
                 self._take(self.supervisor.saw_contact(), rows)
         status, truth = self.supervisor.status, self.simulation.robot.truth
-        goal = self.grid.world_from_cell(*self.supervisor.field.goal)
+        goal = self.grid.world_from_cell(*field.goal)
         n_ticks = self._n_ticks - first
         ride = Ride(
             self.task, self.seed, number, str(status.outcome or 'endless'),
             self.simulation.n_collisions > before, truth.x - goal[0], truth.y - goal[1], worst,
             room, status.steps, status.reinforcements, n_ticks * TICK,
             1e6 * self._spent / n_ticks)
-        decisions = np.concatenate(rows) if rows else np.zeros(0)
+        decisions = np.concatenate(rows) if rows else np.zeros(0, DECISION_DTYPE)
         return ride, Trial(decisions, status.outcome or Outcome.GAVE_UP, number)
 
     @property

@@ -63,8 +63,9 @@ def dyna_courses(n_seeds: int, n_jobs: int, spread: bool = True, n_trials: int =
 
     """
     occupancy = dyna_maze()
+    n_rows, n_cols = occupancy.shape
     experiment = Experiment(
-        Grid(*occupancy.shape, 1.0), occupancy, DYNA_GOAL, [DYNA_START], n_trials, spread,
+        Grid(n_rows, n_cols, 1.0), occupancy, DYNA_GOAL, [DYNA_START], n_trials, spread,
         parameters=Parameters.from_mapping({'moves': 4, **parameters}), demo_steps=DYNA_STEPS)
     return run_all([(experiment, seed) for seed in range(n_seeds)], n_jobs, 'Dyna maze')
 

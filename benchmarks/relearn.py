@@ -69,7 +69,7 @@ class Recorder:
         cells = cells_along(WAY)
         with self._start(EpisodeKind.DEMO) as bag:
             self._drive(bag, np.array(cells), world)
-        stamps = np.arange(len(cells)) * STEP
+        stamps = STEP * np.arange(len(cells), dtype=np.float64)
         return Demonstration(np.array(cells, dtype=np.int32), stamps, np.array(
             [world.local_grid(*cell) for cell in cells], dtype=np.uint8),
             np.zeros(len(cells), dtype=np.uint8), 1)

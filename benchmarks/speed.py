@@ -26,9 +26,9 @@ from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import Trial
 from control_field.robot.policy import TrialPolicy
-from episode_store.episode import open_bag
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
+from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.topic_tables import local_grid_table, pose_table
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_evaluation.teachers import demonstration_from_path, shortest_path

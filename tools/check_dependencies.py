@@ -72,17 +72,18 @@ class Import(NamedTuple):
 def imports_in(path: Path, root: Path = ROOT) -> Iterator[Import]:
     """Yield what a file imports that is neither ours nor of the standard library."""
     for node in ast.walk(ast.parse(path.read_text(), str(path))):
-        for name in _names(node):
+        for name, line in _names(node):
             top = name.split('.')[0]
             if top not in sys.stdlib_module_names and top not in OURS:
-                yield Import(top, f'{path.relative_to(root)}:{node.lineno}')
+                yield Import(top, f'{path.relative_to(root)}:{line}')
 
 
-def _names(node: ast.AST) -> list[str]:
+def _names(node: ast.AST) -> list[tuple[str, int]]:
+    """Return what a node imports, and in which line."""
     if isinstance(node, ast.Import):
-        return [alias.name for alias in node.names]
+        return [(alias.name, node.lineno) for alias in node.names]
     if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-        return [node.module]
+        return [(node.module, node.lineno)]
     return []
 
 
