@@ -37,6 +37,7 @@ check: tools
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/check_dependencies.py
+	$(BIN)/python tools/documents.py
 	$(BIN)/python tools/parameter_tables.py --check
 
 bench: tools
