@@ -3,13 +3,13 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 import fcntl
+from functools import cache
 import json
 import math
 import os
 from pathlib import Path
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from typing import Any, TypeVar
@@ -18,6 +18,8 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+
+import forks
 
 ROOT = Path(__file__).resolve().parent.parent
 #: Ends a test that has failed; what is waited for may take long on a busy machine, [s].
@@ -188,9 +190,13 @@ class Process:
         self._stdout, self._stderr = folder / f'{stem}.out', folder / f'{stem}.err'
         listen_to_interrupts()
         with self._stdout.open('wb') as out, self._stderr.open('wb') as err, hearing_hangups():
-            self.popen = subprocess.Popen(
-                list(command), stdin=subprocess.DEVNULL, stdout=out, stderr=err, cwd=cwd,
-                env=child_environment(env), start_new_session=True)
+            if forks.is_forkable(command, env):
+                self.popen = fork_server().start(
+                    command, self._stdout, self._stderr, cwd, child_environment(env))
+            else:
+                self.popen = subprocess.Popen(
+                    list(command), stdin=subprocess.DEVNULL, stdout=out, stderr=err, cwd=cwd,
+                    env=child_environment(env), start_new_session=True)
 
     @property
     def running(self) -> bool:
@@ -245,6 +251,12 @@ class Process:
         self.kill()
 
 
+@cache
+def fork_server() -> forks.Server:
+    """Return the server of this worker's forked processes."""
+    return forks.Server(child_environment())
+
+
 def child_environment(env: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return this process' environment, unbuffered, with the tree importable, and `env` on top."""
     ours = {name: text for name, text in os.environ.items() if not name.startswith('PYTEST_')}
@@ -265,8 +277,7 @@ def node_command(
         ros += ['--params-file', str(path)]
     for key, value in {'__ns': namespace, '__node': name, **(remappings or {})}.items():
         ros += ['-r', f'{key}:={value}'] if value is not None else []
-    start = f'import sys; from {module} import main; sys.exit(main())'
-    return [sys.executable, '-c', start, *arguments, *(['--ros-args', *ros] if ros else [])]
+    return forks.command(module, *arguments, *(['--ros-args', *ros] if ros else []))
 
 
 def start_node(

@@ -4,7 +4,6 @@ import re
 import shutil
 import struct
 
-from external_bags import EXTERNAL, external_bag
 from mcap.writer import CompressionType, Writer
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from episode_store.rosbag2.any_reader import missing_from, open_bag
 from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.mcap_scan import CHUNK_OP, DATA_END_OP, MAGIC, RECORD, START
 from episode_store.rosbag2.writer import McapFile
+from external_bags import EXTERNAL, external_bag
 
 
 @pytest.mark.parametrize('storage', list(StoragePlugin), ids=str)

@@ -6,7 +6,6 @@ import re
 import shutil
 import sqlite3
 
-from external_bags import EXTERNAL, external_bag, ros1_bag
 import pytest
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
@@ -15,6 +14,7 @@ from bridge_helpers import GRID
 from episode_store.episode import read_external_demonstration
 from episode_store.rosbag2.any_reader import notes_on, open_bag
 from episode_store.rosbag2.errors import BagError
+from external_bags import EXTERNAL, external_bag, ros1_bag
 
 ODOM = EXTERNAL['odom']
 

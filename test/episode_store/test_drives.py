@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-from external_bags import STORE
 import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -23,6 +22,7 @@ from episode_store.rosbag2.errors import BagError, NothingToLearnError
 from episode_store.task_folder import episode_from_path, TaskFolder
 from experience_cli.bag_summary import summary_of
 from experience_cli.main import main
+from external_bags import STORE
 from msgs_bridge.messages.serialized import cdr_from_message
 from msgs_bridge.messages.tables import cloud_from_field
 from msgs_bridge.messages.trial_status import State

@@ -2,7 +2,6 @@
 
 import time
 
-from external_bags import EXTERNAL, external_bag
 import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
@@ -22,6 +21,7 @@ from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.topic_tables import local_grid_table, pose_table
 from episode_store.task_folder import TaskFolder
+from external_bags import EXTERNAL, external_bag
 from msgs_bridge.messages.trial_status import Label, State
 
 

@@ -7,7 +7,6 @@ import resource
 import shutil
 import signal
 
-from external_bags import external_bag, ros1_bag
 from mcap.writer import CompressionType, Writer
 import pytest
 from rosbags.rosbag1 import Writer as Ros1Writer
@@ -21,6 +20,7 @@ from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.unpacking import _lz4, MOST_OF_A_BAG, unpack
 from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
+from external_bags import external_bag, ros1_bag
 from sample_helpers import sample_copy
 
 SECONDS = 30

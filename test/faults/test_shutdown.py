@@ -46,13 +46,8 @@ main()
 """
 NODES = {
     'sim_node': {}, 'control_field_node': {}, 'learner_node': {'task': 'a_task'},
-    'teleop_node': {'keyboard': False}, 'neighbourhood_node.node': {},
-    'localised_odometry_node.node': {},
+    'teleop_node': {'keyboard': False}, 'neighbourhood_node': {}, 'localised_odometry_node': {},
 }
-
-
-def module_of(name):
-    return name if '.' in name else f'{name}.node'
 
 
 def speed(msg):
@@ -68,7 +63,7 @@ class Drive:
             **STAMPED, 'a_max': ACCELERATION, 'odom_timeout': PATIENCE,
             'neighbourhood_timeout': PATIENCE})
         if code:
-            command[2] = code
+            command[1:3] = ['-c', code]
         self.sim = stack.enter_context(start_node(
             'sim_node.node', folder, {**STAMPED, 'cmd_vel_timeout': TIMEOUT}))
         self.controller = stack.enter_context(Process(
@@ -185,18 +180,18 @@ def test_what_ros_cannot_do_is_one_line_and_code_2(
     environment = {'ROS_SECURITY_KEYSTORE': str(tmp_path / 'keys'),
                    'ROS_SECURITY_STRATEGY': 'Enforce', variable: value}
     parameters = {**NODES[name], **({'bags': str(tmp_path)} if 'learner' in name else {})}
-    process = run(node_command(module_of(name), tmp_path, parameters), tmp_path, environment)
+    process = run(node_command(f'{name}.node', tmp_path, parameters), tmp_path, environment)
     assert process.popen.returncode == 2, process.report()
     last = process.stderr.splitlines()[-1]
     assert words in last
-    assert last.startswith(name.rpartition('.')[2] + ':')
+    assert last.startswith(f'{name}:')
     assert 'Traceback' not in process.stderr
 
 
 @pytest.mark.parametrize('name', NODES)
 def test_a_clock_before_the_beginning_of_time_is_passed_over(ros_domain, ros_node, tmp_path, name):
     clock = ros_node.create_publisher(Clock, '/clock', 1)
-    with start_node(module_of(name), tmp_path, {**NODES[name], 'use_sim_time': True}) as process:
+    with start_node(f'{name}.node', tmp_path, {**NODES[name], 'use_sim_time': True}) as process:
         def is_said():
             clock.publish(Clock(clock=Time(sec=-1)))
             return '/clock: sec is -1' in process.stderr
@@ -207,7 +202,7 @@ def test_a_clock_before_the_beginning_of_time_is_passed_over(ros_domain, ros_nod
 LEFT_OVER = """
 import gc
 from rclpy.executors import Executor
-from {} import main
+from {}.node import main
 
 gc.disable()
 main()
@@ -219,11 +214,9 @@ print([executor for executor in left if not executor._is_shutdown])
 @pytest.mark.parametrize('name', NODES)
 def test_no_executor_is_left_to_the_garbage_collector(ros_domain, ros_node, tmp_path, name):
     """Who finds guard conditions of rclpy 7.1 before their executor says so with a traceback."""
-    module = module_of(name)
-    command = node_command(module, tmp_path, NODES[name])
-    command[2] = LEFT_OVER.format(module)
+    command = node_command(f'{name}.node', tmp_path, NODES[name])
+    command[1:3] = ['-c', LEFT_OVER.format(name)]
     with Process(command, tmp_path) as process:
-        short = name.rpartition('.')[2]
-        wait_until(lambda: short in ros_node.get_node_names(), node=ros_node,
-                   processes=[process], what=short)
+        wait_until(lambda: name in ros_node.get_node_names(), node=ros_node,
+                   processes=[process], what=name)
     assert process.stdout.splitlines()[-1] == '[]'

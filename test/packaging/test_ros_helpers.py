@@ -1,5 +1,7 @@
 """The helpers of the tests, tried on real processes and topics."""
 
+import os
+from pathlib import Path
 import signal
 import sys
 
@@ -7,7 +9,9 @@ import pytest
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from ros_helpers import call, collect, own_domain, own_node, Process, run, start_node, wait_until
+import forks
+from ros_helpers import (
+    call, collect, node_command, own_domain, own_node, Process, ROOT, run, start_node, wait_until)
 
 PARAMETERS = """
 import rclpy
@@ -75,6 +79,31 @@ def test_run_keeps_what_was_written(tmp_path):
     code = 'import sys; print("out"); print("err", file=sys.stderr); sys.exit(2)'
     done = run([sys.executable, '-c', code], tmp_path)
     assert (done.popen.returncode, done.stdout, done.stderr) == (2, 'out\n', 'err\n')
+
+
+def test_a_forked_node_is_a_process_of_its_own(tmp_path, quiet_domain):
+    first, second = (start_node('sim_node.node', tmp_path) for _ in range(2))
+    for process in (first, second):
+        wait_until(lambda: 'world open' in process.stderr, processes=[process])  # noqa: B023
+        assert os.getsid(process.popen.pid) == os.getpgid(process.popen.pid) == process.popen.pid
+        assert Path(f'/proc/{process.popen.pid}/cwd').readlink() == ROOT
+    first.kill()
+    assert first.popen.returncode == -signal.SIGKILL
+    assert second.running
+    second.stop(signal.SIGTERM)
+
+
+@pytest.mark.parametrize('is_forked', [True, False])
+def test_a_program_ends_the_same_however_it_begins(tmp_path, quiet_domain, is_forked):
+    env = {'ROS_DOMAIN_ID': '233', **({} if is_forked else {'PYTHONHASHSEED': '1'})}
+    command = node_command('sim_node.node', tmp_path)
+    assert forks.is_forkable(command, env) == is_forked
+    done = run(command, tmp_path, env)
+    assert (done.popen.returncode, done.stdout) == (2, '')
+    [line] = done.stderr.splitlines()
+    assert line.startswith('sim_node: ROS_DOMAIN_ID is 233')
+    with pytest.raises(AssertionError, match='did not end within 0'):
+        start_node('sim_node.node', tmp_path, env=env | {'ROS_DOMAIN_ID': '1'}).wait(0.0)
 
 
 def test_an_error_code_on_interrupt_fails(tmp_path):
