@@ -91,7 +91,7 @@ class ExternalDrive:
     begins: float = 0.0
 
 
-class CompletedBag:
+class CompletedBag(Bag):
     """
     A bag with topics that were made from others.
 
@@ -105,18 +105,9 @@ class CompletedBag:
 
     def __init__(self, bag: Bag, made: Mapping[str, RawMessages]) -> None:
         self.path, self._bag, self._made = bag.path, bag, made
-
-    @property
-    def topics(self) -> dict[str, str]:
-        """Return the type of every topic."""
-        return {**self._bag.topics,
-                **{topic: messages.type_name for topic, messages in self._made.items()}}
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Return the number of messages of every topic."""
-        return {**self._bag.counts,
-                **{topic: len(messages) for topic, messages in self._made.items()}}
+        self.topics = {**bag.topics, **{
+            topic: messages.type_name for topic, messages in made.items()}}
+        self.counts = {**bag.counts, **{topic: len(messages) for topic, messages in made.items()}}
 
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the bag."""

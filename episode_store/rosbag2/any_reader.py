@@ -3,14 +3,17 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+import shutil
+import weakref
 
 import numpy as np
 
 from episode_store.rosbag2.bag_files import (
-    BagFiles, differing_count, files_of_file, files_of_folder, is_cut)
+    BagFiles, differing_count, files_of_file, files_of_folder)
 from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.mcap_scan import CompressedError
 from episode_store.rosbag2.reader import Bag, BagReader, MOST_IN_MEMORY, RawMessages
+from episode_store.rosbag2.sqlite_recovery import folder_kept_if_well
 from msgs_bridge.untrusted.files import open_regular
 
 
@@ -37,7 +40,7 @@ def open_bag(path: Path | str) -> Bag:
         parts = [_open_part(file, files, within) for file in files.paths]
     except OSError as error:
         raise BagError(error_line('read', path, error)) from None
-    notes = [*files.notes, *(note for part in parts for note in getattr(part, 'notes', ()))]
+    notes = [*files.notes, *(note for part in parts for note in part.notes)]
     if files.is_all and not any(map(missing_from, parts)):
         notes += filter(None, [differing_count(files, _count(parts))])
     bag = parts[0] if len(parts) == 1 and not notes else JoinedBag(path, parts, notes)
@@ -54,11 +57,10 @@ def missing_from(bag: Bag) -> str:
 
 def notes_on(bag: Bag) -> tuple[str, ...]:
     """Return sentences on what of a bag was not read, or read from elsewhere than it says."""
-    notes = bag.notes if isinstance(bag, JoinedBag) else ()
-    return (*notes, *filter(None, [missing_from(bag)]))
+    return (*bag.notes, *filter(None, [missing_from(bag)]))
 
 
-class JoinedBag:
+class JoinedBag(Bag):
     """
     The files of a bag, read as one.
 
@@ -77,18 +79,10 @@ class JoinedBag:
         self.path = path
         self.parts = parts
         self.notes = tuple(notes)
-
-    @property
-    def topics(self) -> dict[str, str]:
-        """Return the type of every topic."""
-        return {topic: kind for part in reversed(self.parts)
-                for topic, kind in part.topics.items()}
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Return the number of messages of every topic."""
-        return {topic: sum(part.counts.get(topic, 0) for part in self.parts)
-                for topic in self.topics}
+        self.topics = {topic: kind for part in reversed(parts)
+                       for topic, kind in part.topics.items()}
+        self.counts = {topic: sum(part.counts.get(topic, 0) for part in parts)
+                       for topic in self.topics}
 
     def messages(self, topic: str) -> RawMessages:
         """
@@ -121,7 +115,7 @@ class JoinedBag:
                                    f'{MOST_IN_MEMORY} bytes')
 
 
-class InLogOrder:
+class InLogOrder(Bag):
     """
     A bag whose messages come as they were received, in whatever order the file holds them.
 
@@ -132,18 +126,8 @@ class InLogOrder:
     """
 
     def __init__(self, bag: Bag) -> None:
-        self.path = bag.path
-        self._bag = bag
-
-    @property
-    def topics(self) -> dict[str, str]:
-        """Return the type of every topic."""
-        return self._bag.topics
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Return the number of messages of every topic."""
-        return self._bag.counts
+        self.path, self._bag = bag.path, bag
+        self.topics, self.counts = bag.topics, bag.counts
 
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the bag."""
@@ -153,10 +137,9 @@ class InLogOrder:
                        log_times=found.log_times[order])
 
 
-def _cut_parts(bag: Bag) -> list[BagReader]:
+def _cut_parts(bag: Bag) -> list[Bag]:
     parts = bag.parts if isinstance(bag, JoinedBag) else [bag]
-    whole = (getattr(part, 'packed', part) for part in parts)
-    return [part for part in whole if isinstance(part, BagReader) and not part.complete]
+    return [part for part in parts if not part.complete]
 
 
 def _check_begun(bag: Bag) -> None:
@@ -179,26 +162,33 @@ def _open_part(path: Path, files: BagFiles, within: Path | None) -> Bag:
     part = _open_file(path)
     if files.description is None or files.description.compression != 'message':
         return part
-    from episode_store.rosbag2.rosbags_reader import UnpackedMessages
+    from episode_store.rosbag2.unpacking import UnpackedMessages
 
     return UnpackedMessages(part)
 
 
-def _open_file(path: Path) -> Bag:
-    if path.suffix == '.bag' or path.name.endswith('.bag.active'):
+def _open_file(path: Path, where: Path | None = None) -> Bag:
+    """Open a file, or a copy of it that is read in its place."""
+    name = (where or path).name
+    if name.endswith(('.bag', '.bag.active')):
         # Slow to import, like what follows, and most bags are ours.
         from episode_store.rosbag2.ros1_reader import Ros1Bag
 
         return Ros1Bag(path)
-    if path.suffix == '.mcap':
+    if name.endswith('.zstd'):
+        from episode_store.rosbag2.unpacking import unpack_file
+
+        with folder_kept_if_well() as folder:
+            bag = _open_file(path, unpack_file(path, folder))
+        weakref.finalize(bag, shutil.rmtree, folder, ignore_errors=True)
+        return bag
+    if name.endswith('.mcap'):
         try:
-            return BagReader(path, follow=True)
+            return BagReader(path, follow=True, where=where)
         except CompressedError:
-            from episode_store.rosbag2.rosbags_reader import check_sizes, CutBag
+            from episode_store.rosbag2.packed_mcap import PackedMcap
 
-            check_sizes(path)
-            if is_cut(path):
-                return CutBag(path)
-    from episode_store.rosbag2.rosbags_reader import ExternalBag
+            return PackedMcap(path, where)
+    from episode_store.rosbag2.sqlite_reader import SqliteBag
 
-    return ExternalBag(path)
+    return SqliteBag(path, where)

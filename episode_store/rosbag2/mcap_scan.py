@@ -1,15 +1,27 @@
 """
-MCAP record by record: what is readable of a file, wherever it was cut.
+MCAP record by record: what is readable of a file, whole or cut, wherever it was cut.
 
 A file is hostile until checked: every length is compared with the bytes that are there before
-anything is read, and nothing is allocated that a header merely claims.
+anything is read, and nothing is allocated that a header merely claims. The index at the end of a
+file is for other programs: going through all records is as fast and needs no trust (ADR 31).
 """
 
+from array import array
+from collections import defaultdict
 from dataclasses import dataclass, field
+from io import BytesIO
 import struct
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 import zlib
 
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel as ChannelRecord
+from mcap.records import ChunkIndex
+from mcap.records import Metadata as MetadataRecord
+from mcap.records import Schema as SchemaRecord
+from mcap.stream_reader import StreamReader
 import numpy as np
 import numpy.typing as npt
 
@@ -19,11 +31,19 @@ MAGIC: Final = b'\x89MCAP0\r\n'
 #: Bytes of a record's opcode and length, and of a message's channel, sequence and two times.
 RECORD: Final = 9
 MESSAGE: Final = RECORD + 22
-FOOTER_OP, SCHEMA_OP, CHANNEL_OP, MESSAGE_OP, CHUNK_OP = range(2, 7)
-MESSAGE_INDEX_OP, CHUNK_INDEX_OP = 7, 8
-STATISTICS_OP, METADATA_OP, METADATA_INDEX_OP, DATA_END_OP = 0x0B, 0x0C, 0x0D, 0x0F
 START: Final = struct.Struct('<BQ')
-U2, U4, U8 = struct.Struct('<H'), struct.Struct('<I'), struct.Struct('<Q')
+#: Numbers rather than members of an enumeration: there are thousands of records.
+FOOTER_OP, SCHEMA_OP, CHANNEL_OP, MESSAGE_OP, CHUNK_OP, METADATA_OP, DATA_END_OP = map(int, (
+    Opcode.FOOTER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA,
+    Opcode.DATA_END))
+#: Of a chunk: size and checksum without compression, and the length of its compression's name.
+_CHUNK: Final = struct.Struct('<16xQII')
+_U8: Final = struct.Struct('<Q')
+#: Of a message: opcode, length, channel.
+_MESSAGE: Final = struct.Struct('<BQH')
+_LONGEST_NAME: Final = 32
+#: A footer's record up to its checksum: opcode, length, where the index begins, where its offsets.
+_FOOTER: Final = struct.Struct('<BQQQ')
 _IN_CHUNK: Final = (SCHEMA_OP, CHANNEL_OP, MESSAGE_OP)
 
 
@@ -33,6 +53,10 @@ class CompressedError(BagError):
 
 class CutError(Exception):
     """A record ends before its fields do."""
+
+
+#: What reading a record that is cut or was hit may raise.
+_DAMAGE: Final = (CutError, McapError, struct.error, UnicodeDecodeError)
 
 
 class Schema(NamedTuple):
@@ -53,8 +77,18 @@ class Channel(NamedTuple):
     metadata: dict[str, str]
 
 
+class Chunk(NamedTuple):
+    """Where the records of a chunk lie [bytes], and what they are without its compression."""
+
+    compression: str
+    size: int
+    crc: int
+    at: int
+    end: int
+
+
 @dataclass
-class McapIndex:
+class McapContents:
     """
     What an MCAP file holds.
 
@@ -68,7 +102,7 @@ class McapIndex:
     n_lost : int
         Bytes that may have held messages and are not readable.
     damage : str
-        Why the rest is not readable; empty for a whole file.
+        What is not readable, and why; empty for a whole file.
     complete : bool
         Whether all messages are there: the file is whole, or was cut after the last of them.
 
@@ -82,14 +116,17 @@ class McapIndex:
     complete: bool = False
 
 
-def scan(data: memoryview) -> McapIndex:
+def scan(data: memoryview, verify: bool = False) -> McapContents:
     """
-    Find all messages record by record, as far as the file is readable.
+    Find all messages of a file, as far as it is readable.
 
     Parameters
     ----------
     data : memoryview of bytes
         The file.
+    verify : bool
+        Whether to compare the chunks of a closed file with their checksums, too: bytes may have
+        changed on the disk. Those of a file that is damaged are compared in any case.
 
     Raises
     ------
@@ -99,99 +136,85 @@ def scan(data: memoryview) -> McapIndex:
         If it is no MCAP file.
 
     """
-    if bytes(data[:len(MAGIC)]) != MAGIC[:len(data)]:
-        raise BagError('it is no MCAP file')
-    walk = Scan(data)
-    walk.run()
-    return walk.index()
-
-
-class Cursor:
-    """Reads the fields of a record, never past its end."""
-
-    def __init__(self, data: memoryview, at: int, end: int) -> None:
-        self.data, self.at, self.end = data, at, end
-
-    def number(self, form: struct.Struct) -> int:
-        """Read an integer."""
-        at = self._step(form.size)
-        return int(form.unpack_from(self.data, at)[0])
-
-    def raw(self, n: int) -> bytes:
-        """Read ``n`` bytes."""
-        at = self._step(n)
-        return bytes(self.data[at:at + n])
-
-    def text(self) -> str:
-        """Read a text with its length."""
-        return self.raw(self.number(U4)).decode()
-
-    def mapping(self) -> dict[str, str]:
-        """Read pairs of texts with their length."""
-        n = self.number(U4)
-        inner = Cursor(self.data, self._step(n), self.at)
-        found = {}
-        while inner.at < inner.end:
-            key = inner.text()
-            found[key] = inner.text()
-        return found
-
-    def _step(self, n: int) -> int:
-        at = self.at
-        if at + n > self.end:
-            raise CutError
-        self.at += n
-        return at
+    found = Scan(data, verify).run()
+    return Scan(data, True).run() if found.damage and not verify else found
 
 
 class Scan:
     """
-    Walks over a file record by record until it ends or makes no sense.
+    Walks over a file record by record, over what makes no sense to the next chunk.
 
     Parameters
     ----------
     data : memoryview of bytes
         The file.
+    verify : bool
+        Whether to compare chunks with their checksums.
+
+    Raises
+    ------
+    BagError
+        If it is no MCAP file.
 
     """
 
-    def __init__(self, data: memoryview) -> None:
+    def __init__(self, data: memoryview, verify: bool = True) -> None:
+        if bytes(data[:len(MAGIC)]) != MAGIC[:len(data)]:
+            raise BagError('it is no MCAP file')
         self.data = data
+        self.verify = verify
         self.schemas: dict[int, Schema] = {}
-        self.found = McapIndex()
-        self.starts: dict[int, list[int]] = {}
+        self.found = McapContents()
+        self.starts: defaultdict[int, array[int]] = defaultdict(lambda: array('q'))
         self.at = len(MAGIC)
 
-    def run(self) -> None:
-        """Walk to where no record can be read any more."""
-        found = self.found
+    def run(self) -> McapContents:
+        """Walk to where no record can be read any more; return what was found."""
+        found, index_at = self.found, _index_start(self.data)
         try:
             self._records(len(self.data), top=True)
-            found.damage = found.damage or (
-                'it ends without its index' if len(self.data) else 'it is empty')
-        except (CutError, struct.error, UnicodeDecodeError) as error:
-            found.damage = (found.damage or str(error)
-                            or f'the record at byte {self.at} is cut or makes no sense')
+            if not index_at:
+                self._damaged('it ends without its index' if len(self.data) else 'it is empty')
+        except _DAMAGE as error:
+            self._damaged(str(error) if isinstance(error, CutError) and str(error) else (
+                f'the record at byte {self.at} is cut or makes no sense'))
+            self._go_on(_chunk_starts(self.data, index_at))
         if not found.complete:
             found.n_lost += max(len(self.data) - self.at, 0)
         found.complete = found.complete and not found.n_lost
+        found.starts = {channel: np.frombuffer(starts, dtype=np.int64)
+                        for channel, starts in self.starts.items()}
+        return found
 
-    def index(self) -> McapIndex:
-        """Return what was found."""
-        self.found.starts = {channel: np.array(starts, dtype=np.int64)
-                             for channel, starts in self.starts.items()}
-        return self.found
+    def _damaged(self, damage: str) -> None:
+        """Keep the first damage."""
+        self.found.damage = self.found.damage or damage
+
+    def _go_on(self, starts: list[int]) -> None:
+        """Read on behind what makes no sense, from where the index of a file has a chunk."""
+        for start in starts:
+            if start > self.at:
+                self.found.n_lost += start - self.at
+                self.at = start
+                try:
+                    self._records(len(self.data), top=True)
+                    return
+                except _DAMAGE:
+                    continue
 
     def _records(self, end: int, top: bool) -> None:
         """Read the records up to ``end``; `at` stays at the first that is not whole."""
         while self.at < end:
+            self._messages(end)
+            if self.at == end:
+                return
             start, (opcode, length) = self.at, self._start(end, top)
             if opcode == CHUNK_OP:
                 self._chunk(start, start + RECORD + length, end)
                 continue
-            if start + RECORD + length > end:
+            if opcode == MESSAGE_OP or start + RECORD + length > end:
                 raise CutError
-            self._record(opcode, start, length)
+            self._definition(opcode, start, length)
             self.at = start + RECORD + length
             if opcode == DATA_END_OP:
                 self.found.complete = True
@@ -206,86 +229,122 @@ class Scan:
             raise CutError
         return opcode, length
 
-    def _record(self, opcode: int, start: int, length: int) -> None:
-        if opcode == MESSAGE_OP:
-            if length < MESSAGE - RECORD:
-                raise CutError
-            channel = U2.unpack_from(self.data, start + RECORD)[0]
-            if channel in self.found.channels:
-                self.starts.setdefault(channel, []).append(start)
-            return
-        cursor = Cursor(self.data, start + RECORD, start + RECORD + length)
+    def _messages(self, end: int) -> None:
+        """Keep where messages are, up to something else or one that is not whole."""
+        at, data, channels, starts = self.at, self.data, self.found.channels, self.starts
+        while at + MESSAGE <= end:
+            opcode, length, channel = _MESSAGE.unpack_from(data, at)
+            following = at + RECORD + length
+            if opcode != MESSAGE_OP or length < MESSAGE - RECORD or following > end:
+                break
+            if channel in channels:
+                starts[channel].append(at)
+            at = following
+        self.at = at
+
+    def _definition(self, opcode: int, start: int, length: int) -> None:
+        """Read what names schemas, channels and metadata."""
+        def read(kind: Any) -> Any:
+            record = self.data[start + RECORD:start + RECORD + length]
+            return kind.read(ReadDataStream(BytesIO(record)))
+
         if opcode == SCHEMA_OP:
-            read_schema(cursor, self.schemas)
+            schema = read(SchemaRecord)
+            self.schemas[schema.id] = Schema(schema.name, schema.encoding, schema.data)
         elif opcode == CHANNEL_OP:
-            read_channel(cursor, self.schemas, self.found.channels)
+            channel = read(ChannelRecord)
+            self.found.channels[channel.id] = Channel(
+                channel.id, self.schemas.get(channel.schema_id, Schema('', '', b'')),
+                channel.topic, channel.message_encoding, channel.metadata)
         elif opcode == METADATA_OP:
-            self.found.metadata.append((cursor.text(), cursor.mapping()))
+            metadata = read(MetadataRecord)
+            self.found.metadata.append((metadata.name, metadata.metadata))
 
     def _chunk(self, start: int, chunk_end: int, end: int) -> None:
         """Read the records of a chunk; of one that is cut, those that are whole."""
-        cursor = Cursor(self.data, start + RECORD, min(chunk_end, end))
-        cursor.raw(28)
-        compression = cursor.text()
-        if compression:
-            raise CompressedError(f'its chunks are compressed with {compression[:20]}')
-        records_end = cursor.number(U8) + cursor.at
-        if records_end > chunk_end:
-            raise CutError
-        self.at = cursor.at
         whole = chunk_end <= end
-        if whole and self._is_rotten(start, cursor.at, records_end):
-            self._definitions(records_end)
-            self.at = chunk_end
-            return
         try:
-            self._records(min(records_end, end), top=False)
-        except CutError:
+            chunk = self._chunk_head(start, chunk_end)
+            if chunk.compression and whole:
+                self._packed(start, chunk)
+            elif not chunk.compression and chunk.end <= end and self._is_rotten(start, chunk):
+                self._definitions(chunk)
+                self.at = chunk.end
+            elif not chunk.compression:
+                self.at = chunk.at
+                self._records(min(chunk.end, end), top=False)
+        except (CutError, struct.error):
             if whole:
                 raise
         if not whole:
-            raise cut_chunk(start, chunk_end, end)
+            raise CutError(f'the chunk at byte {start} is cut, {end - start} of '
+                           f'{chunk_end - start} bytes are there')
         self.at = chunk_end
 
-    def _definitions(self, end: int) -> None:
+    def _chunk_head(self, start: int, chunk_end: int) -> Chunk:
+        """Read what stands before the records of a chunk."""
+        size, crc, n_name = _CHUNK.unpack_from(self.data, start + RECORD)
+        at = start + RECORD + _CHUNK.size
+        if n_name > _LONGEST_NAME:
+            raise CutError
+        compression = bytes(self.data[at:at + n_name]).decode()
+        at += n_name + _U8.size
+        chunk = Chunk(compression, size, crc, at, at + _U8.unpack_from(self.data, at - 8)[0])
+        if chunk.end > chunk_end:
+            raise CutError
+        return chunk
+
+    def _packed(self, start: int, chunk: Chunk) -> None:
+        """Read a chunk that is compressed."""
+        raise CompressedError(f'its chunks are compressed with {chunk.compression[:20]}')
+
+    def _definitions(self, chunk: Chunk) -> None:
         """Read only the schemas and channels of a chunk: later messages may need them."""
-        starts, self.starts = self.starts, {}
+        starts, self.starts = self.starts, defaultdict(lambda: array('q'))
+        self.at = chunk.at
         try:
-            self._records(end, top=False)
-        except (CutError, struct.error, UnicodeDecodeError):
+            self._records(chunk.end, top=False)
+        except _DAMAGE:
             pass  # what comes before the bad bytes is all there is
         finally:
             self.starts = starts
 
-    def _is_rotten(self, start: int, at: int, end: int) -> bool:
+    def _is_rotten(self, start: int, chunk: Chunk) -> bool:
         """Note a chunk that does not match its checksum; nothing in it can be believed."""
-        crc = U4.unpack_from(self.data, start + RECORD + 24)[0]
-        if not crc or zlib.crc32(self.data[at:end]) == crc:
+        if not self.verify or not chunk.crc or (
+                zlib.crc32(self.data[chunk.at:chunk.end]) == chunk.crc):
             return False
-        self.found.n_lost += end - start
-        self.found.damage = (self.found.damage
-                             or f'the chunk at byte {start} does not match its checksum')
+        self.lose(start, chunk, 'does not match its checksum')
         return True
 
-
-def cut_chunk(start: int, chunk_end: int, end: int) -> CutError:
-    """Say of a chunk how much of it is there."""
-    return CutError(f'the chunk at byte {start} is cut, {end - start} of '
-                    f'{chunk_end - start} bytes are there')
-
-
-def read_schema(cursor: Cursor, schemas: dict[int, Schema]) -> None:
-    """Read a schema record."""
-    number = cursor.number(U2)
-    name, encoding = cursor.text(), cursor.text()
-    schemas[number] = Schema(name, encoding, cursor.raw(cursor.number(U4)))
+    def lose(self, start: int, chunk: Chunk, why: str) -> None:
+        """Note a chunk of which nothing can be read."""
+        self.found.n_lost += chunk.end - start
+        self._damaged(f'the chunk at byte {start} {why}')
 
 
-def read_channel(
-    cursor: Cursor, schemas: dict[int, Schema], channels: dict[int, Channel],
-) -> None:
-    """Read a channel record."""
-    number, schema = cursor.number(U2), cursor.number(U2)
-    channels[number] = Channel(
-        number, schemas.get(schema, Schema('', '', b'')), cursor.text(), cursor.text(),
-        cursor.mapping())
+def _index_start(data: memoryview) -> int:
+    """Return where the index of a file begins that was closed; 0 if there is none."""
+    at = len(data) - len(MAGIC) - _FOOTER.size - 4
+    if at < len(MAGIC) or bytes(data[-len(MAGIC):]) != MAGIC:
+        return 0
+    opcode, length, start, _ = _FOOTER.unpack_from(data, at)
+    if (opcode, length) != (FOOTER_OP, 20) or not len(MAGIC) <= start < at:
+        return 0
+    # The checksum covers the index and the footer up to itself.
+    crc = struct.unpack_from('<I', data, at + _FOOTER.size)[0]
+    return int(start) if crc in (0, zlib.crc32(data[start:at + _FOOTER.size])) else 0
+
+
+def _chunk_starts(data: memoryview, index_at: int) -> list[int]:
+    """Return where the index of a file, if it has one, says that chunks begin."""
+    if not index_at:
+        return []
+    starts = []
+    try:
+        for record in StreamReader(BytesIO(data[index_at:]), skip_magic=True).records:
+            if isinstance(record, ChunkIndex):
+                starts.append(record.chunk_start_offset)
+    except (*_DAMAGE, OverflowError, MemoryError):
+        pass  # what comes before the bad bytes is all there is
+    return sorted({start for start in starts if start < index_at})

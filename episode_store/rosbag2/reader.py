@@ -4,19 +4,21 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 import mmap
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from episode_store.rosbag2.errors import BagError, error_line
-from episode_store.rosbag2.mcap_index import message_heads, read_index, take
-from episode_store.rosbag2.mcap_scan import Channel, McapIndex, MESSAGE, RECORD, scan
+from episode_store.rosbag2.mcap_scan import Channel, MESSAGE, RECORD, scan
 from msgs_bridge.untrusted.files import open_regular
 
 #: Most that the messages of a topic may come to in memory, where they were packed, [bytes].
 MOST_IN_MEMORY: Final = 2**30
 _NOTHING: Final = np.zeros(0, dtype=np.int64)
+_HEAD: Final[np.dtype[np.void]] = np.dtype([
+    ('opcode', 'u1'), ('length', '<u8'), ('channel', '<u2'), ('sequence', '<u4'),
+    ('log_time', '<u8'), ('publish_time', '<u8')])
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,24 +75,48 @@ class RawMessages:
                    np.cumsum(sizes) - sizes, sizes, np.array(log_times, dtype=np.int64))
 
 
-class Bag(Protocol):
-    """What can be asked of any bag, whoever recorded it."""
+class Bag:
+    """
+    What can be asked of any bag, whoever recorded it.
+
+    Parameters
+    ----------
+    path : Path
+        Where it is.
+    topics : dict of str to str
+        The type of every topic.
+    counts : dict of str to int
+        The number of messages of every topic.
+    notes : tuple of str
+        Sentences on how it was found.
+    damage : str
+        What is wrong with its file; empty for a whole one.
+    complete : bool
+        Whether no message is missing at the end.
+
+    """
 
     path: Path
-
-    @property
-    def topics(self) -> dict[str, str]:
-        """Return the type of every topic."""
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Return the number of messages of every topic."""
+    topics: dict[str, str]
+    counts: dict[str, int]
+    notes: tuple[str, ...] = ()
+    damage: str = ''
+    complete: bool = True
 
     def messages(self, topic: str) -> RawMessages:
-        """Return the messages of a topic; none if it is not in the bag."""
+        """
+        Return the messages of a topic; none if it is not in the bag.
+
+        Raises
+        ------
+        BagError
+            If it cannot be read.
+
+        """
+        raise NotImplementedError
 
 
-class BagReader:
+class BagReader(Bag):
     """
     Read one MCAP file with uncompressed chunks, whole or cut.
 
@@ -102,6 +128,17 @@ class BagReader:
         Whether to compare all chunks with their checksums: those that do not match are left out.
     follow : bool
         Whether the file may be a link that leads out of its folder: for paths a person typed.
+    where : Path, optional
+        A copy of it that is read in its place.
+
+    Attributes
+    ----------
+    channels : mapping of int to Channel
+        By number, in the order they were named.
+    metadata : list of (str, dict)
+        The metadata records, in order.
+    n_lost_bytes : int
+        How many bytes that may have held messages are not readable.
 
     Raises
     ------
@@ -114,55 +151,21 @@ class BagReader:
 
     def __init__(
         self, path: Path | str, verify: bool = False, follow: bool = False,
+        where: Path | None = None,
     ) -> None:
         self.path = Path(path)
-        data = _mapped(self.path, None if follow else self.path.parent)
+        self._data = mapped(where or self.path, None if follow else self.path.parent)
         try:
-            self._data, self._index = self._read(data, verify)
+            found = scan(self._data, verify)
         except BagError as error:
             raise type(error)(f'cannot read {self.path}: {error}') from None
-
-    def _read(self, data: memoryview, verify: bool) -> tuple[memoryview, McapIndex]:
-        """Return where the messages of a file lie: in which bytes, and where in these."""
-        return data, read_index(data, verify)
-
-    @property
-    def damage(self) -> str:
-        """Say why the end of the file is not readable; empty for a whole one."""
-        return self._index.damage
-
-    @property
-    def complete(self) -> bool:
-        """Tell whether no message is missing at the end."""
-        return self._index.complete
-
-    @property
-    def n_lost_bytes(self) -> int:
-        """Return how many bytes that may have held messages are not readable."""
-        return self._index.n_lost
-
-    @property
-    def metadata(self) -> list[tuple[str, dict[str, str]]]:
-        """Return the metadata records, in order."""
-        return self._index.metadata
-
-    @property
-    def channels(self) -> Mapping[int, Channel]:
-        """Return the channels by number, in the order they were named."""
-        return self._index.channels
-
-    @property
-    def topics(self) -> dict[str, str]:
-        """Return the type of every topic."""
-        return {channel.topic: channel.schema.name for channel in self.channels.values()}
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Return the number of messages of every topic."""
-        counts = dict.fromkeys(self.topics, 0)
-        for number, channel in self.channels.items():
-            counts[channel.topic] += len(self._index.starts.get(number, _NOTHING))
-        return counts
+        self._starts = found.starts
+        self.channels: Mapping[int, Channel] = found.channels
+        self.metadata = found.metadata
+        self.n_lost_bytes = found.n_lost
+        self.damage, self.complete = found.damage, found.complete
+        self.topics, self.counts = topics_and_counts(found.channels, {
+            number: len(starts) for number, starts in found.starts.items()})
 
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the file."""
@@ -171,7 +174,6 @@ class BagReader:
 
     def messages_of(self, numbers: list[int], topic: str = '') -> RawMessages:
         """Return the messages of some channels, in the order they were written."""
-        # Before the index may be given up, and the channel with it.
         type_name = self.channels[numbers[0]].schema.name if numbers else ''
         heads, at = self._heads(numbers)
         return RawMessages(
@@ -188,19 +190,26 @@ class BagReader:
                    bytes(self._data[at + MESSAGE:at + RECORD + int(head['length'])]))
 
     def _heads(self, numbers: list[int]) -> tuple[npt.NDArray[np.void], npt.NDArray[np.int64]]:
-        """Return heads and places of messages; an index that proves wrong is given up."""
-        for _ in range(2):
-            starts = [self._index.starts.get(number, _NOTHING) for number in numbers]
-            at = np.sort(np.concatenate(starts)) if len(starts) > 1 else (starts or [_NOTHING])[0]
-            heads = message_heads(self._data, at, numbers)
-            if heads is not None:
-                return heads, at
-            self._index = scan(self._data)
-        raise BagError(f'cannot read {self.path}: its messages overlap')
+        """Return what stands before the messages of some channels, and where that is."""
+        at = np.sort(np.concatenate([
+            _NOTHING, *(self._starts.get(number, _NOTHING) for number in numbers)]))
+        found = take(np.frombuffer(self._data, np.uint8), at, MESSAGE)
+        return found.view(_HEAD).reshape(-1), at
 
 
-def _mapped(path: Path, within: Path | None) -> memoryview:
-    """Map a file into memory."""
+def topics_and_counts(
+    channels: Mapping[int, Channel], n_messages: Mapping[int, int],
+) -> tuple[dict[str, str], dict[str, int]]:
+    """Return type and number of messages of every topic; several channels may be of one."""
+    topics = {channel.topic: channel.schema.name for channel in channels.values()}
+    counts = dict.fromkeys(topics, 0)
+    for number, channel in channels.items():
+        counts[channel.topic] += n_messages.get(number, 0)
+    return topics, counts
+
+
+def mapped(path: Path, within: Path | None) -> memoryview:
+    """Map a file into memory; it must not lead out of a folder."""
     try:
         with open_regular(path, within) as file:
             # An empty file cannot be mapped.
@@ -209,3 +218,18 @@ def _mapped(path: Path, within: Path | None) -> memoryview:
             return memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
     except OSError as error:
         raise BagError(error_line('read', path, error)) from None
+
+
+def take(
+    buffer: npt.NDArray[np.uint8], starts: npt.NDArray[np.int64], n: int,
+) -> npt.NDArray[np.uint8]:
+    """
+    Return the ``n`` bytes at each place of a buffer, shape (len(starts), n).
+
+    Every place must leave ``n`` bytes; the copy runs at the speed of memory, whatever ``n``.
+    """
+    if n == 0 or len(starts) == 0:
+        return np.zeros((len(starts), n), dtype=np.uint8)
+    windows: npt.NDArray[np.void] = np.ndarray(
+        (len(buffer) - n + 1,), np.dtype((np.void, n)), buffer, 0, (1,))
+    return windows[starts].view(np.uint8).reshape(len(starts), n)

@@ -12,7 +12,7 @@ from rosbags.rosbag1.reader import decompressors
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from episode_store.rosbag2.errors import BagError
-from episode_store.rosbag2.reader import MOST_IN_MEMORY, RawMessages
+from episode_store.rosbag2.reader import Bag, MOST_IN_MEMORY, RawMessages
 from episode_store.rosbag2.ros1_recovery import UnclosedBag, Unpackers
 from episode_store.rosbag2.unpacking import Room
 from msgs_bridge.untrusted.files import open_regular
@@ -25,7 +25,7 @@ _MOST_BY_LZ4: Final = 255
 _NOW: Final = {'tf/msg/tfMessage': 'tf2_msgs/msg/TFMessage'}
 
 
-class Ros1Bag:
+class Ros1Bag(Bag):
     """
     Read a ``.bag`` file.
 
@@ -53,22 +53,11 @@ class Ros1Bag:
             if self._unclosed is None:
                 raise self._error(error) from None
             connections = self._unclosed.connections
-        #: What there is to say of how it was found.
         self.notes = (self._unclosed.note,) if self._unclosed else ()
-        self._topics = {item.topic: _now(item.msgtype) for item in connections}
-        self._counts = dict.fromkeys(self._topics, 0)
+        self.topics = {item.topic: _now(item.msgtype) for item in connections}
+        self.counts = dict.fromkeys(self.topics, 0)
         for item in connections:
-            self._counts[item.topic] += item.msgcount
-
-    @property
-    def topics(self) -> dict[str, str]:
-        """Return the type of every topic, as ROS 2 calls it."""
-        return self._topics
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Return the number of messages of every topic."""
-        return self._counts
+            self.counts[item.topic] += item.msgcount
 
     def messages(self, topic: str) -> RawMessages:
         """
@@ -97,7 +86,7 @@ class Ros1Bag:
             raise
         except Exception as error:
             raise self._error(error) from None
-        return RawMessages.of(topic, self._topics.get(topic, ''), found, times)
+        return RawMessages.of(topic, self.topics.get(topic, ''), found, times)
 
     @contextmanager
     def _opened(self) -> Iterator[Any]:

@@ -62,7 +62,7 @@ def recovered(path: Path) -> Recovered | None:
     if not beside:
         return None
     names = ' and '.join(file.name for file in beside)
-    with _kept_if_well() as folder:
+    with folder_kept_if_well() as folder:
         try:
             copy = _copied(path, beside, folder)
             n_before, n_after = _count(path), _recover(copy)
@@ -76,7 +76,7 @@ def recovered(path: Path) -> Recovered | None:
 
 
 @contextmanager
-def _kept_if_well() -> Iterator[Path]:
+def folder_kept_if_well() -> Iterator[Path]:
     """Make a temporary folder, which goes again if something goes wrong."""
     try:
         folder = Path(mkdtemp())

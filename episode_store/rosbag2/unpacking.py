@@ -1,10 +1,5 @@
-"""
-Unpacking what others packed, up to a bound: 30 kB of zstd can become 100 GB.
+"""Unpacking what others packed, up to a bound: 30 kB of zstd can become 100 GB."""
 
-`rosbags`, which reads packed bags, knows no bounds; importing this module gives it some.
-"""
-
-from collections.abc import Iterable
 from pathlib import Path
 import shutil
 import sys
@@ -12,20 +7,22 @@ import tempfile
 from typing import Any, BinaryIO, Final
 
 from rosbags.rosbag2 import reader as rosbags_reader
-from rosbags.rosbag2 import storage_mcap
 
 from episode_store.rosbag2.errors import BagError, error_line
-from episode_store.rosbag2.reader import MOST_IN_MEMORY
+from episode_store.rosbag2.reader import Bag, MOST_IN_MEMORY, RawMessages
 from msgs_bridge.untrusted.files import open_regular
 
 #: Largest chunk or message that is unpacked, [bytes]; recorders write chunks of 1 to 16 MiB.
 MOST_OF_A_CHUNK: Final = 2**28
 #: Most that a file that was packed, as a whole or in chunks, may come to on the disk, [bytes].
 MOST_OF_A_BAG: Final = 2 * 2**30
+#: How many times its bytes the chunks of a larger file may become.
+_MOST_TIMES: Final = 200
 _STEP: Final = 2**20
 #: What rosbags itself unpacks with, wherever it has it from.
 _zstd: Final[Any] = rosbags_reader.zstd  # type: ignore[attr-defined, unused-ignore]
 _lz4: Final[Any] = sys.modules['lz4.frame']
+_UNPACKERS: Final = {'zstd': _zstd.ZstdDecompressor, 'lz4': _lz4.LZ4FrameDecompressor}
 
 
 def unpack(data: bytes, size: int = MOST_OF_A_CHUNK, kind: str = 'zstd') -> bytes:
@@ -50,7 +47,7 @@ def unpack(data: bytes, size: int = MOST_OF_A_CHUNK, kind: str = 'zstd') -> byte
     most = min(size, MOST_OF_A_CHUNK)
     unpacked, rest = b'', data
     while rest:
-        unpacker = _zstd.ZstdDecompressor() if kind == 'zstd' else _lz4.LZ4FrameDecompressor()
+        unpacker = _UNPACKERS[kind]()
         # One byte more tells what is too large from what just fits.
         unpacked += bytes(unpacker.decompress(rest, most + 1 - len(unpacked)))
         if len(unpacked) > most:
@@ -58,20 +55,6 @@ def unpack(data: bytes, size: int = MOST_OF_A_CHUNK, kind: str = 'zstd') -> byte
         if not unpacker.eof:
             raise ValueError(f'{len(data)} packed bytes end in the middle')
         rest = unpacker.unused_data
-    return unpacked
-
-
-storage_mcap.DECOMPRESSORS['zstd'] = unpack
-storage_mcap.DECOMPRESSORS['lz4'] = lambda data, size: unpack(data, size, 'lz4')
-
-
-def unpack_all(messages: Iterable[bytes]) -> list[bytes]:
-    """Unpack messages that were packed one by one; ValueError if that becomes too much."""
-    unpacked: list[bytes] = []
-    room = Room(MOST_IN_MEMORY)
-    for message in messages:
-        unpacked.append(unpack(message))
-        room.take(len(unpacked[-1]))
     return unpacked
 
 
@@ -97,30 +80,65 @@ class Room:
             raise BagError(f'unpacked it has more than {self._most} bytes')
 
 
-def check_packed(path: Path) -> None:
+def room_for_chunks(n_packed: int) -> Room:
+    """Return the room for all chunks of a file of so many bytes, one after the other."""
+    return Room(max(MOST_OF_A_BAG, _MOST_TIMES * n_packed))
+
+
+class UnpackedMessages(Bag):
     """
-    Count what a file that was packed as a whole becomes, before a byte of it is kept.
+    A bag whose messages are compressed one by one, which only ``metadata.yaml`` tells.
 
     Parameters
     ----------
-    path : Path
-        Any file of a bag; what does not end in ``.zstd`` is only looked at.
+    packed : Bag
+
+    """
+
+    def __init__(self, packed: Bag) -> None:
+        self._packed, self.path = packed, packed.path
+        self.topics, self.counts, self.notes = packed.topics, packed.counts, packed.notes
+        self.damage, self.complete = packed.damage, packed.complete
+
+    def messages(self, topic: str) -> RawMessages:
+        """Return the messages of a topic; BagError if one cannot be unpacked."""
+        found, room = self._packed.messages(topic), Room(MOST_IN_MEMORY)
+        unpacked = []
+        # What decompressors raise is of many types.
+        try:
+            for message in found:
+                unpacked.append(unpack(message))
+                room.take(len(unpacked[-1]))
+        except Exception as error:
+            raise BagError(f'cannot read {self.path}: a message of {topic} cannot be unpacked: '
+                           f'{error}') from None
+        return RawMessages.of(topic, found.type_name, unpacked, found.log_times.tolist())
+
+
+def unpack_file(path: Path, folder: Path) -> Path:
+    """
+    Unpack a file that was packed as a whole, ``x.mcap.zstd``, into a folder.
 
     Raises
     ------
     BagError
-        If it is no regular file, cannot be unpacked, or becomes too much.
+        If it is no regular file, cannot be unpacked, or becomes too much: that is counted before
+        a byte of it is kept.
 
     """
     try:
         with open_regular(path) as packed:
-            n_bytes = _unpacked_size(path, packed) if path.suffix == '.zstd' else 0
+            n_bytes = _unpacked_size(path, packed)
+            free = shutil.disk_usage(folder).free
+            if n_bytes > free:
+                raise BagError(f'cannot read {path}: unpacked it has {n_bytes} bytes, in '
+                               f'{tempfile.gettempdir()} {free} are free')
+            packed.seek(0)
+            with _zstd.open(packed, 'rb') as file, (folder / path.stem).open('wb') as copy:
+                shutil.copyfileobj(file, copy, _STEP)
     except OSError as error:
         raise BagError(error_line('read', path, error)) from None
-    free = shutil.disk_usage(tempfile.gettempdir()).free
-    if n_bytes > free:
-        raise BagError(f'cannot read {path}: unpacked it has {n_bytes} bytes, in '
-                       f'{tempfile.gettempdir()} {free} are free')
+    return folder / path.stem
 
 
 def _unpacked_size(path: Path, packed: BinaryIO) -> int:

@@ -301,13 +301,13 @@ def test_ten_minutes_at_50_hz_are_read_in_a_blink(tmp_path):
     folder = demonstration_bag(tmp_path, n=30_000, rate=1e4)
     took = []
     for _ in range(5):
-        start = time.perf_counter()
+        start = time.process_time()
         bag = open_bag(folder)
         poses = pose_table(bag.messages('/odom'), 'odom')
         local_grids = local_grid_table(bag.messages('/neighbourhood'), GRID)
-        took.append(time.perf_counter() - start)
+        took.append(time.process_time() - start)
         assert len(poses.stamps) == len(local_grids.stamps) == 30_000
-    # 0.02 s on a machine that is free; others may be at work on this one.
+    # 0.04 s on a machine that is free; others may be at work on this one.
     assert min(took) < 0.2
 
 

@@ -17,7 +17,7 @@ from bridge_helpers import demonstration_bag, trial_bag, write_drive
 from control_field.words import counted
 from episode_store.repair import needs_repair, repair_bag, repair_task
 from episode_store.rosbag2.errors import BagError, mcap_path
-from episode_store.rosbag2.mcap_index import read_index
+from episode_store.rosbag2.mcap_scan import scan
 from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import TaskFolder
 from msgs_bridge.node.environment import child_environment
@@ -168,7 +168,7 @@ def test_cut_in_the_last_bytes(whole, tmp_path, distance):
 def test_every_cut_of_the_last_4096_bytes_opens_and_is_said(whole):
     data, n_sent = mcap_path(whole).read_bytes(), len(messages(whole))
     for cut in range(len(data) - 4096, len(data)):
-        found = read_index(memoryview(data)[:cut])
+        found = scan(memoryview(data)[:cut])
         n_read = sum(map(len, found.starts.values()))
         assert found.damage
         assert n_read == n_sent or (not found.complete and n_read < n_sent)

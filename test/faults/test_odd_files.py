@@ -308,7 +308,7 @@ def test_chunks_that_become_too_much_together_are_refused(tmp_path, monkeypatch,
     assert path.stat().st_size < 2**20
     assert len(open_bag(path).messages('/odom')) >= 39
     monkeypatch.setattr('episode_store.rosbag2.unpacking.MOST_OF_A_BAG', 2**26)
-    monkeypatch.setattr('episode_store.rosbag2.rosbags_reader.MOST_IN_MEMORY', 2**26)
+    monkeypatch.setattr('episode_store.rosbag2.packed_mcap.MOST_IN_MEMORY', 2**26)
     with bounded(), pytest.raises(BagError, match='more than 67108864 bytes'):
         open_bag(path).messages('/odom')
 
