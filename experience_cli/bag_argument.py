@@ -1,32 +1,26 @@
-"""Which bag a person means: ``task1/0003``, or the path of its folder."""
+"""Which bags a person means: ``task1/0003``, the path of a bag's folder, or that of a task."""
 
-import argparse
+from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 import re
 import shlex
 from typing import Final
 
-from episode_store.task_folder import check_task_name, EpisodeFolder, TaskFolder
+from episode_store.label import read_label
+from episode_store.repair import needs_repair
+from episode_store.rosbag2.bag_files import is_storage_file, storage_files
+from episode_store.rosbag2.errors import BagError
+from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.writer import HEADER_NAME
+from episode_store.task_folder import (
+    check_task_name, episode_from_path, EpisodeFolder, TaskFolder, tasks)
+from experience_cli.arguments import BAGS
 from experience_cli.errors import UserError
 
-#: Where the bags are if nobody says.
-BAGS: Final = Path('bags')
 #: So many tasks are named where one is not there.
 _MOST: Final = 8
 _NUMBER: Final = re.compile(r'(\d{1,8})(?:_(demo|trial))?')
-
-
-def add_bag(parser: argparse.ArgumentParser, name: str = 'bag') -> None:
-    """Add the argument that names a bag, and the option that says where all bags are."""
-    parser.add_argument(name, metavar='TASK/NUMBER',
-                        help='the bag: task1/0003, or the path of its folder')
-    add_bags(parser)
-
-
-def add_bags(parser: argparse.ArgumentParser) -> None:
-    """Add the option that says where all bags are."""
-    parser.add_argument('--bags', type=Path, metavar='FOLDER',
-                        help=f'the folder of all tasks ({BAGS})')
 
 
 def named(text: str, bags: Path | None) -> str:
@@ -53,7 +47,7 @@ def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
         raise UserError(f'{text} leads out of the bags folder, must be like task1/0003 (--bags '
                         f'names the folder)')
     match = _NUMBER.fullmatch(path.name)
-    if match is None and _is_external(Path(text)):
+    if match is None and _is_there_and_external(Path(text)):
         raise UserError(f'{text} is a bag of another recorder, which stays as it is: keep it as a '
                         f'demonstration first, `experience learn {shlex.quote(text)} --into '
                         f'{BAGS}/TASK`')
@@ -67,10 +61,7 @@ def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
     return TaskFolder(folder, check_task_name(task)), int(match[1]), match[2] or ''
 
 
-def _is_external(path: Path) -> bool:
-    from episode_store.rosbag2.errors import BagError
-    from experience_cli.bag_selection import is_external
-
+def _is_there_and_external(path: Path) -> bool:
     try:
         return path.exists() and is_external(path)
     except BagError:
@@ -139,9 +130,6 @@ def find_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
 
 def tasks_in(folder: Path) -> str:
     """Name the tasks there are in a folder, as the end of a sentence; empty if there are none."""
-    from episode_store.rosbag2.errors import BagError
-    from episode_store.task_folder import tasks
-
     try:
         names = tasks(folder) if folder.is_dir() else []
     except (BagError, OSError):
@@ -173,8 +161,6 @@ def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
         If it cannot be read.
 
     """
-    from episode_store.repair import needs_repair
-
     episode = find_readable_bag(text, bags)
     if needs_repair(episode.path):
         raise UserError(f'{episode.path} was not closed: it is still being recorded, or was cut '
@@ -194,9 +180,6 @@ def find_readable_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
         If it cannot be read.
 
     """
-    from episode_store.label import read_label
-    from episode_store.rosbag2.reader import BagReader
-
     episode = find_bag(text, bags)
     BagReader(episode.bag)
     read_label(episode.path)
@@ -219,3 +202,104 @@ def task_folder(path: Path) -> TaskFolder | None:
     whole = path if path.name not in ('', '..') else path.resolve()
     task = TaskFolder(whole.parent, whole.name)
     return task if task.episodes() or task.forgotten() else None
+
+
+def episodes_from_paths(paths: Sequence[Path]) -> list[EpisodeFolder]:
+    """
+    Return the bags of task folders and of single bags, each once, by number.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Folders of tasks, of bags, or MCAP files in them.
+
+    Raises
+    ------
+    UserError
+        If one is none of these, or two bags have the same number.
+    BagError
+        If one cannot be read.
+
+    """
+    ordered = sorted(episodes_of_all(paths))
+    for first, second in pairwise(ordered):
+        if first.number == second.number:
+            raise UserError(f'{first.path} and {second.path} have the same number: learn from the '
+                            f'bags of one task at a time')
+    return ordered
+
+
+def episodes_of_all(paths: Sequence[Path]) -> list[EpisodeFolder]:
+    """Return the bags of task folders and of single bags, each once, as they are named."""
+    found: dict[Path, EpisodeFolder] = {}
+    for path in paths:
+        for episode in _episodes(path):
+            found[episode.path.resolve()] = episode
+    return list(found.values())
+
+
+def is_external(path: Path) -> bool:
+    """
+    Return whether a path is a bag of another recorder.
+
+    That is a file that holds messages or a folder of such, unless the folder is named or the file
+    begins like a bag of ours. What only describes such files is one
+    too: opening it says what is wrong with it.
+
+    Raises
+    ------
+    BagError
+        If a folder cannot be read.
+
+    """
+    files = storage_files(path) if path.is_dir() else [path]
+    if _was_one(path, files):
+        return True
+    if not files or not files[0].exists() or not is_storage_file(files[0]):
+        return False
+    if files[0].suffix != '.mcap':
+        return not path.is_dir() or not is_named_like_ours(path)
+    return not is_named_like_ours(files[0].parent) and not _has_our_header(files[0])
+
+
+def _was_one(path: Path, files: list[Path]) -> bool:
+    """Return whether a path is what is left of a bag of others whose files are missing."""
+    return path.is_dir() and not files and not is_named_like_ours(path) and (
+        path / 'metadata.yaml').exists()
+
+
+def is_named_like_ours(folder: Path) -> bool:
+    """Return whether a folder is named like that of a bag of ours."""
+    try:
+        episode_from_path(folder.absolute())
+    except BagError:
+        return False
+    return True
+
+
+def _has_our_header(file: Path) -> bool:
+    try:
+        return any(name == HEADER_NAME for name, _ in BagReader(file).metadata)
+    except BagError:
+        return False
+
+
+def _episodes(path: Path) -> list[EpisodeFolder]:
+    if path.is_file() and path.suffix == '.mcap':
+        path = path.parent
+    if not path.is_dir():
+        raise UserError(f'there is no bag or task folder {path}')
+    if any(path.glob('*.mcap')) or path.name.endswith(('_demo', '_trial')):
+        return [episode_from_path(path.absolute())]
+    episodes = TaskFolder(path.absolute().parent, path.absolute().name).episodes()
+    if not episodes:
+        theirs = sorted(child for child in path.iterdir() if child.is_dir() and is_external(child))
+        hint = f'; name those of other recorders one by one, such as {theirs[0]}' if theirs else ''
+        raise UserError(f'{path} holds no bags, must be a folder of bags like 0001_demo{hint}')
+    return episodes
+
+
+def episodes_up_to(last: EpisodeFolder) -> list[EpisodeFolder]:
+    """Return the bags beside one, up to and with that one, by number."""
+    task = TaskFolder(last.path.parent.parent, last.path.parent.name)
+    return [episode for episode in task.episodes() if episode.number <= last.number]

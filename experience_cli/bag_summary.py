@@ -1,12 +1,15 @@
-"""What there is to say of a bag in one row."""
+"""What there is to say of a bag: in one row, and of what it lacks."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from datetime import datetime
+import shlex
+import sys
 from typing import Any
 
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
+from episode_store.cut import has_its_end, missing_of_bag
 from episode_store.episode import Episode, read_episode
 from episode_store.gaps import gaps_in
 from episode_store.label import read_label
@@ -15,7 +18,6 @@ from episode_store.recording import Recording
 from episode_store.repair import needs_repair
 from episode_store.rosbag2.errors import BagError, error_line, NothingToLearnError
 from episode_store.task_folder import EpisodeFolder
-from msgs_bridge.untrusted.text import printable
 
 
 @dataclass(frozen=True)
@@ -131,15 +133,6 @@ def _trial(episode: Episode, record: Trial) -> dict[str, Any]:
     return values
 
 
-def table_lines(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> list[str]:
-    """Return rows of texts in columns; those in ``right`` stand flush right."""
-    rows = [[printable(cell) for cell in row] for row in rows]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return ['  '.join(cell.rjust(width) if i in right else cell.ljust(width)
-                      for i, (cell, width) in enumerate(zip(row, widths, strict=True))).rstrip()
-            for row in rows]
-
-
 def time_text(begun: float | None) -> str:
     """Return date and time of day where the robot lives, or that time is simulated."""
     if begun is None:
@@ -155,3 +148,41 @@ def grid_text(grid: Grid) -> str:
 def size_text(size: int) -> str:
     """Return a size in kB or MB."""
     return f'{size / 1e6:.1f} MB' if size >= 1e6 else f'{size / 1e3:.0f} kB'
+
+
+def say_cuts(command: str, episodes: Iterable[EpisodeFolder]) -> None:
+    """
+    Say of each bag that was not closed what is missing, in a line on stderr; nothing is changed.
+
+    Raises
+    ------
+    BagError
+        If one cannot be read.
+
+    """
+    for episode in episodes:
+        if not has_its_end(episode.path):
+            say_cut(command, episode)
+
+
+def say_cut(command: str, episode: EpisodeFolder) -> None:
+    """Say what is missing of one bag, see `say_cuts`; here its index is looked at, too."""
+    missing = missing_of_bag(episode.path)
+    if not missing:
+        return
+    advice = f'`experience repair {shlex.quote(str(episode.path))}` mends it'
+    if is_in_use(episode.task_path):
+        advice = 'it is being recorded or changed just now'
+    print(f'experience {command}: {episode.path} was not closed: {missing}; {advice}',
+          file=sys.stderr)
+
+
+def say_gaps(command: str, episode: EpisodeFolder) -> bool:
+    """Say, in a line on stderr, what is missing in the middle of a bag; tell whether anything."""
+    try:
+        gaps = gaps_in(episode.path)
+    except BagError:
+        return False  # what cannot be read at all is said where it is learnt from
+    if gaps:
+        print(f'experience {command}: {episode.name}: {gaps}', file=sys.stderr)
+    return bool(gaps)

@@ -1,53 +1,22 @@
-"""
-The command `experience`.
-
-Every subcommand is a module of `commands` with two functions: ``add_parser(subparsers)``, which
-is cheap, and ``run(arguments) -> int``, which imports what it needs. It is added to `COMMANDS`.
-"""
+"""The command `experience`: its arguments are read, then the module of the command is imported."""
 
 import argparse
 from collections.abc import Sequence
 from contextlib import suppress
+import errno
 import importlib
 import io
 import os
 from pathlib import Path
 import sys
-from typing import Final, NoReturn
+from typing import NoReturn
 
 from episode_store.rosbag2.errors import BagError
+from experience_cli.arguments import COMMANDS, parser
 from experience_cli.errors import UserError
 from experience_cli.interrupts import heard, Stopped
 from msgs_bridge.node.environment import folder_without_home, has_home, prepare
 from msgs_bridge.untrusted.text import safe_output
-
-#: Modules of the subcommands, in the order of the help.
-COMMANDS: Final = (
-    'demo', 'learn', 'evaluate', 'inspect_field', 'explain', 'diff', 'list_bags', 'show', 'label',
-    'trim', 'forget', 'repair')
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser that says what is wrong in one line, without the usage before it."""
-
-    def error(self, message: str) -> NoReturn:
-        """End with exit code 2."""
-        line = ' '.join(message.split())
-        self.exit(2, f'{self.prog}: {line} (see {self.prog} --help)\n')
-
-
-def parser() -> argparse.ArgumentParser:
-    """Return the parser of the whole command line."""
-    top = Parser(
-        prog='experience', description='Teach a robot by driving it once, and let it try.',
-        epilog='A bag is one recording: of a drive of yours (demo) or of a try of the robot '
-        '(trial). bags/kitchen holds those of the task kitchen; kitchen/0002 names one of them. '
-        'A field says which way the robot goes from every place.')
-    subparsers = top.add_subparsers(dest='command', metavar='COMMAND', required=True)
-    for name in COMMANDS:
-        module = importlib.import_module(f'experience_cli.commands.{name}')
-        module.add_parser(subparsers).set_defaults(run=module.run)
-    return top
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -97,7 +66,8 @@ def _run(parsed: argparse.Namespace, on_command_line: bool) -> int:
     """Run a subcommand; return its exit code, or that of what went wrong."""
     try:
         with heard(on_command_line):
-            code = int(parsed.run(parsed))
+            module = COMMANDS[parsed.command].module
+            code = int(importlib.import_module(f'experience_cli.commands.{module}').run(parsed))
         sys.stdout.flush()
         return code
     except (UserError, BagError) as error:
@@ -116,10 +86,11 @@ def _run(parsed: argparse.Namespace, on_command_line: bool) -> int:
         return _refuse(parsed, f'cannot use {error.filename or "a file"}: '
                                f'{(error.strerror or str(error)).lower()}')
     except RuntimeError as error:
-        # What pathlib says of links that lead in a circle, before Python 3.13.
-        if not str(error).startswith('Symlink loop'):
+        # Before Python 3.13 pathlib makes one of links that lead in a circle.
+        cause = error.__context__
+        if not isinstance(cause, OSError) or cause.errno != errno.ELOOP:
             raise
-        return _refuse(parsed, str(error).replace('Symlink loop from', 'links lead in a circle:'))
+        return _refuse(parsed, f'links lead in a circle: {cause.filename!r}')
 
 
 def _leave(code: int) -> NoReturn:

@@ -89,20 +89,3 @@ def _config(experiment: Experiment, seeds: list[int], world: str, demo_bag: str 
         'n_starts': int(experiment.judged().sum()),
         'n_free': int((experiment.occupancy == 0).sum()),
         'n_reachable': int(experiment.reachable().sum()), 'parameters': parameters}
-
-
-def table(report_: dict[str, Any], columns: Sequence[str]) -> str:
-    """Return a report as a table for people: a line for each number of trials."""
-    lines = ['trials ' + ' '.join(f'{name:>21}' for name in columns)]
-    for entry in report_['after']:
-        cells = ' '.join(f'{_cell(entry[name]):>21}' for name in columns)
-        lines.append(f'{entry["trials"]:>6} {cells}')
-    return '\n'.join(lines)
-
-
-def _cell(summary: dict[str, Any]) -> str:
-    if summary['median'] is None:
-        return '-'
-    if summary['low'] == summary['high']:
-        return f'{summary["median"]:.4g}'
-    return f'{summary["median"]:.4g} [{summary["low"]:.3g}, {summary["high"]:.3g}]'

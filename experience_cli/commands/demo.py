@@ -6,49 +6,28 @@ from pathlib import Path
 import shutil
 import sys
 import time
-from typing import Any, Final
+from typing import Final
 
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import check_task_name, TaskFolder
+from experience_cli.arguments import DEMO_DEFAULTS
+from experience_cli.bag_summary import grid_text
+from experience_cli.demo.attach import attach
+from experience_cli.demo.client_node import DemoNode
 from experience_cli.demo.processes import Children, own_domain
+from experience_cli.demo.report import report_from_bags, report_lines, write_report
 from experience_cli.demo.show_and_try import teach, try_it
 from experience_cli.errors import UserError
-from experience_cli.progress import Progress
+from experience_cli.figures.paper_figures import draw_figures
+from experience_cli.terminal import Progress
+from world_maps.world import find_world, load_world, World
 
 #: A file that says that the folder is a demo's, and may be written anew.
 _MARK: Final = '.experience_demo'
 #: Where the bags of the demo before are.
 _BEFORE: Final = 'before'
-#: What is taken where nothing is said; what runs already (--attach) has its own.
-_USUAL: Final[Mapping[str, Any]] = {
-    'out': Path('out/demo'), 'profile': 'full', 'seed': 0, 'realtime': False}
 #: Ticks a second of the simulator.
 _RATE: Final = 20.0
-
-
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Add the command."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        'demo', help="teach and try the paper's two tasks on real nodes",
-        description="Start simulator, controller and learner, show the robot the way once, let "
-        "it try, and draw the paper's figures.")
-    parser.add_argument('--out', type=Path, metavar='FOLDER',
-                        help=f'where everything goes ({_USUAL["out"]})')
-    parser.add_argument('--tasks', metavar='LIST',
-                        help='which tasks, or names or files of worlds (1,2; with --attach 1)')
-    parser.add_argument('--trials', type=int, default=6, metavar='N',
-                        help='how often the robot tries each task (%(default)s)')
-    parser.add_argument('--profile', choices=('paper', 'full'),
-                        help="the paper's equations to the letter, or with what keeps their "
-                        f'promise of success from everywhere ({_USUAL["profile"]})')
-    parser.add_argument('--seed', type=int, metavar='N',
-                        help=f'number that all chance comes from ({_USUAL["seed"]})')
-    parser.add_argument('--realtime', action='store_true', default=None,
-                        help='as slow as a real robot, to watch it in RViz')
-    parser.add_argument('--attach', action='store_true',
-                        help='start no nodes: use the simulator, controller and learner that run '
-                        'in this ROS domain already, and write nothing beside their bags')
-    parser.add_argument('--namespace', default='', metavar='NAME',
-                        help='of the nodes that run already')
-    return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -60,8 +39,6 @@ def run(arguments: argparse.Namespace) -> int:
     for note in (note for world in worlds.values() for note in world.notes):
         print(f'experience demo: {note}', file=sys.stderr)
     if arguments.attach:
-        from experience_cli.demo.attach import attach
-
         [(task, world)] = tasks.items()
         return attach(task, world, arguments)
     _check_grids(tasks, worlds)
@@ -74,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _fill_in(arguments: argparse.Namespace) -> None:
     """Set what was not said; UserError if --attach comes with what is for nodes of the demo's."""
-    for name, value in _USUAL.items():
+    for name, value in DEMO_DEFAULTS.items():
         if getattr(arguments, name) is None:
             setattr(arguments, name, value)
         elif arguments.attach:
@@ -104,28 +81,21 @@ def _checked_tasks(arguments: argparse.Namespace) -> dict[str, str]:
 
 def _task_of(world: str) -> str:
     """Return the name of a world's task: that of the file, without folder and ending."""
-    from episode_store.rosbag2.errors import BagError
-    from episode_store.task_folder import check_task_name
-
     try:
         return check_task_name(Path(world).stem)
     except BagError as error:
         raise UserError(f'--tasks {world}: its {error}') from None
 
 
-def _load_worlds(tasks: Mapping[str, str]) -> dict[str, Any]:
-    from world_maps.world import find_world, load_world
-
+def _load_worlds(tasks: Mapping[str, str]) -> dict[str, World]:
     try:
         return {task: load_world(find_world(world)) for task, world in tasks.items()}
     except ValueError as error:
         raise UserError(str(error)) from None
 
 
-def _check_grids(tasks: Mapping[str, str], worlds: Mapping[str, Any]) -> None:
+def _check_grids(tasks: Mapping[str, str], worlds: Mapping[str, World]) -> None:
     """Refuse a world that the way cannot be shown in."""
-    from experience_cli.bag_summary import grid_text
-
     shown = _load_worlds({'open': 'open'})['open'].grid
     for task, world in worlds.items():
         if world.grid != shown:
@@ -180,8 +150,6 @@ def _teach_and_try(
     task: str, world: str, arguments: argparse.Namespace, out: Path,
     environment: Mapping[str, str],
 ) -> None:
-    from experience_cli.demo.client_node import DemoNode
-
     domain = environment.get('ROS_DOMAIN_ID')
     progress = Progress(task, sys.stdout)
     progress.show('starting simulator, controller and learner')
@@ -195,20 +163,16 @@ def _teach_and_try(
 
 
 def _report(
-    tasks: list[str], worlds: Mapping[str, Any], arguments: argparse.Namespace, out: Path,
+    tasks: list[str], worlds: Mapping[str, World], arguments: argparse.Namespace, out: Path,
     began: float,
 ) -> int:
-    from episode_store.task_folder import TaskFolder
-    from experience_cli.demo.report import report_from_bags, table_lines, write_report
-    from experience_cli.figures.paper_figures import draw_figures
-
     reports = [report_from_bags(TaskFolder(out / 'bags', task), worlds[task], arguments.seed)
                for task in tasks]
     write_report(out / 'report.json', reports, {
         'trials': arguments.trials, 'profile': arguments.profile, 'seed': arguments.seed,
         'realtime': arguments.realtime, 'seconds': round(time.monotonic() - began, 1)})
     figures = draw_figures(out, reports)
-    print('\n'.join(table_lines(reports)))
+    print('\n'.join(report_lines(reports)))
     print(f'\nwritten in {time.monotonic() - began:.0f} s:')
     for path in (out / 'report.json', *figures, *(out / 'bags' / task for task in tasks)):
         print(f'  {path}')

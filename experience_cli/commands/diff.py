@@ -6,35 +6,18 @@ import json
 from pathlib import Path
 from typing import Any
 
-from experience_cli.bag_argument import add_bags
-from experience_cli.commands import learn_import as external
+from control_field.words import counted
+from experience_cli.bag_argument import is_external, named_path
 from experience_cli.errors import UserError
-
-
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Add the command."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        'diff', help='compare what two bags, tasks or saved fields lead the robot to do',
-        description='Compare two fields of one workspace: where their courses differ, what each '
-        'is worth, which prototypes came and went. A field is a bag (what it was driven on), the '
-        'folder of a task (what its bags teach), a bag of another recorder (what it teaches '
-        'alone, in the workspace of the other field where nothing else is said) or a saved .npz.')
-    for name in ('first', 'second'):
-        parser.add_argument(name, metavar='BAG_TASK_OR_NPZ')
-    parser.add_argument('--out', type=Path, metavar='FILE.png', default=Path('out/diff.png'),
-                        help='where to draw it (%(default)s)')
-    parser.add_argument('--json', action='store_true', help='print a JSON object instead of text')
-    add_bags(parser)
-    external.add_options(parser)
-    return parser
+from experience_cli.external_bags import borrowed, wanted_option
+from experience_cli.field_comparison import Comparison, Side, side_from, side_from_bags
+from experience_cli.figures.comparison_figure import comparison_figure
+from experience_cli.output import write_output
+from experience_cli.terminal import table_lines
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from experience_cli.figures.comparison_figure import comparison_figure
-    from experience_cli.figures.field_comparison import Comparison
-    from experience_cli.output import write_output
-
     out = arguments.out
     if out.suffix != '.png':
         raise UserError(f'--out {out}: must end in .png')
@@ -45,15 +28,12 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _sides(arguments: argparse.Namespace) -> list[Any]:
+def _sides(arguments: argparse.Namespace) -> list[Side]:
     """Return both fields as `Side`; what others recorded is learnt like the other."""
-    from experience_cli.bag_selection import is_external
-    from experience_cli.figures.field_comparison import side_from
-
     names = arguments.first, arguments.second
     theirs = [Path(name).suffix != '.npz' and Path(name).exists() and is_external(Path(name))
               for name in names]
-    option = external.wanted_option(arguments)
+    option = wanted_option(arguments)
     if option and not any(theirs):
         raise UserError(f'{option}: says how a bag of another recorder is to be read, and neither '
                         f'{names[0]} nor {names[1]} is one')
@@ -64,23 +44,17 @@ def _sides(arguments: argparse.Namespace) -> list[Any]:
             for name, side in zip(names, sides, strict=True)]
 
 
-def _their_side(arguments: argparse.Namespace, name: str, other: Any) -> Any:
+def _their_side(arguments: argparse.Namespace, name: str, other: Side | None) -> Side:
     """Return what a bag of another recorder teaches alone, in the workspace of the other field."""
-    from experience_cli.bag_argument import named_path
-    from experience_cli.borrowing import borrowed
-    from experience_cli.figures.field_comparison import side_from_bags
-
     values = vars(arguments) | {'field': other}
     if arguments.like is not None:
         values['like'] = named_path(arguments.like, arguments.bags)
-    with borrowed(argparse.Namespace(**values), Path(name), 'diff') as episode:
+    with borrowed(argparse.Namespace(**values), Path(name)) as episode:
         return side_from_bags(name, [episode])
 
 
 def lines_from(about: dict[str, Any]) -> list[str]:
     """Return the text for a person."""
-    from experience_cli.bag_summary import table_lines
-
     first, second = about['first'], about['second']
     rows: list[tuple[str, ...]] = [('', first['name'], second['name'])]
     for key, title in (('revision', 'episodes learnt'), ('prototypes', 'prototypes'),
@@ -107,8 +81,6 @@ def _plain(about: dict[str, Any]) -> str:
 
 
 def _difference_lines(about: dict[str, Any]) -> list[str]:
-    from control_field.words import counted
-
     changes = ', '.join(f'{len(cells)} {name}' for name, cells in about['prototypes'].items())
     n, total = about['courses_differ'], about['cells']
     angle, most = about['mean_angle_degrees'], about['largest_angle_degrees']

@@ -2,154 +2,34 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 import json
-import math
 from pathlib import Path
-import re
 import sys
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from experience_cli.commands.learn_import import speed
+from control_field.records import Demonstration
+from episode_store.episode import OutsideDriveError
+from episode_store.external.drive import open_drive
+from episode_store.external.take_over import learnt_from
+from experience_cli.arguments import READING
+from experience_cli.bag_argument import named_path
 from experience_cli.errors import UserError
+from experience_cli.external_bags import guessed, reading_of
+from experience_cli.output import Output
+from experience_cli.terminal import table_lines
+from experience_evaluation.experiment import Course, Experiment
+from experience_evaluation.field_file import npz_bytes
+from experience_evaluation.methods.registry import METHODS
+from experience_evaluation.report import report
+from experience_evaluation.teachers import NoWayError
+from experience_evaluation.workers import LostError, run_all
+from world_maps.world import find_world, load_world, WorldError
 
-if TYPE_CHECKING:
-    from control_field.records import Demonstration
-    from experience_cli.output import Output
-    from experience_evaluation.experiment import Course, Experiment
-
-_METHODS = ('ours, q_learning, sarsa, dyna_q, prioritised_sweeping (each also with +demo: taught '
-            'the same demonstration), nearest_prototype, eq7, replanner')
-_TEACHERS = ('shortest', 'blind', 'detour')
 _COLUMNS = ('field_success', 'success', 'success_spl', 'collisions', 'hidden_neurons', 'fidelity')
-_EPILOG = """\
-After 0, 1, ... K trials every free cell with a way to the goal is a start, in the true world:
-field_success follows the flow alone, success adds local grid and exploration (nothing is learnt
-then).
-
-To follow the flow of FIELD.npz: at a cell's centre take the nearest of the eight headings to
-(vx, vy) there, step to that neighbouring cell, and so on. (0, 0), a blocked cell, the edge, a
-diagonal step beside a blocked cell (without --corner-cutting) and a cell entered twice are
-failures. Row 0 is the lowest y. The centre of cell (row, col) is
-origin + (col + 0.5, row + 0.5) * resolution.
-
-Worlds: a map_server .yaml with its image, or a MovingAI .map (1 m a cell, lower left corner at
-(0, 0), the first line of the map is the highest y). Coordinates are metres in the map frame."""
-
-
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Add `evaluate` to the command line."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        'evaluate', help='judge what is learnt on a map, from all its free cells',
-        description='Teach, try and judge on any map, without ROS: from which share of all free '
-        'cells does the robot get to the goal?', epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter)
-    # argparse takes '-2,3' for an option unless it looks like a negative number.
-    parser._negative_number_matcher = re.compile(r'^-\.?\d')
-    _add_task(parser)
-    _add_method(parser)
-    _add_output(parser)
-    _add_bag(parser)
-    return parser
-
-
-def _add_bag(parser: argparse.ArgumentParser) -> None:
-    from experience_cli.reading import add_frame_option, add_reading_options
-    group = parser.add_argument_group('with --demo-bag', 'How the bag is to be read.')
-    add_reading_options(group)
-    add_frame_option(group, 'that of the world; /tf takes the poses there, if it can (odom)')
-
-
-def _add_task(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument
-    add('--world', required=True, metavar='FILE',
-        help='map_server .yaml or MovingAI .map, or the name of a world that comes along, as '
-        'task1')
-    add('--goal', metavar='X,Y', type=_point, help='[m]; with --demo-bag the end of the drive')
-    add('--demo-start', metavar='X,Y', type=_point, action='append', default=[],
-        help='[m]; once for every demonstration; trials with fixed starts start at the first')
-    add('--teacher', choices=_TEACHERS, default='shortest',
-        help='shortest: knows the map; blind: drives straight through the open workspace, and its '
-             'local grid is that of the open workspace; detour: knows the map and goes 1.3 to 2 '
-             'times as far (default: shortest)')
-    add('--demo-steps', metavar='N', type=_count(1, 1_000_000),
-        help='show a random way without loops of exactly N steps, instead of a teacher')
-    add('--demo-bag', metavar='BAG', help='take the demonstration from a bag')
-    add('--max-speed', metavar='M/S', type=speed, default=SPEED_MAX,
-        help=f'with --demo-bag: a drive that is faster is no robot (default: {SPEED_MAX:g} m/s)')
-    add('--trials', metavar='K', type=_count(0, 100_000), default=10,
-        help='how often the robot tries after it was shown the way (default: 10)')
-    add('--starts', choices=('spread', 'fixed'), default='spread',
-        help='where trials start: where they teach most, or where the first demonstration does '
-             '(default: spread)')
-    add('--judge-every', metavar='N', type=_count(1, 100_000), default=1,
-        help='judge after 0, N, 2 N, ... and after all trials: large worlds have many starts '
-             '(default: 1)')
-    add('--start-radius', metavar='R', type=_distance, default=math.inf,
-        help="judge only the cells at most so far from the first demonstration's start, [m]")
-
-
-def _add_method(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument
-    add('--method', default='ours', help=f'one of {_METHODS} (default: ours)')
-    add('--profile', choices=('paper', 'full'), default='full',
-        help='paper: its equations to the letter; full: with what keeps its promise (default: '
-             'full)')
-    add('--corner-cutting', action='store_true',
-        help='a diagonal step may pass a blocked cell beside it')
-    add('--set', metavar='NAME=VALUE', action='append', default=[],
-        help='any learning parameter; may be given several times')
-    add('--seeds', metavar='N', type=_count(1, 100_000), default=20,
-        help='how often all of it is done, each time with other chances (default: 20)')
-    add('--seed0', metavar='S', type=_count(0, 2**62), default=0,
-        help='the first seed (default: 0)')
-    add('--jobs', metavar='J', type=_count(1, 1024), default=1,
-        help='processes; the results do not depend on it (default: 1)')
-
-
-def _add_output(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument('--json', metavar='OUT', help='write the report; - for standard output')
-    parser.add_argument('--save-field', metavar='FIELD.npz',
-                        help='write the field of the first seed after all trials')
-
-
-def _numbers(text: str) -> list[float]:
-    try:
-        numbers = [float(part) for part in text.split(',')]
-    except ValueError:
-        numbers = []
-    return [number for number in numbers if math.isfinite(number)]
-
-
-def _point(text: str) -> tuple[float, float]:
-    numbers = _numbers(text)
-    if len(numbers) != 2 or text.count(',') != 1:
-        raise argparse.ArgumentTypeError(f'{text!r} is no point, write it as X,Y in metres')
-    return numbers[0], numbers[1]
-
-
-def _distance(text: str) -> float:
-    numbers = _numbers(text)
-    if len(numbers) != 1 or numbers[0] < 0.0:
-        raise argparse.ArgumentTypeError(f'{text!r} is no distance, must be 0 m or more')
-    return numbers[0]
-
-
-def _count(low: int, high: int) -> Any:
-    def count(text: str) -> int:
-        try:
-            number = int(text)
-        except ValueError:
-            number = low - 1
-        if not low <= number <= high:
-            raise argparse.ArgumentTypeError(
-                f'{text!r} must be a whole number from {low} to {high}')
-        return number
-
-    return count
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -167,24 +47,20 @@ def run(arguments: argparse.Namespace) -> int:
     _check_not_the_world(arguments.world, report_file, field_file)
     seeds = range(arguments.seed0, arguments.seed0 + arguments.seeds)
     courses, lost = _courses(experiment, seeds, arguments.jobs)
-    # It takes a second to load what the evaluation needs: not before the arguments are right.
-    from experience_evaluation.field_file import npz_bytes
-    from experience_evaluation.report import report, table
     result = report(experiment, courses, arguments.world, arguments.demo_bag, lost)
     text = json.dumps(result, indent=1, allow_nan=False)
     if report_file is not None:
         report_file.write((text + '\n').encode())
     if field_file is not None:
         field_file.write(npz_bytes(courses[0].field))
-    print(text if arguments.json == '-' else table(result, _COLUMNS))
+    print(text if arguments.json == '-' else '\n'.join(_table(result)))
     return 1 if lost else 0
 
 
-def _courses(experiment: 'Experiment', seeds: Sequence[int], n_jobs: int,
-             ) -> 'tuple[list[Course], list[int]]':
+def _courses(
+    experiment: Experiment, seeds: Sequence[int], n_jobs: int,
+) -> tuple[list[Course], list[int]]:
     """Return what the seeds came to, and those that were killed whatever was done."""
-    from experience_evaluation.teachers import NoWayError
-    from experience_evaluation.workers import LostError, run_all
     try:
         return run_all([(experiment, seed) for seed in seeds], n_jobs, 'evaluate'), []
     except LostError as error:
@@ -202,9 +78,24 @@ def _courses(experiment: 'Experiment', seeds: Sequence[int], n_jobs: int,
         raise UserError(f'{how}: {error}{where}') from error
 
 
-def _outputs(arguments: argparse.Namespace) -> 'tuple[Output | None, Output | None]':
+def _table(report_: dict[str, Any]) -> list[str]:
+    """Return a report as a table for people: a line for each number of trials."""
+    rows = [['trials', *_COLUMNS]]
+    rows += [[str(entry['trials']), *(_cell_text(entry[name]) for name in _COLUMNS)]
+             for entry in report_['after']]
+    return table_lines(rows, range(len(rows[0])))
+
+
+def _cell_text(summary: dict[str, Any]) -> str:
+    if summary['median'] is None:
+        return '-'
+    if summary['low'] == summary['high']:
+        return f'{summary["median"]:.4g}'
+    return f'{summary["median"]:.4g} [{summary["low"]:.3g}, {summary["high"]:.3g}]'
+
+
+def _outputs(arguments: argparse.Namespace) -> tuple[Output | None, Output | None]:
     """Return where the report and the field go; that they can is looked at before any work."""
-    from experience_cli.output import Output
     names = (None if arguments.json == '-' else arguments.json, '--json'), (
         arguments.save_field, '--save-field')
     paths = [Path(name).resolve() for name, _ in names if name]
@@ -215,8 +106,7 @@ def _outputs(arguments: argparse.Namespace) -> 'tuple[Output | None, Output | No
     return report_file, field_file
 
 
-def _check_not_the_world(world: str, *outputs: 'Output | None') -> None:
-    from world_maps.world import find_world
+def _check_not_the_world(world: str, *outputs: Output | None) -> None:
     for path in (output.path for output in outputs if output is not None):
         if path.exists() and path.samefile(find_world(world)):
             raise UserError(f'{path}: is the world itself, name another file to write to')
@@ -252,10 +142,7 @@ def _value(text: str, kind: str) -> Any:
     return text
 
 
-def _experiment(arguments: argparse.Namespace) -> 'Experiment':
-    from experience_evaluation.experiment import Experiment
-    from experience_evaluation.methods.registry import METHODS
-    from world_maps.world import find_world, load_world, WorldError
+def _experiment(arguments: argparse.Namespace) -> Experiment:
     if arguments.method not in METHODS:
         raise UserError(f'--method {arguments.method}: there is no such method, there are: '
                         f'{", ".join(METHODS)}')
@@ -315,7 +202,7 @@ def _text(grid: Grid, cell: tuple[int, int]) -> str:
     return f'{x:g},{y:g}'
 
 
-def _check_places(experiment: 'Experiment') -> None:
+def _check_places(experiment: Experiment) -> None:
     """Refuse a goal or start that is blocked, and starts that lead nowhere."""
     grid, goal = experiment.grid, experiment.goal
     if experiment.occupancy[goal] != 0:
@@ -333,28 +220,21 @@ def _check_places(experiment: 'Experiment') -> None:
 
 def _check_reading(arguments: argparse.Namespace) -> None:
     """Refuse options that say how a bag is to be read where there is none."""
-    from experience_cli.reading import READING
     for option in () if arguments.demo_bag else (*READING, 'frame'):
         if getattr(arguments, option) is not None:
             raise UserError(f'--{option.replace("_", "-")}: says how a bag is to be read, name it '
                             f'with --demo-bag')
 
 
-def _demonstration(arguments: argparse.Namespace, grid: Grid) -> 'Demonstration':
-    from dataclasses import replace
-
-    from episode_store.episode import OutsideDriveError
-    from episode_store.external.drive import open_drive
-    from episode_store.external.take_over import learnt_from
-    from experience_cli.bag_argument import named_path
-    from experience_cli.reading import guessed, reading_of
+def _demonstration(arguments: argparse.Namespace, grid: Grid) -> Demonstration:
     bag = str(named_path(Path(arguments.demo_bag)))
     if not Path(bag).exists():
         raise UserError(f'--demo-bag {bag}: there is no such bag, check the path')
     grid = replace(grid, frame_id=arguments.frame or grid.frame_id)
     try:
         drive = open_drive(bag, grid, reading_of(arguments))
-        demonstration, report, notes = learnt_from(drive, grid, speed_max=arguments.max_speed)
+        demonstration, report, notes = learnt_from(
+            drive, grid, speed_max=arguments.max_speed or SPEED_MAX)
     except OutsideDriveError as error:
         raise UserError(f'--demo-bag {error}; it was driven in another world') from error
     said = [f'--demo-bag {bag}: {report}', *guessed(drive, arguments), *notes]

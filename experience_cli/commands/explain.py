@@ -7,18 +7,24 @@ import math
 import sys
 from typing import Any, Final
 
-from experience_cli.bag_argument import add_bag
-from experience_cli.commands import learn_import as external
+from control_field.headings import heading_from_vector
+from control_field.learning.provenance import vector_at, Voices
+from control_field.records import Kind
+from control_field.robot.limits import Limits
+from control_field_node.settings import Settings
+from episode_store.gaps import BagGaps, gaps_in
+from episode_store.recording import COMPASS, compass, DIRECTIONS, Recording
+from episode_store.sources import Sources
+from episode_store.task_folder import TaskFolder
+from experience_cli.arguments import LIMITS
+from experience_cli.bag_summary import say_cut
 from experience_cli.errors import UserError
+from experience_cli.explanation import Course, Moment
+from experience_cli.external_bags import bag_of
+from experience_cli.terminal import table_lines
 
 #: Prototypes that the text names; JSON has all of them.
 _MOST = 12
-#: Limits of the body by the name of the controller's parameter: unit and meaning.
-_LIMITS = {
-    'v_max': ('m/s', 'greatest speed'), 'w_max': ('rad/s', 'greatest turning rate'),
-    'a_max': ('m/s^2', 'greatest change of speed'),
-    'alpha_max': ('rad/s^2', 'greatest change of turning rate'),
-    'robot_radius': ('m', 'radius')}
 _NO_SHARES = {
     True: 'this trial was to look around: its course is the shortest way that shows unseen cells, '
           'no prototype had a say',
@@ -34,37 +40,12 @@ _DOES: Final[Mapping[str, str]] = {
     'detour': 'The robot drives {}: the way ahead is known to be blocked farther on'}
 
 
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Add the command."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        'explain', help='say why the robot did what it did at a moment',
-        description='Say in a sentence what the robot did at a moment of a bag and where it has '
-        'that from. Then in numbers: the decision, which prototypes (places with the direction '
-        'learnt there) weighed how much in it by equation 7 of the paper, from which bag and '
-        'second each of them is, and what the collision monitor did to the command.')
-    add_bag(parser)
-    parser.add_argument('--at', type=float, required=True, metavar='T',
-                        help='seconds from the first odometry, or a stamp past the end of that')
-    parser.add_argument('--json', action='store_true', help='print a JSON object instead')
-    for name, (unit, what) in _LIMITS.items():
-        parser.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='X',
-                            help=f"the robot's {what}, [{unit}]; a bag does not say it, and a "
-                            f"TurtleBot3 Burger's is taken")
-    external.add_options(parser)
-    return parser
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Run the command; return 1 if the shares do not make up the field's vector."""
-    from episode_store.recording import Recording
-    from experience_cli.borrowing import bag_of
-    from experience_cli.damage_notes import say_cut
-    from experience_cli.explanation import Moment
-
     if not math.isfinite(arguments.at):
         raise UserError(f'--at {arguments.at}: must be a number of seconds')
     limits = _limits(arguments)
-    with bag_of(arguments, 'explain') as episode:
+    with bag_of(arguments) as episode:
         recording = Recording(episode)
         gaps = _gaps(recording, arguments.at)
         about = about_moment(Moment(recording, arguments.at, limits))
@@ -75,10 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 1 if about['course'] and not about['course']['adds_up'] else 0
 
 
-def _gaps(recording: Any, at: float) -> Any:
+def _gaps(recording: Recording, at: float) -> BagGaps:
     """Return what is missing in a bag; UserError if that is just what is asked for."""
-    from episode_store.gaps import gaps_in
-
     gaps = gaps_in(recording.episode.path)
     # What lies past the end of the drive may be a stamp.
     second = at if at <= recording.duration + 1e-6 else at - recording.start
@@ -89,10 +68,8 @@ def _gaps(recording: Any, at: float) -> Any:
     return gaps
 
 
-def _limits(arguments: argparse.Namespace) -> Any:
-    from control_field_node.settings import Settings
-
-    given = {name: getattr(arguments, name) for name in _LIMITS
+def _limits(arguments: argparse.Namespace) -> Limits:
+    given = {name: getattr(arguments, name) for name in LIMITS
              if getattr(arguments, name) is not None}
     try:
         return Settings(**given).limits
@@ -100,7 +77,7 @@ def _limits(arguments: argparse.Namespace) -> Any:
         raise UserError(f"the robot's {error}") from None
 
 
-def about_moment(moment: Any) -> dict[str, Any]:
+def about_moment(moment: Moment) -> dict[str, Any]:
     """
     Return all there is to say of a moment, ready for JSON.
 
@@ -123,12 +100,12 @@ def about_moment(moment: Any) -> dict[str, Any]:
         'no_course': moment.no_course if moment.course is None else None}
 
 
-def _command(moment: Any) -> dict[str, Any]:
+def _command(moment: Moment) -> dict[str, Any]:
     gated, limits = moment.gated, moment.limits
     return {
         'requested': _finite(moment.requested), 'applied': _finite(moment.applied),
         'clipped_by': moment.clipped_by, 'at_limits': moment.at_limits,
-        'limits': {name: getattr(limits, name.removeprefix('robot_')) for name in _LIMITS},
+        'limits': {name: getattr(limits, name.removeprefix('robot_')) for name in LIMITS},
         'gate': gated and {'velocity': list(gated.velocity), 'rule': gated.rule,
                            'reproduces': gated.reproduces}}
 
@@ -138,10 +115,7 @@ def _finite(velocity: tuple[float, float] | None) -> list[float | None] | None:
     return velocity and [value if math.isfinite(value) else None for value in velocity]
 
 
-def _row(row: Any, moment: Any) -> dict[str, Any]:
-    from control_field.records import Kind
-    from episode_store.recording import compass
-
+def _row(row: Any, moment: Moment) -> dict[str, Any]:
     return {
         'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
         'reward': int(row['reward']), 'at': round(float(row['stamp']) - moment.recording.start, 6),
@@ -153,11 +127,7 @@ def _row(row: Any, moment: Any) -> dict[str, Any]:
         'field_revision': int(row['revision'])}
 
 
-def _course(moment: Any) -> dict[str, Any] | None:
-    from control_field.headings import heading_from_vector
-    from control_field.learning.provenance import vector_at
-    from episode_store.recording import compass, COMPASS
-
+def _course(moment: Moment) -> dict[str, Any] | None:
     course = moment.course
     if course is None:
         return None
@@ -174,18 +144,13 @@ def _course(moment: Any) -> dict[str, Any] | None:
         'pull': None if voices is None or voices.pull < 0 else {
             'heading': compass(voices.pull), 'weight': voices.pull_weight,
             'share': voices.pull_share},
-        'prototypes': [] if voices is None else _voices(moment, course)}
+        'prototypes': [] if voices is None else _voices(moment, course, voices)}
 
 
-def _voices(moment: Any, course: Any) -> list[dict[str, Any]]:
-    from episode_store.recording import compass
-    from episode_store.sources import Sources
-    from episode_store.task_folder import TaskFolder
-
+def _voices(moment: Moment, course: Course, voices: Voices) -> list[dict[str, Any]]:
     folder = moment.recording.episode.path.parent
     sources = Sources(TaskFolder(folder.parent, folder.name))
-    voices, table = course.voices, course.prototypes
-    found = []
+    table, found = course.prototypes, []
     for i, distance, weight, share in zip(
             voices.indices.tolist(), voices.distances.tolist(), voices.weights.tolist(),
             voices.shares.tolist(), strict=True):
@@ -220,8 +185,6 @@ def lines_from(about: dict[str, Any]) -> list[str]:
 
 def plain_sentence(about: dict[str, Any]) -> str:
     """Say in plain words what the robot did, and where it has that from."""
-    from episode_store.recording import DIRECTIONS
-
     decisions, course = about['decision'], about['course']
     if not decisions:
         return ('A person drove here.' if about['kind'] == 'demo' else
@@ -284,14 +247,12 @@ def _unexplained(command: dict[str, Any]) -> str:
     rule = 'as it was asked for' if gated['rule'] == 'none' else gated['rule']
     return (f'  for {_body(command["limits"])} at the recorded pose it would have let through '
             f'{_velocity_text(gated["velocity"])} ({rule}); the robot\'s limits may be others '
-            f'(name them: {", ".join("--" + name.replace("_", "-") for name in _LIMITS)}), or '
+            f'(name them: {", ".join("--" + name.replace("_", "-") for name in LIMITS)}), or '
             f'its pose was mended by a localisation or by anchoring')
 
 
 def _body(limits: dict[str, float]) -> str:
     """Name the body that limits were taken of."""
-    from control_field.robot.limits import Limits
-
     usual = Limits()
     given = [f'{name} {value:g}' for name, value in limits.items()
              if value != getattr(usual, name.removeprefix('robot_'))]
@@ -319,8 +280,6 @@ def _course_lines(about: dict[str, Any]) -> list[str]:
 
 
 def _share_lines(course: dict[str, Any]) -> list[str]:
-    from experience_cli.bag_summary import table_lines
-
     rows = [('share', 'weight', 'cells off', 'place', 'heading', 'Q', 'from')]
     voices = course['prototypes']
     rows += [(f'{voice["share"]:.1%}', f'{voice["weight"]:.4f}', f'{voice["distance"]:.2f}',

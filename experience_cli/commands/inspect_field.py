@@ -3,36 +3,31 @@
 import argparse
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from experience_cli.commands import learn_import as external
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+import numpy as np
+
+from control_field.drives.breaks import place_text
+from control_field.drives.plausibility import DriveLimits, whole_drive
+from episode_store.relearn import LearntBag, Relearner
+from episode_store.relearning import fold
+from episode_store.task_folder import EpisodeFolder
+from experience_cli.bag_argument import episodes_from_paths, episodes_up_to, named_path
+from experience_cli.bag_summary import say_cuts, say_gaps
+from experience_cli.demo.report import driven_poses
 from experience_cli.errors import UserError
-
-
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Add the command."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        'inspect', help='draw what was learnt: which way the robot goes from every place',
-        description='Draw what a task, or its bags up to one, have taught, as a PNG: which '
-        'way the robot goes from every place, from where it gets to the goal, what it has seen.')
-    parser.add_argument('bag', type=Path, metavar='BAG_OR_TASK',
-                        help='task1/0003, task1, or the folder of a bag or a task')
-    parser.add_argument('--out', type=Path, metavar='FILE.png',
-                        help='where to write it (beside the bag)')
-    external.add_options(parser)
-    return parser
+from experience_cli.external_bags import borrowed, is_borrowed
+from experience_cli.figures import drawing
+from experience_cli.output import write_output
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from experience_cli.bag_argument import named_path
-    from experience_cli.bag_selection import episodes_from_paths
-    from experience_cli.borrowing import borrowed, is_borrowed
-
     arguments.bag = named_path(arguments.bag)
     if is_borrowed(arguments, arguments.bag):
         path = arguments.bag.resolve()
-        with borrowed(arguments, arguments.bag, 'inspect') as episode:
+        with borrowed(arguments, arguments.bag) as episode:
             _inspect(arguments, episode, path.with_name(f'{path.name}.png'))
     else:
         last = episodes_from_paths([arguments.bag])[-1]
@@ -40,14 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
+def _inspect(arguments: argparse.Namespace, last: EpisodeFolder, beside: Path) -> None:
     """Draw what the bags up to one have taught, and say it."""
-    from control_field.drives.breaks import place_text
-    from episode_store.relearning import fold
-    from experience_cli.bag_selection import episodes_up_to
-    from experience_cli.damage_notes import say_cuts, say_gaps
-    from experience_cli.output import write_output
-
     episodes = episodes_up_to(last)
     relearner, each = fold(episodes)
     say_cuts('inspect', episodes)
@@ -67,21 +56,20 @@ def _inspect(arguments: argparse.Namespace, last: Any, beside: Path) -> None:
     print(out)
 
 
-def inspection_figure(learnt_bag: Any, relearner: Any) -> Any:
+def inspection_figure(learnt_bag: LearntBag, relearner: Relearner) -> Figure:
     """
     Draw the field with basin, sinks and prototypes, the remembered map, and the way driven.
 
     Parameters
     ----------
-    lesson : Lesson
+    learnt_bag : LearntBag
         The newest one.
-    lessons : Lessons
-        That it belongs to.
+    relearner : Relearner
+        That has learnt something.
 
     """
-    from experience_cli.figures import drawing
-
     refresh, grid = relearner.refresh, relearner.grid
+    assert refresh is not None
     figure = drawing.new_figure(13.0, 8.0)
     left, right = figure.subplots(1, 2)
     newest = learnt_bag.episode
@@ -102,27 +90,21 @@ def inspection_figure(learnt_bag: Any, relearner: Any) -> Any:
     return figure
 
 
-def _draw_drive(axes: Any, learnt_bag: Any) -> None:
+def _draw_drive(axes: Axes, learnt_bag: LearntBag) -> None:
     """Draw where the robot drove, and in a style of its own what of that is not learnt."""
-    import numpy as np
-
-    from control_field.drives.plausibility import DriveLimits, whole_drive
-    from experience_cli.demo.report import driven_poses
-    from experience_cli.figures import drawing
-
-    poses = driven_poses(learnt_bag.episode)
+    poses, read = driven_poses(learnt_bag.episode), learnt_bag.read
     stamps, path = poses.stamps, poses.xy
-    label, report = f'driven in {learnt_bag.episode.name}', learnt_bag.read.report
-    if report is None:
+    label = f'driven in {learnt_bag.episode.name}'
+    if read is None or read.report is None:
         drawing.draw_path(axes, path, label)
         return
-    header = learnt_bag.read.header
+    header = read.header
     limits = DriveLimits(header.grid.resolution, header.speed_max)
     kept = whole_drive(stamps, path, limits, poses.motion).kept
     left_out = np.delete(path, kept, axis=0)
     stamps, path = stamps[kept], path[kept]
     loops = np.zeros(len(stamps), dtype=np.bool_)
-    for loop in report.loops:
+    for loop in read.report.loops:
         loops |= (stamps >= loop.first) & (stamps <= loop.last)
     # The last pose of a loop is the first of what goes on from there, so that no gap is drawn.
     goes_on = loops & ~np.append(loops[1:], False)

@@ -5,59 +5,56 @@ from collections.abc import Iterator
 import hashlib
 from pathlib import Path
 import sys
-from typing import Any
 
+import numpy as np
+from tqdm import tqdm
+
+from control_field.grid import Grid
+from control_field.headings import UNIT
+from control_field.learning.learner import Learner, Refresh
+from control_field.records import ControlField
+from control_field.words import counted, sentences
+from episode_store.changes import changes_before
+from episode_store.episode import find_topic
+from episode_store.external.drive import open_drive
+from episode_store.external.take_over import learnt_from
+from episode_store.relearn import goal_moved, LearntBag, Relearner
+from episode_store.relearning import last_header
 from episode_store.rosbag2.errors import BagError
-from experience_cli.commands import learn_import as external
+from episode_store.rosbag2.reader import BagReader
+from episode_store.task_folder import EpisodeFolder
+from episode_store.workspace import odd_one_named
+from experience_cli.bag_argument import episodes_from_paths, is_external, named_path
+from experience_cli.bag_summary import say_cuts, say_gaps
 from experience_cli.errors import UserError
+from experience_cli.external_bags import (
+    check_one_cut, demo_header, guessed, import_all, reading_of, remedy_named, there,
+    wanted_option)
+from experience_cli.output import write_output
+from learner_node.reports import numbers_from_learnt_bag, sentence_from_learnt_bag, trial_number
+from msgs_bridge.messages.cdr import POINT_CLOUD, struct_from_cdr
+from msgs_bridge.messages.tables import cloud_from_field
 from msgs_bridge.untrusted.text import own_stream
-
-
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Add the command."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        'learn', help='learn anew from bags, and say what each has taught',
-        description='Learn anew from bags, in the order of their numbers, and say what each of '
-        'them has taught. The same bags always give the same field, byte for byte the one that '
-        'learner_node published.')
-    parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK',
-                        help='task1/0003, task1, or the folder of a bag or a task; bags of other '
-                        'recorders')
-    parser.add_argument('--save', type=Path, metavar='FIELD.npz', help='write the field here')
-    parser.add_argument('--check', action='store_true',
-                        help='compare with the fields that the live learner published, and '
-                        'fail where a bag is incomplete')
-    parser.add_argument('-v', '--verbose', action='store_true',
-                        help='say of each bag in numbers, too, what it taught')
-    parser.add_argument('--quiet', action='store_true', help='print the last line only')
-    external.add_options(parser, keeping=True)
-    return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command; return 1 if a check finds another field, or an incomplete bag."""
-    from experience_cli.bag_argument import named_path
-
     if arguments.save is not None and arguments.save.suffix != '.npz':
         raise UserError(f'--save {arguments.save}: must end in .npz')
     arguments.bags = [named_path(path) for path in arguments.bags]
     if arguments.like is not None:
         arguments.like = named_path(arguments.like)
-    if not external.is_wanted(arguments) and not _are_external(arguments.bags):
+    if not wanted_option(arguments) and not _are_external(arguments.bags):
         return _learn(arguments, arguments.bags)
     if arguments.into is not None:
-        return _learn(arguments, [external.import_all(arguments)])
+        return _learn(arguments, [_import(arguments)])
     if arguments.check:
         raise UserError('--check: bags of other recorders hold no field to compare with')
-    learner = external.learn_external(arguments)
-    _finish(arguments, learner.refresh, learner.trial_field(curious=False))
-    return 0
+    return _learn_external(arguments)
 
 
 def _are_external(paths: list[Path]) -> bool:
-    """Tell whether bags are those of other recorders: all of them, or none."""
-    from experience_cli.bag_selection import is_external
-
+    """Return whether bags are those of other recorders: all of them, or none."""
     theirs = [path for path in paths if is_external(path)]
     ours = [path for path in paths if path not in theirs]
     if theirs and ours:
@@ -67,14 +64,41 @@ def _are_external(paths: list[Path]) -> bool:
     return bool(theirs)
 
 
+def _import(arguments: argparse.Namespace) -> Path:
+    """Keep bags of other recorders as demonstrations of a task; return the task's folder."""
+    for drive, episode in import_all(arguments):
+        if not arguments.quiet:
+            print('; '.join([f'{drive.path} is kept as {episode.path}',
+                             *guessed(drive, arguments), *drive.notes]))
+    return Path(arguments.into.absolute())
+
+
+def _learn_external(arguments: argparse.Namespace) -> int:
+    """Learn bags of other recorders one after the other, without keeping them."""
+    check_one_cut(arguments)
+    header = demo_header(arguments, None)
+    learner = Learner(header.grid, header.parameters)
+    for number, path in enumerate(arguments.bags, start=1):
+        with remedy_named():
+            drive = open_drive(there(path), header.grid, reading_of(arguments))
+            demonstration, report, notes = learnt_from(
+                drive, header.grid, number, header.speed_max)
+        before = learner.refresh
+        refresh = learner.add_demonstration(demonstration)
+        if not arguments.quiet:
+            print(sentences([
+                f'{path} is learnt: {counted(report.n_steps, "step")}',
+                goal_moved(before, refresh), *report.sentences(), *guessed(drive, arguments),
+                *notes, refresh.certificate.sentence()]))
+        if arguments.verbose and not arguments.quiet:
+            print(f'    in numbers: {report.numbers()}; {refresh.certificate.numbers()}')
+    assert learner.refresh is not None  # one bag at least was named
+    _finish(arguments, learner.refresh, learner.trial_field(curious=False))
+    return 0
+
+
 def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
     """Learn from bags of ours."""
-    from episode_store.relearn import Relearner
-    from episode_store.relearning import last_header
-    from episode_store.workspace import odd_one_named
-    from experience_cli.bag_selection import episodes_from_paths
-    from experience_cli.damage_notes import say_cuts, say_gaps
-
     try:
         episodes = episodes_from_paths(paths)
     except BagError as error:
@@ -95,7 +119,7 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
             say_cuts('learn', [episode])
             n_gaps += say_gaps('learn', episode)
             if not arguments.quiet:
-                _print(text_from_learnt_bag(learnt_bag, arguments.verbose))
+                tqdm.write(text_from_learnt_bag(learnt_bag, arguments.verbose))
     if relearner.refresh is None:
         raise UserError('nothing was learnt: there is no demonstration in these bags')
     _finish(arguments, relearner.refresh, relearner.field())
@@ -103,12 +127,10 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
 
 
 def _checked(
-    arguments: argparse.Namespace, episodes: list[Any], differing: list[Any], n_compared: int,
-    n_gaps: int,
+    arguments: argparse.Namespace, episodes: list[EpisodeFolder],
+    differing: list[EpisodeFolder], n_compared: int, n_gaps: int,
 ) -> int:
     """Say what a check has found; return 1 if a field differs or a bag is incomplete."""
-    from control_field.words import counted
-
     if not differing and not arguments.quiet:
         print(f'experience learn: {_agreement(n_compared)}', file=sys.stderr)
     if differing:
@@ -121,18 +143,14 @@ def _checked(
 
 def _agreement(n_compared: int) -> str:
     """Say that no recorded field differs."""
-    from control_field.words import counted
-
     if not n_compared:
         return '--check: none of these bags holds a field to compare with'
     return (f'--check: {counted(n_compared, "bag")} with a recorded field, each is the relearnt '
             f'one byte for byte')
 
 
-def _difference(episodes: list[Any], differing: list[Any]) -> str:
+def _difference(episodes: list[EpisodeFolder], differing: list[EpisodeFolder]) -> str:
     """Say which recorded fields differ, and what people have changed before those bags since."""
-    from episode_store.changes import changes_before
-
     names = ', '.join(episode.name for episode in differing)
     said = (f'the field{"s" if len(differing) > 1 else ""} recorded in {names} '
             f'differ{"s" if len(differing) == 1 else ""} from the relearnt one')
@@ -140,33 +158,20 @@ def _difference(episodes: list[Any], differing: list[Any]) -> str:
     return f'{said}; since then {", ".join(changes)}' if changes else said
 
 
-def _finish(arguments: argparse.Namespace, refresh: Any, field: Any) -> None:
+def _finish(arguments: argparse.Namespace, refresh: Refresh, field: ControlField) -> None:
     """Write the field, and say which one it is."""
-    from experience_cli.field_file import save_field
-
     if arguments.save is not None:
         save_field(arguments.save, refresh, field.grid)
     print(f'control_field revision {field.revision} sha256 {digest(field)}')
 
 
-def _with_progress(episodes: list[Any]) -> Iterator[Any]:
-    from tqdm import tqdm
-
+def _with_progress(episodes: list[EpisodeFolder]) -> Iterator[EpisodeFolder]:
     yield from tqdm(episodes, unit='bag', leave=False, file=own_stream(sys.stderr),
                     disable=not sys.stderr.isatty())
 
 
-def _print(line: str) -> None:
-    from tqdm import tqdm
-
-    tqdm.write(line)
-
-
-def text_from_learnt_bag(learnt_bag: Any, verbose: bool = False) -> str:
+def text_from_learnt_bag(learnt_bag: LearntBag, verbose: bool = False) -> str:
     """Say what a bag taught, in numbers, too, where that is asked for."""
-    from learner_node.reports import (
-        numbers_from_learnt_bag, sentence_from_learnt_bag, trial_number)
-
     episode, number = learnt_bag.episode, trial_number(learnt_bag)
     name = f'{episode.name} {episode.kind}' + (f' {number}' if number else '')
     said = sentence_from_learnt_bag(learnt_bag, name)
@@ -174,28 +179,22 @@ def text_from_learnt_bag(learnt_bag: Any, verbose: bool = False) -> str:
     return f'{said}\n    in numbers: {numbers}' if numbers else said
 
 
-def field_bytes(field: Any) -> bytes:
+def field_bytes(field: ControlField) -> bytes:
     """Return the bytes of a field's table, as in ``data`` of its message on `control_field`."""
-    from msgs_bridge.messages.tables import cloud_from_field
-
     return bytes(cloud_from_field(field).data)
 
 
-def digest(field: Any) -> str:
+def digest(field: ControlField) -> str:
     """Return the SHA-256 of a field's bytes."""
     return hashlib.sha256(field_bytes(field)).hexdigest()
 
 
-def recorded_differs(episode: Any, relearner: Any) -> bool | None:
+def recorded_differs(episode: EpisodeFolder, relearner: Relearner) -> bool | None:
     """
-    Tell whether a bag begins with another field than the one its predecessors have taught.
+    Return whether a bag begins with another field than the one its predecessors have taught.
 
     None for one that holds no field, such as a drive that others recorded.
     """
-    from episode_store.episode import find_topic
-    from episode_store.rosbag2.reader import BagReader
-    from msgs_bridge.messages.cdr import POINT_CLOUD, struct_from_cdr
-
     bag = BagReader(episode.bag)
     recorded = bag.messages(find_topic(bag.topics, 'control_field', {}))
     if not len(recorded):
@@ -204,3 +203,27 @@ def recorded_differs(episode: Any, relearner: Any) -> bool | None:
         return True
     data = struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes()
     return data not in (field_bytes(relearner.field()), field_bytes(relearner.field(curious=True)))
+
+
+def save_field(path: Path, refresh: Refresh, grid: Grid) -> None:
+    """
+    Write field and prototypes.
+
+    Arrays: ``vx``, ``vy`` (rows x cols, row 0 at the lowest y), ``centres`` (n, 2) [m],
+    ``actions`` (n, 2) unit vectors, ``q`` (n,), ``origin`` (2,) [m], ``resolution`` [m],
+    ``q_matrix`` (rows, cols, 8), ``known`` (rows, cols), ``goal`` (2,) row and column,
+    ``revision`` (from how many bags it was learnt), ``demonstrated`` (n,).
+
+    Raises
+    ------
+    UserError
+        If the file cannot be written.
+
+    """
+    field, prototypes = refresh.field, refresh.prototypes
+    write_output(path, lambda file: np.savez_compressed(
+        file, vx=field.vx, vy=field.vy, centres=grid.world_from_cells(prototypes.cells),
+        actions=UNIT[prototypes.headings], q=prototypes.q,
+        origin=np.array([grid.origin_x, grid.origin_y]), resolution=np.array(grid.resolution),
+        q_matrix=field.q, known=field.known, goal=np.array(field.goal),
+        revision=np.array(field.revision), demonstrated=prototypes.demonstrated))

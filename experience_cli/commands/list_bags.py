@@ -5,39 +5,22 @@ from collections.abc import Iterator
 import json
 from pathlib import Path
 import sys
-from typing import Any
 
-from experience_cli.bag_argument import BAGS
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import episode_from_path, EpisodeFolder, task_folders
+from experience_cli.arguments import BAGS
+from experience_cli.bag_argument import is_named_like_ours, named_path, task_folder, tasks_in
+from experience_cli.bag_summary import size_text, Summary, summary_of, time_text
 from experience_cli.errors import UserError
+from experience_cli.terminal import table_lines
 
 _TITLES = ('bag', 'kind', 'state', 'began', 'seconds', 'messages', 'steps', 'outcome', 'label',
            'size')
 _RIGHT = (4, 5, 6, 9)
 
 
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Add the command."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        'list', help='say which bags there are',
-        description='List the bags of a task, or of all tasks: what each one holds, how it ended, '
-        'what a person said of it, and whether it is learnt from.',
-        epilog='A demo is a drive of yours, a trial a try of the robot. STATE: kept is learnt '
-        'from; not kept and aborted are not, a line below the list says why; incomplete is learnt '
-        'from where that can be, seconds of it are missing; cut was not closed, `experience '
-        'repair` mends it; recording is under way; forgotten was taken away, `experience forget '
-        '--undo` brings it back; unreadable is no bag of ours.')
-    parser.add_argument('folder', nargs='?', type=Path, default=BAGS, metavar='TASK',
-                        help='a task, a bag such as task1/0003, or the folder of all tasks '
-                        '(%(default)s)')
-    parser.add_argument('--json', action='store_true', help='print a JSON list instead')
-    return parser
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from experience_cli.bag_argument import named_path
-    from experience_cli.bag_summary import summary_of, table_lines
-
     problems: list[str] = []
     episodes = episodes_in(named_path(arguments.folder), problems)
     summaries = [summary_of(episode) for episode in episodes]
@@ -53,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def episodes_in(folder: Path, problems: list[str]) -> Iterator[Any]:
+def episodes_in(folder: Path, problems: list[str]) -> Iterator[EpisodeFolder]:
     """
     Go through the bags of a task, or of all tasks in a folder, those forgotten among them.
 
@@ -71,11 +54,6 @@ def episodes_in(folder: Path, problems: list[str]) -> Iterator[Any]:
         If the folder, or that of the one task, cannot be read.
 
     """
-    from episode_store.rosbag2.errors import BagError
-    from episode_store.task_folder import episode_from_path, task_folders
-    from experience_cli.bag_argument import task_folder, tasks_in
-    from experience_cli.bag_selection import is_named_like_ours
-
     if not folder.is_dir():
         beside = BAGS if len(folder.parts) == 1 else folder.parent
         raise UserError(f'there is no folder {folder}{tasks_in(beside)}')
@@ -100,9 +78,7 @@ def episodes_in(folder: Path, problems: list[str]) -> Iterator[Any]:
     yield from found
 
 
-def _row(summary: Any) -> tuple[str, ...]:
-    from experience_cli.bag_summary import size_text, time_text
-
+def _row(summary: Summary) -> tuple[str, ...]:
     n = summary.steps if summary.cells is None else summary.cells - 1
     return (
         summary.bag, summary.kind, summary.state, time_text(summary.begun),

@@ -1,12 +1,27 @@
 """`experience show`: what a bag holds."""
 
 import argparse
+from collections import Counter
 from collections.abc import Mapping
+from dataclasses import asdict
 import json
+from pathlib import Path
 from typing import Any, Final
 
-from experience_cli.bag_argument import add_bag
-from experience_cli.commands import learn_import as external
+from control_field.drives.demonstration import DemonstrationReport
+from control_field.grid import Grid
+from control_field.parameters import Parameters
+from control_field.records import Demonstration, Kind, Trial
+from control_field.words import counted, how_it_ended
+from episode_store.episode import read_episode
+from episode_store.gaps import gaps_in
+from episode_store.recording import compass, DIRECTIONS, Recording
+from episode_store.rosbag2.errors import NothingToLearnError
+from episode_store.rosbag2.writer import HEADER_NAME
+from episode_store.task_folder import EpisodeFolder
+from experience_cli.bag_summary import grid_text, say_cut, size_text, summary_of, time_text
+from experience_cli.external_bags import bag_of, is_borrowed
+from experience_cli.terminal import table_lines
 
 #: What was done in a step that did not just follow the field.
 _DONE: Final[Mapping[str, str]] = {
@@ -15,26 +30,9 @@ _DONE: Final[Mapping[str, str]] = {
     'detour': 'goes {}: the way ahead is known to be blocked farther on'}
 
 
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Add the command."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        'show', help='say what a bag holds',
-        description='Show a bag: what it started from, its topics, and what a person drove or the '
-        'robot did in it. East is the way of x, north that of y.')
-    add_bag(parser)
-    parser.add_argument('--json', action='store_true', help='print a JSON object instead')
-    external.add_options(parser)
-    return parser
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from pathlib import Path
-
-    from experience_cli.borrowing import bag_of, is_borrowed
-    from experience_cli.damage_notes import say_cut
-
-    with bag_of(arguments, 'show') as episode:
+    with bag_of(arguments) as episode:
         about = about_bag(episode)
         say_cut('show', episode)
     if is_borrowed(arguments, Path(arguments.bag)):
@@ -43,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def about_bag(folder: Any) -> dict[str, Any]:
+def about_bag(folder: EpisodeFolder) -> dict[str, Any]:
     """
     Return all there is to say of a bag, ready for JSON.
 
@@ -53,12 +51,6 @@ def about_bag(folder: Any) -> dict[str, Any]:
         If it cannot be read.
 
     """
-    from dataclasses import asdict
-
-    from episode_store.gaps import gaps_in
-    from episode_store.recording import Recording
-    from experience_cli.bag_summary import summary_of
-
     recording = Recording(folder)
     header, gaps = recording.header, gaps_in(folder.path)
     return {
@@ -73,8 +65,6 @@ def about_bag(folder: Any) -> dict[str, Any]:
 
 def _imported(metadata: list[tuple[str, dict[str, str]]]) -> str:
     """Say from which bag of another recorder a bag was taken over, and what was made of it."""
-    from episode_store.rosbag2.writer import HEADER_NAME
-
     values = next((values for name, values in metadata if name == HEADER_NAME), {})
     if 'imported_from' not in values:
         return ''
@@ -86,34 +76,28 @@ def _imported(metadata: list[tuple[str, dict[str, str]]]) -> str:
     return '; '.join([f'from {values["imported_from"]}', *said])
 
 
-def _content(folder: Any, start: float) -> dict[str, Any]:
-    from control_field.records import Demonstration
-    from episode_store.episode import read_episode
-    from episode_store.rosbag2.errors import NothingToLearnError
-
+def _content(folder: EpisodeFolder, start: float) -> dict[str, Any]:
     try:
         episode = read_episode(folder.path)
     except NothingToLearnError:
         return {}
+    grid = episode.header.grid
     if isinstance(episode.record, Demonstration):
-        return {'demonstration': _demonstration(episode)}
-    return {'decisions': _decisions(episode.record, start, episode.header.grid)}
+        assert episode.report is not None  # every demonstration has one
+        return {'demonstration': _demonstration(episode.record, episode.report, grid)}
+    return {'decisions': _decisions(episode.record, start, grid)}
 
 
-def _demonstration(episode: Any) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    cells, grid = episode.record.cells.tolist(), episode.header.grid
+def _demonstration(
+    demonstration: Demonstration, report: DemonstrationReport, grid: Grid,
+) -> dict[str, Any]:
+    cells = demonstration.cells.tolist()
     return {'start_cell': cells[0], 'goal_cell': cells[-1],
             'start': list(grid.world_from_cell(*cells[0])),
-            'goal': list(grid.world_from_cell(*cells[-1])), 'report': asdict(episode.report)}
+            'goal': list(grid.world_from_cell(*cells[-1])), 'report': asdict(report)}
 
 
-def _decisions(trial: Any, start: float, grid: Any) -> dict[str, Any]:
-    from collections import Counter
-
-    from control_field.records import Kind
-
+def _decisions(trial: Trial, start: float, grid: Grid) -> dict[str, Any]:
     rows = trial.decisions
     kinds = Counter(Kind(int(kind)).name.lower() for kind in rows['kind'])
     return {
@@ -127,11 +111,8 @@ def _decisions(trial: Any, start: float, grid: Any) -> dict[str, Any]:
         'notable': [_event(row, start, grid) for row in rows if row['kind'] != Kind.FIELD]}
 
 
-def _event(row: Any, start: float, grid: Any) -> dict[str, Any]:
+def _event(row: Any, start: float, grid: Grid) -> dict[str, Any]:
     """Say what a decision was that did not just follow the field."""
-    from control_field.records import Kind
-    from episode_store.recording import compass
-
     return {
         'at': round(float(row['stamp']) - start, 3), 'cell': [int(row['row']), int(row['col'])],
         'place': list(grid.world_from_cell(int(row['row']), int(row['col']))),
@@ -141,9 +122,6 @@ def _event(row: Any, start: float, grid: Any) -> dict[str, Any]:
 
 def lines_from(about: dict[str, Any]) -> list[str]:
     """Return the text for a person."""
-    from control_field.grid import Grid
-    from experience_cli.bag_summary import grid_text, size_text, table_lines, time_text
-
     grid, changed = about['grid'], _changed(about['parameters'])
     facts = [
         ('bag', f'{about["bag"]} ({about["kind"]}, {about["state"]})'),
@@ -164,17 +142,11 @@ def lines_from(about: dict[str, Any]) -> list[str]:
 
 def _changed(parameters: dict[str, Any]) -> list[str]:
     """Name the parameters that are not the defaults."""
-    from dataclasses import asdict
-
-    from control_field.parameters import Parameters
-
     defaults = asdict(Parameters())
     return [f'{name}: {value}' for name, value in parameters.items() if value != defaults[name]]
 
 
 def _content_lines(about: dict[str, Any]) -> list[str]:
-    from control_field.words import counted
-
     if 'demonstration' in about:
         shown = about['demonstration']
         loops = [f'  {loop["first"] - about["start"]:7.2f} s to '
@@ -200,15 +172,11 @@ def _content_lines(about: dict[str, Any]) -> list[str]:
 
 
 def _numbers(report: dict[str, Any]) -> str:
-    from control_field.drives.demonstration import DemonstrationReport
-
     return DemonstrationReport(**{**report, 'loops': (), 'cuts': ()}).numbers()
 
 
 def _way(about: dict[str, Any], made: dict[str, Any]) -> str:
     """Say in a sentence what the robot did in a trial."""
-    from control_field.words import counted, how_it_ended
-
     n = made['kinds'].get('blocked', 0)
     met = f'; {counted(n, "time")} something was in its way' if n else ''
     ended = how_it_ended(about['outcome'], about['steps']) if about['outcome'] else 'was driving'
@@ -216,8 +184,6 @@ def _way(about: dict[str, Any], made: dict[str, Any]) -> str:
 
 
 def _event_line(event: dict[str, Any]) -> str:
-    from episode_store.recording import DIRECTIONS
-
     x, y = event['place']
     done = _DONE[event['kind']].format(DIRECTIONS[event['heading']])
     return f'  {event["at"]:7.2f} s  at ({x:.2f}, {y:.2f}) m  {done} (reward {event["reward"]:+d})'

@@ -2,32 +2,25 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
 
-from experience_cli.bag_argument import add_bag
+import numpy as np
+
+from control_field.records import Demonstration
+from control_field.words import counted, sentences
+from episode_store.episode import read_episode
+from episode_store.gaps import note_gaps
+from episode_store.lock import TRIM
+from episode_store.recording import Recording
+from episode_store.relearning import relearnt_sentence
+from episode_store.rosbag2.errors import BagError, error_line, NothingToLearnError
+from episode_store.task_folder import changing, EpisodeFolder, EpisodeKind, TaskFolder
+from episode_store.trim import cut_copy, drop_draft, replace_recording, restore
+from experience_cli.bag_argument import find_whole_bag, named
 from experience_cli.errors import UserError
-
-
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Add the command."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
-        'trim', help='cut a demonstration to a span of time',
-        description='Cut a demonstration to what shall be learnt from. Seconds count from the '
-        'first odometry, as `experience show` prints them. The whole recording stays beside it.')
-    add_bag(parser)
-    parser.add_argument('--from', dest='first', type=float, metavar='S', help='[s] (its start)')
-    parser.add_argument('--to', dest='last', type=float, metavar='S', help='[s] (its end)')
-    parser.add_argument('--undo', action='store_true', help='put the whole recording back')
-    return parser
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    from episode_store.gaps import note_gaps
-    from episode_store.relearning import relearnt_sentence
-    from episode_store.task_folder import changing, EpisodeKind, TaskFolder
-    from experience_cli.bag_argument import find_whole_bag, named
-
     given = arguments.first is not None or arguments.last is not None
     if given == arguments.undo:
         raise UserError('say --from or --to, or both, or --undo')
@@ -48,14 +41,12 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _restored(episode: Any) -> str:
-    from episode_store.trim import restore
-
+def _restored(episode: EpisodeFolder) -> str:
     restore(episode)
     return f'{episode.name} is whole again'
 
 
-def trim(episode: Any, first: float | None, last: float | None) -> str:
+def trim(episode: EpisodeFolder, first: float | None, last: float | None) -> str:
     """
     Cut a demonstration; return what was done.
 
@@ -73,13 +64,6 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
         If the bag cannot be read or written.
 
     """
-    from control_field.records import Demonstration
-    from control_field.words import counted, sentences
-    from episode_store.episode import read_episode
-    from episode_store.lock import TRIM
-    from episode_store.rosbag2.errors import NothingToLearnError
-    from episode_store.trim import cut_copy, drop_draft, replace_recording
-
     span = _span(episode, first, last)
     draft = episode.path.parent / f'{TRIM}{episode.number:04d}' / episode.path.name
     drop_draft(draft.parent)
@@ -106,20 +90,14 @@ def trim(episode: Any, first: float | None, last: float | None) -> str:
 
 
 def _make(folder: Path) -> None:
-    from episode_store.rosbag2.errors import BagError, error_line
-
     try:
         folder.mkdir(parents=True)
     except OSError as error:
         raise BagError(error_line('make', folder, error)) from None
 
 
-def _span(episode: Any, first: float | None, last: float | None) -> tuple[int, int]:
+def _span(episode: EpisodeFolder, first: float | None, last: float | None) -> tuple[int, int]:
     """Return the log times of the first and last odometry within a span of seconds."""
-    import numpy as np
-
-    from episode_store.recording import Recording
-
     recording = Recording(episode)
     low = 0.0 if first is None else first
     high = recording.duration if last is None else last

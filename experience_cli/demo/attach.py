@@ -7,8 +7,10 @@ import time
 from typing import Final
 
 from control_field.words import counted
+from experience_cli.demo.client_node import DemoNode
+from experience_cli.demo.show_and_try import teach, try_it
 from experience_cli.errors import UserError
-from experience_cli.progress import Progress
+from experience_cli.terminal import Progress
 
 #: How long what is waited for is no news, [s].
 _AT_ONCE: Final = 1.5
@@ -28,9 +30,6 @@ def attach(task: str, world: str, arguments: argparse.Namespace) -> int:
         If the nodes are not there, or do not do what is asked.
 
     """
-    from experience_cli.demo.client_node import DemoNode
-    from experience_cli.demo.show_and_try import teach, try_it
-
     progress = Progress(task, sys.stdout)
     with DemoNode(_domain(), lambda: None, arguments.namespace) as node, progress:
         node.wait_for_peers(_Waiting(progress), _PATIENCE)

@@ -20,10 +20,13 @@ from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.topic_tables import pose_table, PoseTable
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from experience_cli.output import write_output
+from experience_cli.terminal import table_lines
 from world_maps.world import World
 
 #: From this trial on the goal is reached every time, and after it nothing is reinforced.
 MASTERED: Final = 3
+_TITLES: Final = ('task', 'trial', 'steps', 'prototypes', 'reinforcements', 'collisions',
+                  'outcome', 'seconds')
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +256,7 @@ def write_report(path: Path, reports: Sequence[TaskReport], config: Mapping[str,
     write_output(path, lambda file: file.write(text))
 
 
-def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
+def report_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
     """Return what came of it in sentences, then the lines of a table, for the terminal."""
     yield ''
     for report in reports:
@@ -263,12 +266,10 @@ def table_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
                f'{other["starts"]} other starts it reached the goal '
                f'{counted(other["reached"], "time")}, with {collisions}.')
     yield ''
-    yield 'task    trial   steps      prototypes  reinforcements  collisions  outcome   seconds'
-    for report in reports:
-        for trial in report.trials:
-            yield (f'{report.name:<8}{trial.trial:>5}{trial.steps:>8}{trial.hidden_neurons:>16}'
-                   f'{trial.reinforcements:>16}{trial.collisions:>12}  {trial.outcome:<9}'
-                   f'{trial.seconds:>8.1f}')
+    yield from table_lines([_TITLES, *(
+        (report.name, str(trial.trial), str(trial.steps), str(trial.hidden_neurons),
+         str(trial.reinforcements), str(trial.collisions), trial.outcome, f'{trial.seconds:.1f}')
+        for report in reports for trial in report.trials)], right=(1, 2, 3, 4, 5, 7))
     yield ''
     yield ('Prototypes: places with the direction the robot has learnt there (in the paper hidden '
            'neurons).')

@@ -3,7 +3,10 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from experience_cli.progress import Progress
+from control_field.grid import Grid
+from experience_cli.demo.path_follower import Driver, points_from_cells
+from experience_cli.terminal import Progress
+from learner_node.reports import NEXT
 
 #: The way that is shown, as cells (row, col): through where the obstacles later stand.
 WAY: Final = ((3, 2), (3, 15), (16, 15))
@@ -11,10 +14,6 @@ WAY: Final = ((3, 2), (3, 15), (16, 15))
 
 def teach(node: Any, progress: Progress) -> None:
     """Drive the demonstration, and keep it."""
-    from control_field.grid import Grid
-    from experience_cli.demo.path_follower import Driver, points_from_cells
-    from learner_node.reports import NEXT
-
     node.ask('learner_node/record_demonstration', True)
     node.drive(Driver(points_from_cells(Grid(20, 20, 0.25), WAY)),
                lambda share: progress.show(f'demonstration: {share:.0%} of the way'))

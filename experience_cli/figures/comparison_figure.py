@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 import numpy as np
 import numpy.typing as npt
 
+from experience_cli.field_comparison import Comparison, Side, unit_vectors
 from experience_cli.figures import drawing
-from experience_cli.figures.field_comparison import Comparison, Side, unit_vectors
 
 #: Colours of the first and the second field where they differ.
 FIRST: Final = '#b0651d'

@@ -164,7 +164,7 @@ def test_the_picture_must_be_a_png(task, capsys):
 
 
 def test_a_saved_field_that_becomes_too_much_is_refused(task, capsys, monkeypatch):
-    monkeypatch.setattr('experience_cli.figures.field_comparison._MOST_UNPACKED', 2**20)
+    monkeypatch.setattr('experience_cli.field_comparison._MOST_UNPACKED', 2**20)
     with zipfile.ZipFile('bomb.npz', 'w', zipfile.ZIP_DEFLATED) as file:
         file.writestr('vx.npy', bytes(2**21))
     assert main(['diff', 'bomb.npz', 'bags/sample']) == 2

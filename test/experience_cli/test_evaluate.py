@@ -176,7 +176,7 @@ def test_what_is_finished_is_reported_and_lost_seeds_are_named(world, monkeypatc
     def lose_the_second(tasks, n_jobs, title):
         raise LostError([1], [run_seed(*tasks[0])])
 
-    monkeypatch.setattr('experience_evaluation.workers.run_all', lose_the_second)
+    monkeypatch.setattr('experience_cli.commands.evaluate.run_all', lose_the_second)
     assert run(world, '--seed0', '7', '--json', '-') == 1
     output, error = capsys.readouterr()
     config = json.loads(output)['config']

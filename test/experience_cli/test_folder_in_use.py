@@ -2,34 +2,21 @@
 
 from pkgutil import resolve_name
 import shutil
-import subprocess
-import sys
 
 import pytest
 
 from episode_store.lock import is_in_use
+from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
 from ros_helpers import ROOT
-
-HOLD = """
-import sys
-from pathlib import Path
-from episode_store.task_folder import TaskFolder
-TaskFolder(Path(sys.argv[1]), 'sample').hold()
-print('held', flush=True)
-sys.stdin.read()
-"""
 
 
 @pytest.fixture
 def held(tmp_path):
+    """Return the folder of a task that is recorded into, as long as this process lives."""
     shutil.copytree(ROOT / 'bags/sample', tmp_path / 'sample')
-    process = subprocess.Popen([sys.executable, '-c', HOLD, str(tmp_path)],
-                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == 'held\n'
-    yield tmp_path / 'sample'
-    process.kill()
-    process.communicate()
+    TaskFolder(tmp_path, 'sample').hold()
+    return tmp_path / 'sample'
 
 
 @pytest.mark.parametrize('command', [
@@ -45,11 +32,11 @@ def test_it_is_refused_in_one_line_and_nothing_is_changed(held, capsys, command)
 
 
 @pytest.mark.parametrize(('work', 'command'), [
-    ('episode_store.relearn.Lessons.learn', ['label', '{}/0002_trial', 'success']),
-    ('episode_store.relearn.Lessons.learn', ['forget', '{}/0002_trial']),
-    ('episode_store.relearn.Lessons.learn', ['trim', '{}/0001_demo', '--to', '5']),
-    ('episode_store.repair.repair_bag', ['repair', '{}']),
-    ('episode_store.external.take_over.import_demonstration',
+    ('episode_store.relearn.Relearner.learn', ['label', '{}/0002_trial', 'success']),
+    ('episode_store.relearn.Relearner.learn', ['forget', '{}/0002_trial']),
+    ('episode_store.relearn.Relearner.learn', ['trim', '{}/0001_demo', '--to', '5']),
+    ('experience_cli.commands.repair.repair_bag', ['repair', '{}']),
+    ('experience_cli.external_bags.import_demonstration',
      ['learn', '{}/0001_demo', '--into', '{}', '--quiet'])], ids=lambda c: c[0])
 def test_no_learner_can_start_until_a_command_is_done(tmp_path, monkeypatch, work, command):
     task = tmp_path / 'sample'

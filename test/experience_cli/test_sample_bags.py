@@ -14,6 +14,7 @@ from episode_store.recording import Recording
 from episode_store.repair import needs_repair
 from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import TaskFolder
+from experience_cli.arguments import parser
 from experience_cli.main import main
 from msgs_bridge.messages.tables import decisions_from_cloud, field_from_cloud
 from sample_helpers import BAGS
@@ -81,8 +82,6 @@ def test_mcap_ros2_support_reads_the_very_field_and_decisions(episode):
 
 
 def test_the_readme_names_commands_that_there_are():
-    from experience_cli.main import parser
-
     lines = [line.partition('#')[0].split() for line in (BAGS / 'README.md').read_text(
         ).splitlines() if line.startswith('experience ')]
     assert len(lines) >= 5

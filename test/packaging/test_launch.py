@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 import yaml
 
+from experience_cli.arguments import parser
 from learner_node.settings import Settings
 from ros_helpers import ROOT
 
@@ -31,7 +32,6 @@ def test_it_starts_our_executables():
 
 def test_what_teaches_is_ours_and_understood():
     assert strings_of_calls('ExecutableInPackage') == {'experience'}
-    from experience_cli.main import parser
     text = LAUNCH.read_text()
     options = [option for option in ('--attach', '--tasks', '--trials', '--namespace=')
                if f"'{option}" in text]

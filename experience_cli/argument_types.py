@@ -1,0 +1,61 @@
+"""What a word on the command line has to be: a number, a place, a speed."""
+
+import argparse
+from collections.abc import Callable
+import math
+
+
+def count(low: int, high: int) -> Callable[[str], int]:
+    """Return the type of whole numbers between two bounds."""
+    def number(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = low - 1
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(
+                f'{text!r} must be a whole number from {low} to {high}')
+        return value
+
+    return number
+
+
+def point(text: str) -> tuple[float, float]:
+    """Return a place ``X,Y``, [m]."""
+    numbers = _numbers(text)
+    if len(numbers) != 2:
+        raise argparse.ArgumentTypeError(f'{text!r} is no point, write it as X,Y in metres')
+    return numbers[0], numbers[1]
+
+
+def distance(text: str) -> float:
+    """Return a distance, [m]."""
+    numbers = _numbers(text)
+    if len(numbers) != 1 or numbers[0] < 0.0:
+        raise argparse.ArgumentTypeError(f'{text!r} is no distance, must be 0 m or more')
+    return numbers[0]
+
+
+def speed(text: str) -> float:
+    """Return a speed, [m/s]."""
+    numbers = _numbers(text)
+    if len(numbers) != 1 or numbers[0] <= 0.0:
+        raise argparse.ArgumentTypeError(f'{text!r} is no speed, must be above 0 m/s')
+    return numbers[0]
+
+
+def radius(text: str) -> float:
+    """Return the radius of a robot, [m]."""
+    numbers = _numbers(text)
+    if len(numbers) != 1 or not 0.0 <= numbers[0] <= 2.0:
+        raise argparse.ArgumentTypeError(f'{text!r} is no radius, must be 0 to 2 m')
+    return numbers[0]
+
+
+def _numbers(text: str) -> list[float]:
+    """Return the numbers between commas; none if one of them is no finite number."""
+    try:
+        numbers = [float(part) for part in text.split(',')]
+    except ValueError:
+        return []
+    return numbers if all(map(math.isfinite, numbers)) else []

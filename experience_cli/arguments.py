@@ -1,0 +1,386 @@
+"""
+The command line: every command with its options, in the order of the help.
+
+A command is a module of `commands` that is imported when it is called; nothing heavy is imported
+here, so that the help and the first mistakes come at once.
+"""
+
+import argparse
+from collections.abc import Callable
+import math
+from pathlib import Path
+import re
+from typing import Any, Final, NamedTuple, NoReturn
+
+from experience_cli.argument_types import count, distance, point, radius, speed
+
+#: Where the bags are if nobody says.
+BAGS: Final = Path('bags')
+#: What `demo` takes where nothing is said; what runs already (--attach) has its own.
+DEMO_DEFAULTS: Final[dict[str, Any]] = {
+    'out': Path('out/demo'), 'profile': 'full', 'seed': 0, 'realtime': False}
+#: Limits of the robot by the name of the controller's parameter: unit and meaning.
+LIMITS: Final = {
+    'v_max': ('m/s', 'greatest speed'), 'w_max': ('rad/s', 'greatest turning rate'),
+    'a_max': ('m/s^2', 'greatest change of speed'),
+    'alpha_max': ('rad/s^2', 'greatest change of turning rate'),
+    'robot_radius': ('m', 'radius')}
+#: Options that name the topics of a bag of another recorder, by role.
+TOPICS: Final = {'odom': 'odom_topic', 'neighbourhood': 'neighbourhood_topic',
+                 'scan': 'scan_topic', 'cmd_vel': 'cmd_vel_topic'}
+#: All options that say how such a bag is to be read; None where nothing is said.
+READING: Final = (*TOPICS.values(), 'base_frame', 'laser', 'body_radius', 'zero_is_no_return',
+                  'from', 'to')
+#: Options that describe the workspace, and what they are where nothing is said.
+WORKSPACE: Final[dict[str, Any]] = {
+    'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0, 0.0), 'frame': 'odom'}
+_TOPIC_HELP: Final = {
+    'odom': 'which topic says where the robot was: Odometry, a pose, or /tf (the one called odom)',
+    'neighbourhood': 'which one is its 3x3 local grid (the one called so)',
+    'scan': 'which one to make the 3x3 local grid from (the one called so, or the only LaserScan)',
+    'cmd_vel': 'which one is cmd_vel (the one called so)'}
+_BAG_OR_TASK: Final = 'task1/0003, task1, or the folder of a bag or a task'
+_METHODS: Final = (
+    'ours, q_learning, sarsa, dyna_q, prioritised_sweeping (each also with +demo: taught the same '
+    'demonstration), nearest_prototype, eq7, replanner')
+_FIELD_FILE: Final = """\
+After 0, 1, ... K trials every free cell with a way to the goal is a start, in the true world:
+field_success follows the flow alone, success adds local grid and exploration (nothing is learnt
+then).
+
+To follow the flow of FIELD.npz: at a cell's centre take the nearest of the eight headings to
+(vx, vy) there, step to that neighbouring cell, and so on. (0, 0), a blocked cell, the edge, a
+diagonal step beside a blocked cell (without --corner-cutting) and a cell entered twice are
+failures. Row 0 is the lowest y. The centre of cell (row, col) is
+origin + (col + 0.5, row + 0.5) * resolution.
+
+Worlds: a map_server .yaml with its image, or a MovingAI .map (1 m a cell, lower left corner at
+(0, 0), the first line of the map is the highest y). Coordinates are metres in the map frame."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in one line, without the usage before it."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with exit code 2."""
+        line = ' '.join(message.split())
+        self.exit(2, f'{self.prog}: {line} (see {self.prog} --help)\n')
+
+
+class Command(NamedTuple):
+    """
+    A subcommand.
+
+    Parameters
+    ----------
+    module : str
+        Of `commands`, with ``run(arguments) -> int``.
+    help : str
+        A line for the list of all commands.
+    add_options : callable
+        Describes it to its parser.
+
+    """
+
+    module: str
+    help: str
+    add_options: Callable[[argparse.ArgumentParser], None]
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line."""
+    top = Parser(
+        prog='experience', description='Teach a robot by driving it once, and let it try.',
+        epilog='A bag is one recording: of a drive of yours (demo) or of a try of the robot '
+        '(trial). bags/kitchen holds those of the task kitchen; kitchen/0002 names one of them. '
+        'A field says which way the robot goes from every place.')
+    subparsers = top.add_subparsers(dest='command', metavar='COMMAND', required=True)
+    for name, command in COMMANDS.items():
+        command.add_options(subparsers.add_parser(name, help=command.help))
+    return top
+
+
+def _demo(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Start simulator, controller and learner, show the robot the way once, let it try, and '
+        "draw the paper's figures.")
+    add = parser.add_argument
+    add('--out', type=Path, metavar='FOLDER',
+        help=f'where everything goes ({DEMO_DEFAULTS["out"]})')
+    add('--tasks', metavar='LIST',
+        help='which tasks, or names or files of worlds (1,2; with --attach 1)')
+    add('--trials', type=int, default=6, metavar='N',
+        help='how often the robot tries each task (%(default)s)')
+    add('--profile', choices=('paper', 'full'),
+        help="the paper's equations to the letter, or with what keeps their promise of success "
+        f'from everywhere ({DEMO_DEFAULTS["profile"]})')
+    add('--seed', type=int, metavar='N',
+        help=f'number that all chance comes from ({DEMO_DEFAULTS["seed"]})')
+    add('--realtime', action='store_true', default=None,
+        help='as slow as a real robot, to watch it in RViz')
+    add('--attach', action='store_true',
+        help='start no nodes: use the simulator, controller and learner that run in this ROS '
+        'domain already, and write nothing beside their bags')
+    add('--namespace', default='', metavar='NAME', help='of the nodes that run already')
+
+
+def _learn(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Learn anew from bags, in the order of their numbers, and say what each of them has '
+        'taught. The same bags always give the same field, byte for byte the one that '
+        'learner_node published.')
+    add = parser.add_argument
+    add('bags', nargs='+', type=Path, metavar='BAG_OR_TASK',
+        help=f'{_BAG_OR_TASK}; bags of other recorders')
+    add('--save', type=Path, metavar='FIELD.npz', help='write the field here')
+    add('--check', action='store_true',
+        help='compare with the fields that the live learner published, and fail where a bag is '
+        'incomplete')
+    add('-v', '--verbose', action='store_true',
+        help='say of each bag in numbers, too, what it taught')
+    add('--quiet', action='store_true', help='print the last line only')
+    group = _add_external(parser)
+    group.add_argument('--into', type=Path, metavar='TASK_FOLDER',
+                       help='keep each as the next demonstration of a task, and relearn that')
+    group.add_argument('--new-task', action='store_true',
+                       help='begin a task also where its name is nearly that of another one')
+
+
+def _evaluate(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Teach, try and judge on any map, without ROS: from which share of all free cells does '
+        'the robot get to the goal?')
+    parser.epilog = _FIELD_FILE
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    # argparse takes '-2,3' for an option unless it looks like a negative number.
+    parser._negative_number_matcher = re.compile(r'^-\.?\d')
+    _evaluate_task(parser.add_argument)
+    _evaluate_method(parser.add_argument)
+    parser.add_argument('--json', metavar='OUT',
+                        help='write the report; - for standard output')
+    parser.add_argument('--save-field', metavar='FIELD.npz',
+                        help='write the field of the first seed after all trials')
+    group = parser.add_argument_group('with --demo-bag', 'How the bag is to be read.')
+    _add_reading(group)
+    group.add_argument('--frame', metavar='NAME',
+                       help='that of the world; /tf takes the poses there, if it can (odom)')
+
+
+def _evaluate_task(add: Callable[..., object]) -> None:
+    add('--world', required=True, metavar='FILE',
+        help='map_server .yaml or MovingAI .map, or the name of a world that comes along, as '
+        'task1')
+    add('--goal', metavar='X,Y', type=point, help='[m]; with --demo-bag the end of the drive')
+    add('--demo-start', metavar='X,Y', type=point, action='append', default=[],
+        help='[m]; once for every demonstration; trials with fixed starts start at the first')
+    add('--teacher', choices=('shortest', 'blind', 'detour'), default='shortest',
+        help='shortest: knows the map; blind: drives straight through the open workspace, and its '
+             'local grid is that of the open workspace; detour: knows the map and goes 1.3 to 2 '
+             'times as far (default: shortest)')
+    add('--demo-steps', metavar='N', type=count(1, 1_000_000),
+        help='show a random way without loops of exactly N steps, instead of a teacher')
+    add('--demo-bag', metavar='BAG', help='take the demonstration from a bag')
+    add('--max-speed', metavar='M/S', type=speed,
+        help='with --demo-bag: a drive that is faster is no robot (default: 3 m/s)')
+    add('--trials', metavar='K', type=count(0, 100_000), default=10,
+        help='how often the robot tries after it was shown the way (default: 10)')
+    add('--starts', choices=('spread', 'fixed'), default='spread',
+        help='where trials start: where they teach most, or where the first demonstration does '
+             '(default: spread)')
+    add('--judge-every', metavar='N', type=count(1, 100_000), default=1,
+        help='judge after 0, N, 2 N, ... and after all trials: large worlds have many starts '
+             '(default: 1)')
+    add('--start-radius', metavar='R', type=distance, default=math.inf,
+        help="judge only the cells at most so far from the first demonstration's start, [m]")
+
+
+def _evaluate_method(add: Callable[..., object]) -> None:
+    add('--method', default='ours', help=f'one of {_METHODS} (default: ours)')
+    add('--profile', choices=('paper', 'full'), default='full',
+        help='paper: its equations to the letter; full: with what keeps its promise (default: '
+             'full)')
+    add('--corner-cutting', action='store_true',
+        help='a diagonal step may pass a blocked cell beside it')
+    add('--set', metavar='NAME=VALUE', action='append', default=[],
+        help='any learning parameter; may be given several times')
+    add('--seeds', metavar='N', type=count(1, 100_000), default=20,
+        help='how often all of it is done, each time with other chances (default: 20)')
+    add('--seed0', metavar='S', type=count(0, 2**62), default=0,
+        help='the first seed (default: 0)')
+    add('--jobs', metavar='J', type=count(1, 1024), default=1,
+        help='processes; the results do not depend on it (default: 1)')
+
+
+def _inspect(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Draw what a task, or its bags up to one, have taught, as a PNG: which way the robot goes '
+        'from every place, from where it gets to the goal, what it has seen.')
+    parser.add_argument('bag', type=Path, metavar='BAG_OR_TASK', help=_BAG_OR_TASK)
+    parser.add_argument('--out', type=Path, metavar='FILE.png',
+                        help='where to write it (beside the bag)')
+    _add_external(parser)
+
+
+def _explain(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Say in a sentence what the robot did at a moment of a bag and where it has that from. '
+        'Then in numbers: the decision, which prototypes (places with the direction learnt there) '
+        'weighed how much in it by equation 7 of the paper, from which bag and second each of '
+        'them is, and what the collision monitor did to the command.')
+    _add_bag(parser)
+    parser.add_argument('--at', type=float, required=True, metavar='T',
+                        help='seconds from the first odometry, or a stamp past the end of that')
+    parser.add_argument('--json', action='store_true', help='print a JSON object instead')
+    for name, (unit, what) in LIMITS.items():
+        parser.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='X',
+                            help=f"the robot's {what}, [{unit}]; a bag does not say it, and a "
+                            f"TurtleBot3 Burger's is taken")
+    _add_external(parser)
+
+
+def _diff(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Compare two fields of one workspace: where their courses differ, what each is worth, '
+        'which prototypes came and went. A field is a bag (what it was driven on), the folder of '
+        'a task (what its bags teach), a bag of another recorder (what it teaches alone, in the '
+        'workspace of the other field where nothing else is said) or a saved .npz.')
+    for name in ('first', 'second'):
+        parser.add_argument(name, metavar='BAG_TASK_OR_NPZ')
+    parser.add_argument('--out', type=Path, metavar='FILE.png', default=Path('out/diff.png'),
+                        help='where to draw it (%(default)s)')
+    parser.add_argument('--json', action='store_true', help='print a JSON object instead of text')
+    _add_bags(parser)
+    _add_external(parser)
+
+
+def _list(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'List the bags of a task, or of all tasks: what each one holds, how it ended, what a '
+        'person said of it, and whether it is learnt from.')
+    parser.epilog = (
+        'A demo is a drive of yours, a trial a try of the robot. STATE: kept is learnt from; not '
+        'kept and aborted are not, a line below the list says why; incomplete is learnt from '
+        'where that can be, seconds of it are missing; cut was not closed, `experience repair` '
+        'mends it; recording is under way; forgotten was taken away, `experience forget --undo` '
+        'brings it back; unreadable is no bag of ours.')
+    parser.add_argument('folder', nargs='?', type=Path, default=BAGS, metavar='TASK',
+                        help='a task, a bag such as task1/0003, or the folder of all tasks '
+                        '(%(default)s)')
+    parser.add_argument('--json', action='store_true', help='print a JSON list instead')
+
+
+def _show(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Show a bag: what it started from, its topics, and what a person drove or the robot did '
+        'in it. East is the way of x, north that of y.')
+    _add_bag(parser)
+    parser.add_argument('--json', action='store_true', help='print a JSON object instead')
+    _add_external(parser)
+
+
+def _label(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Judge a bag. A trial labelled a failure counts as given up, one labelled a success as '
+        'having reached the goal, whatever it seemed to the robot; from a demonstration labelled '
+        'a failure nothing is learnt. Nothing recorded is changed.')
+    _add_bag(parser)
+    parser.add_argument('label', choices=('success', 'failure', 'none'),
+                        help='none takes back what was said')
+
+
+def _trim(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Cut a demonstration to what shall be learnt from. Seconds count from the first odometry, '
+        'as `experience show` prints them. The whole recording stays beside it.')
+    _add_bag(parser)
+    parser.add_argument('--from', dest='first', type=float, metavar='S', help='[s] (its start)')
+    parser.add_argument('--to', dest='last', type=float, metavar='S', help='[s] (its end)')
+    parser.add_argument('--undo', action='store_true', help='put the whole recording back')
+
+
+def _forget(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Take a bag out of the memory: the field is then as if it never was. The bag is moved to '
+        '.forgotten in the folder of its task and keeps its number.')
+    _add_bag(parser)
+    parser.add_argument('--undo', action='store_true',
+                        help='bring a bag back that was forgotten, dropped or thrown away; of a '
+                        'TASK alone what was taken away last')
+
+
+def _repair(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Mend bags whose recording broke off (a crash, no power, a full disk), and say what of '
+        'them is lost. A whole bag is left as it is.')
+    parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK', help=_BAG_OR_TASK)
+
+
+def _add_bag(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that names a bag, and the option that says where all bags are."""
+    parser.add_argument('bag', metavar='TASK/NUMBER',
+                        help='the bag: task1/0003, or the path of its folder')
+    _add_bags(parser)
+
+
+def _add_bags(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument('--bags', type=Path, metavar='FOLDER',
+                        help=f'the folder of all tasks ({BAGS})')
+
+
+def _add_external(parser: argparse.ArgumentParser) -> Any:
+    """Add the options that say how a bag of another recorder is to be read; return the group."""
+    group = parser.add_argument_group(
+        'bags of other recorders', 'Drives that were recorded by `ros2 bag record`, `rosbag '
+        'record` or the like, MCAP, sqlite3 or ROS 1; each is one demonstration.')
+    _add_reading(group)
+    group.add_argument('--rows', type=int, metavar='N', help='of the workspace (20)')
+    group.add_argument('--cols', type=int, metavar='N', help='of the workspace (20)')
+    group.add_argument('--resolution', type=float, metavar='M', help='side of a cell (0.25 m)')
+    group.add_argument('--origin', type=float, nargs=2, metavar=('X', 'Y'),
+                       help='lower left corner of the workspace (0 0)')
+    group.add_argument('--frame', metavar='NAME',
+                       help='of the workspace; /tf takes the poses there, if it can (odom)')
+    group.add_argument('--max-speed', type=speed, metavar='M/S',
+                       help='a drive that is faster is no robot: not learnt (3 m/s, or of --like)')
+    group.add_argument('--like', type=Path, metavar='BAG',
+                       help='workspace and parameters are those of this bag, or task')
+    return group
+
+
+def _add_reading(group: Any) -> None:
+    """Add the options that say what the topics of such a bag are."""
+    for role, option in TOPICS.items():
+        group.add_argument('--' + option.replace('_', '-'), metavar='TOPIC',
+                           help=_TOPIC_HELP[role])
+    group.add_argument('--base-frame', metavar='NAME',
+                       help="the robot's middle in /tf (base_footprint or base_link)")
+    group.add_argument('--laser', type=float, nargs=6,
+                       metavar=('X', 'Y', 'Z', 'ROLL', 'PITCH', 'YAW'),
+                       help='where the laser sits on the robot, [m], [rad] (as /tf_static says)')
+    group.add_argument('--body-radius', type=radius, metavar='M',
+                       help='what is nearer to its middle is the robot itself (0.105 m)')
+    group.add_argument('--zero-is-no-return', action='store_const', const=True,
+                       help="the laser's driver writes 0 where nothing is in range")
+    group.add_argument('--from', type=float, metavar='S',
+                       help='read the drive from there on only, [s] from its first pose')
+    group.add_argument('--to', type=float, metavar='S', help='read it up to there only, [s]')
+
+
+#: All commands, by name.
+COMMANDS: Final = {
+    'demo': Command('demo', "teach and try the paper's two tasks on real nodes", _demo),
+    'learn': Command('learn', 'learn anew from bags, and say what each has taught', _learn),
+    'evaluate': Command(
+        'evaluate', 'judge what is learnt on a map, from all its free cells', _evaluate),
+    'inspect': Command(
+        'inspect_field', 'draw what was learnt: which way the robot goes from every place',
+        _inspect),
+    'explain': Command('explain', 'say why the robot did what it did at a moment', _explain),
+    'diff': Command(
+        'diff', 'compare what two bags, tasks or saved fields lead the robot to do', _diff),
+    'list': Command('list_bags', 'say which bags there are', _list),
+    'show': Command('show', 'say what a bag holds', _show),
+    'label': Command('label', 'say that a bag was a success or a failure', _label),
+    'trim': Command('trim', 'cut a demonstration to a span of time', _trim),
+    'forget': Command('forget', 'take a bag out of the memory; --undo brings it back', _forget),
+    'repair': Command('repair', 'mend recordings that broke off', _repair)}

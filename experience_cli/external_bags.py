@@ -1,0 +1,273 @@
+"""Bags of other recorders: how they are read, kept as demonstrations, or only looked into."""
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+import math
+from pathlib import Path
+import re
+import shlex
+import sys
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from control_field.drives.plausibility import SPEED_MAX
+from control_field.grid import Grid
+from control_field.parameters import Parameters
+from episode_store.episode import OutsideDriveError
+from episode_store.external.drive import ExternalDrive, Reading
+from episode_store.external.span import Span
+from episode_store.external.take_over import check_drive, import_demonstration
+from episode_store.header import EpisodeHeader
+from episode_store.making import NewBags
+from episode_store.rosbag2.bag_files import storage_files
+from episode_store.rosbag2.errors import BagError
+from episode_store.rosbag2.metadata import NAME
+from episode_store.task_folder import (
+    changing, episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder)
+from episode_store.task_names import check_is_meant
+from episode_store.workspace import common_header
+from experience_cli.arguments import READING, TOPICS, WORKSPACE
+from experience_cli.bag_argument import episodes_from_paths, find_readable_bag, is_external
+from experience_cli.errors import UserError
+from msgs_bridge.messages.frame_hints import other_frame
+from msgs_bridge.sensing.laser_mount import Mount
+from msgs_bridge.sensing.local_grid_from_scan import Body
+
+
+def wanted_option(arguments: argparse.Namespace) -> str:
+    """Return the first option that is only for bags of other recorders; empty if none is given."""
+    options = (*READING, *WORKSPACE, 'like', 'into', 'max_speed')
+    return next((f'--{option.replace("_", "-")}' for option in options
+                 if getattr(arguments, option, None) is not None), '')
+
+
+def reading_of(arguments: argparse.Namespace) -> Reading:
+    """
+    Return how a bag is to be read.
+
+    Raises
+    ------
+    UserError
+        If a number is none.
+
+    """
+    names = {role: getattr(arguments, option) for role, option in TOPICS.items()}
+    values: dict[str, Any] = {
+        'names': {role: name for role, name in names.items() if name is not None},
+        'base_frame': arguments.base_frame or '',
+        'zero_is_no_return': bool(arguments.zero_is_no_return)}
+    if arguments.laser is not None:
+        if not all(map(math.isfinite, arguments.laser)):
+            raise UserError('--laser: must be six finite numbers')
+        x, y, z, roll, pitch, yaw = arguments.laser
+        values['mount'] = Mount(x, y, yaw, z, roll, pitch)
+    if arguments.body_radius is not None:
+        values['body'] = Body(arguments.body_radius)
+    first, last = getattr(arguments, 'from'), arguments.to
+    if first is not None or last is not None:
+        values['span'] = _span(0.0 if first is None else first, math.inf if last is None else last)
+    return Reading(**values)
+
+
+def _span(first: float, last: float) -> Span:
+    if not 0.0 <= first < last:
+        raise UserError(f'--from {first:g} --to {last:g}: --from must be 0 or more, --to after it')
+    return Span(first, last)
+
+
+def guessed(drive: ExternalDrive, arguments: argparse.Namespace) -> list[str]:
+    """Say which topic was taken for odom by its type alone."""
+    odom = drive.read_from
+    is_named = arguments.odom_topic is not None or odom.rpartition('/')[2] in ('odom', 'tf')
+    return [] if is_named else [f'odom is {odom}, the only one of its type']
+
+
+def there(path: Path) -> Path:
+    """Return a path; UserError if there is nothing."""
+    if not path.exists():
+        raise UserError(f'there is no bag {path}')
+    return path
+
+
+def check_one_cut(arguments: argparse.Namespace) -> None:
+    """Refuse to cut several drives at the same second."""
+    for option in ('from', 'to'):
+        if len(arguments.bags) > 1 and getattr(arguments, option) is not None:
+            raise UserError(f'--{option}: name one bag, the seconds are those of its drive')
+
+
+@contextmanager
+def remedy_named() -> Iterator[None]:
+    """Where poses are in another frame, or outside, say which options take that."""
+    try:
+        yield
+    except OutsideDriveError as error:
+        raise BagError(f'{error}{_options_that_fit(error.fitting)}') from None
+    except BagError as error:
+        frame = other_frame(str(error))
+        if not frame:
+            raise
+        raise BagError(
+            f'{error}; if that is the right one, learn it with --frame {frame}') from None
+
+
+def _options_that_fit(grid: Grid | None) -> str:
+    """Say with which options a drive that leaves the workspace can be learnt."""
+    if grid is None:
+        return ''
+    return (f'; learn it in a workspace of its own, with --rows {grid.n_rows} --cols '
+            f'{grid.n_cols} --resolution {grid.resolution:g} --origin {grid.origin_x:g} '
+            f'{grid.origin_y:g} --frame {grid.frame_id} (and without --like or an --into that has '
+            f'another)')
+
+
+def demo_header(arguments: argparse.Namespace, task: TaskFolder | None) -> EpisodeHeader:
+    """
+    Return the header of a demonstration in the workspace that the arguments describe.
+
+    Parameters
+    ----------
+    arguments : Namespace
+    task : TaskFolder or None
+        Whose next demonstration it becomes.
+
+    """
+    of_task = None if task is None else common_header(task.episodes())
+    found = of_task if arguments.like is None else common_header(
+        episodes_from_paths([arguments.like]))
+    if found is None:
+        # A field that it is to be compared with.
+        other = None if _is_described(arguments) else getattr(arguments, 'field', None)
+        grid, parameters = (_grid(arguments), Parameters()) if other is None else (
+            other.field.grid, other.parameters)
+        return EpisodeHeader(EpisodeKind.DEMO, '', grid, parameters,
+                             speed_max=arguments.max_speed or SPEED_MAX)
+    given = [f'--{name}' for name in WORKSPACE if getattr(arguments, name) is not None]
+    if given and found.grid != _grid(arguments):
+        whose = arguments.like or (task and task.path)
+        raise UserError(f'{given[0]}: the workspace is that of {whose}, {found.grid}; leave the '
+                        f'option out')
+    if task is not None and of_task is not None:
+        of_task.check_grid(found.grid, task.path)
+    return EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters,
+                         speed_max=arguments.max_speed or found.speed_max)
+
+
+def _is_described(arguments: argparse.Namespace) -> bool:
+    """Return whether the options describe a workspace."""
+    return any(getattr(arguments, name) is not None for name in WORKSPACE)
+
+
+def _grid(arguments: argparse.Namespace) -> Grid:
+    values = {name: default if getattr(arguments, name) is None else getattr(arguments, name)
+              for name, default in WORKSPACE.items()}
+    x, y = values['origin']
+    try:
+        return Grid(values['rows'], values['cols'], values['resolution'], x, y, values['frame'])
+    except ValueError as error:
+        raise UserError(f'the workspace makes no sense: {error}') from None
+
+
+def import_all(arguments: argparse.Namespace) -> list[tuple[ExternalDrive, EpisodeFolder]]:
+    """
+    Keep the bags as demonstrations of the task ``into``; return each, and what it is kept as.
+
+    Raises
+    ------
+    UserError, BagError
+        If an argument is wrong, or a bag cannot be read, teaches nothing or cannot be kept.
+
+    """
+    _check_no_bag(arguments.into)
+    check_one_cut(arguments)
+    folder = arguments.into.absolute()
+    task = TaskFolder(folder.parent, folder.name)
+    if not arguments.new_task:
+        _check_is_meant(task, arguments.into)
+    with changing(task.path, make=True):
+        header = demo_header(arguments, task)
+        # All of them before the first is kept: half of them is not what was asked for.
+        reading = reading_of(arguments)
+        with remedy_named():
+            drives = [check_drive(there(path), header.grid, reading, header.speed_max)
+                      for path in arguments.bags]
+        with NewBags(task) as bags:
+            for drive in drives:
+                import_demonstration(drive, bags, replace(header, task=task.task))
+            return list(zip(drives, bags.keep(), strict=True))
+
+
+def _check_is_meant(task: TaskFolder, into: Path) -> None:
+    """Refuse a new task whose name is nearly that of an old one beside it."""
+    try:
+        check_is_meant(task, f'--into {into.parent}/{{}}, or --new-task if a new one is meant')
+    except ValueError as error:
+        raise UserError(f'--into {into}: {error}') from None
+
+
+def _check_no_bag(folder: Path) -> None:
+    """Refuse to keep bags in a bag, or where the task around would take the folder for one."""
+    where = folder.absolute()
+    for path in (where, where.parent):
+        with suppress(BagError):
+            episode_from_path(path)
+            raise UserError(f'--into {folder}: {path.name} is a bag, name the folder of a task, '
+                            f'such as {path.parent}')
+    held = [where / NAME, *storage_files(where)] if where.is_dir() else []
+    for file in held:
+        if file.exists():
+            raise UserError(f'--into {folder}: it is a bag, {file.name} is in it; name the folder '
+                            f'of a task')
+
+
+@contextmanager
+def bag_of(arguments: argparse.Namespace) -> Iterator[EpisodeFolder]:
+    """
+    Give the bag that a person names, which may be one of another recorder.
+
+    Raises
+    ------
+    UserError, BagError
+        If there is none, it cannot be read, or, of another recorder, teaches nothing.
+
+    """
+    path = Path(arguments.bag)
+    if is_borrowed(arguments, path):
+        with borrowed(arguments, path) as episode:
+            yield episode
+    else:
+        yield find_readable_bag(arguments.bag, arguments.bags)
+
+
+def is_borrowed(arguments: argparse.Namespace, path: Path) -> bool:
+    """
+    Return whether a bag is to be read as one of another recorder.
+
+    Raises
+    ------
+    UserError
+        If options say so of what is no path of a bag.
+
+    """
+    option = wanted_option(arguments)
+    if option and not path.exists():
+        raise UserError(f'{option}: says how a bag of another recorder is to be read, and there '
+                        f'is no file or folder {path}')
+    return bool(option) or is_external(path)
+
+
+@contextmanager
+def borrowed(arguments: argparse.Namespace, path: Path) -> Iterator[EpisodeFolder]:
+    """Take a bag of another recorder over into a folder that is gone in the end; say from what."""
+    name = re.sub(r'[^A-Za-z0-9_-]+', '_', path.resolve().stem)[:64]
+    with TemporaryDirectory() as folder:
+        values = vars(arguments) | {'bags': [path], 'into': Path(folder) / name, 'new_task': True}
+        [(drive, episode)] = import_all(argparse.Namespace(**values))
+        topics = ', '.join(f'{topic} ({n})' for topic, n in sorted(drive.recorded.items()))
+        whose = (f'{path} is a bag of another recorder, read as `experience learn '
+                 f'{shlex.quote(str(path))}` does')
+        said = '; '.join([whose, *drive.notes, f'its topics: {topics}'])
+        print(f'experience {arguments.command}: {said}', file=sys.stderr)
+        yield episode
