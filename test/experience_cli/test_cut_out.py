@@ -12,7 +12,7 @@ from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.relearn import Relearner
 from episode_store.task_folder import episode_from_path, TaskFolder
-from experience_cli.commands.inspect_field import inspection_figure
+from experience_cli.figures.inspection_figure import inspection_figure
 from experience_cli.main import main
 
 LOOP, SPIKE = 'a loop, cut out: not learnt', 'pose far off, left out'
