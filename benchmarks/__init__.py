@@ -1,1 +1,1 @@
-"""Measurements: of speed (`make bench`) and of quality (`make evaluation`)."""
+"""Measurements: of speed (``make bench``) and of quality (``make evaluation``)."""

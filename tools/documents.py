@@ -2,7 +2,8 @@
 Hold what is written about the code to the code.
 
 In the pages of `doc/`, in README.md and CONTRIBUTING.md, and in the docstrings of the packages,
-every file, module and function that stands in backticks has to exist, and every link has to lead
+every file, module and function that stands in backticks has to exist (in a package's docstring a
+name in single backticks is a module, seen from there), and every link has to lead
 somewhere; a walk of `doc/architecture.md` has as many files and stops as its title says; and no
 identifier in the code uses a word that `doc/glossary.md` has replaced.
 """
@@ -22,7 +23,7 @@ FOLDERS = ROOMS | {'config', 'doc', 'launch', 'test', 'tools'}
 GLOSSARY = ROOT / 'doc' / 'glossary.md'
 REPLACED = '## Words that are not used any more'
 _FENCE = re.compile(r'^```.*?^```', re.MULTILINE | re.DOTALL)
-_QUOTED = re.compile(r'`([^`\n]+)`')
+_QUOTED = re.compile(r'(?<!`)`([^`\n]+)`(?!`)')
 _LINK = re.compile(r'\]\(([^)\s#]+)(?:#[^)]*)?\)')
 _FILE = re.compile(r'([\w./-]+\.py)(?::([\w.]+))?')
 _PATH = re.compile(r'[\w.-]+(?:/[\w.-]*)+')
@@ -44,8 +45,9 @@ def pages() -> Iterator[tuple[str, str]]:
 
 def wrong_names(page: str, text: str) -> Iterator[str]:
     """Yield what a page names in backticks, or links to, and is not there."""
+    package = page.split('/')[:-1] if page.endswith('__init__.py') else None
     for name in _QUOTED.findall(text):
-        if not is_there(name):
+        if not is_there(name) or (package and not _is_near(name, package)):
             yield f'{page}: `{name}` is not there'
     for target in _LINK.findall(text):
         if '://' not in target and not (ROOT / page).parent.joinpath(target).exists():
@@ -64,6 +66,11 @@ def is_there(name: str) -> bool:
     if _DOTTED.fullmatch(name) and name.split('.')[0] in ROOMS:
         return _resolves(name)
     return True
+
+
+def _is_near(name: str, package: list[str]) -> bool:
+    """Return True if the docstring of a package may name this: a module seen from there."""
+    return any(_resolves('.'.join([*package[:n], name])) for n in range(len(package), -1, -1))
 
 
 def _resolves(dotted: str) -> bool:
