@@ -49,13 +49,8 @@ def test_old_words_do_not_come_back(tmp_path, monkeypatch):
     assert not list(documents.old_words(path, replaced, frozenset({'SightTable', 'gaze_at'})))
 
 
-def test_every_arrow_of_the_picture_points_down():
-    boxes = architecture.place(architecture.read_layers())
-    edges = {edge for room in architecture.ROOMS for edge in (
-        architecture.Import(*(name.split('.')[0] for name in found))
-        for found in architecture.imports(room)) if edge.source != edge.target}
-    assert set(architecture.ROOMS) == {
-        room for room in documents.ROOMS if room != 'benchmarks'}
-    assert all(boxes[edge.source].y < boxes[edge.target].y
-               for edge in edges if edge.target in boxes)
-    assert ET.fromstring(architecture.picture()).tag.endswith('svg')
+def test_the_picture_has_every_package():
+    assert set(architecture.ROOMS) | {'benchmarks'} == documents.ROOMS
+    texts = [text for text in ET.fromstring(architecture.picture()).itertext() if text.strip()]
+    inner = {name.split('.')[1] for name in architecture.INNER}
+    assert inner | {'teleop_', 'learner_node', 'control_field'} <= set(texts)
