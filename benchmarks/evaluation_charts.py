@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import matplotlib as mpl
+from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 import numpy as np
@@ -33,7 +34,6 @@ TITLES = {
 
 def draw_curves(results: dict[str, dict[str, list[Course]]], metric: str, path: Path) -> Path:
     """Draw a metric over the number of trials, a panel a family of worlds; return the path."""
-    from matplotlib import pyplot as plt
     families = list(next(iter(results.values())))
     n_cols = min(3, len(families) + 1)
     n_rows = -(-(len(families) + 1) // n_cols)

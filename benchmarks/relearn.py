@@ -13,6 +13,7 @@ import tempfile
 import time
 
 import numpy as np
+from rclpy.serialization import serialize_message
 
 from control_field.grid import Grid
 from control_field.learning.grid_world import GridWorld
@@ -118,8 +119,6 @@ class Recorder:
 
     @staticmethod
     def _write(bag: BagWriter, topic: str, message: object, stamp: float) -> None:
-        from rclpy.serialization import serialize_message
-
         package, _, module = type(message).__module__.partition('.msg')
         assert module
         bag.write(f'/{topic}', f'{package}/msg/{type(message).__name__}',

@@ -17,6 +17,7 @@ import time
 from typing import Final
 
 import numpy as np
+from rclpy.serialization import serialize_message
 
 from control_field.grid import Grid
 from control_field.kernels import compiled
@@ -144,8 +145,6 @@ def wire(_: Path) -> Work:
 
 def bag(folder: Path) -> Work:
     """Read a bag of ten minutes at 50 Hz: poses and local grids as columns."""
-    from rclpy.serialization import serialize_message
-
     grid = Grid(20, 20, 0.25)
     task, local_grid = TaskFolder(folder, 'speed'), np.zeros((3, 3), np.int8)
     header = EpisodeHeader(EpisodeKind.DEMO, 'speed', grid).to_mapping()

@@ -11,16 +11,14 @@ import signal
 import sys
 import threading
 import time
-from typing import Any, Final, TYPE_CHECKING, TypeAlias
+from typing import Any, Final, TypeAlias
 import warnings
 
 from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
+from experience_evaluation.experiment import Course, Experiment, run_seed
 from msgs_bridge.node.environment import ENDING_SIGNALS
 from msgs_bridge.untrusted.text import own_stream, printable
-
-if TYPE_CHECKING:
-    from experience_evaluation.experiment import Course, Experiment
 
 Task: TypeAlias = tuple[Any, ...]
 #: How often a process looks whether its parent still lives, [s].
@@ -48,7 +46,7 @@ class LostError(RuntimeError):
         self.lost, self.courses = tuple(lost), list(courses)
 
 
-def run_all(tasks: 'Sequence[tuple[Experiment, int]]', n_jobs: int, title: str) -> 'list[Course]':
+def run_all(tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str) -> list[Course]:
     """
     Run experiments with their seeds, with a progress bar where somebody looks.
 
@@ -74,7 +72,6 @@ def run_all(tasks: 'Sequence[tuple[Experiment, int]]', n_jobs: int, title: str) 
         If some were killed, whatever was done; it holds what is finished.
 
     """
-    from experience_evaluation.experiment import run_seed
     courses: dict[int, Course] = {}
     # disable=None: no bar where standard error is no terminal.
     with tqdm(total=len(tasks), desc=printable(title), unit='run', file=own_stream(sys.stderr),

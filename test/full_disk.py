@@ -17,6 +17,10 @@ import shutil
 import subprocess
 import sys
 
+from experience_cli.commands import (  # noqa: F401
+    evaluate, forget, inspect_field, label, learn, repair, trim)
+from experience_cli.main import main as experience
+
 #: A block of the small file system, and how many there are.
 BLOCK, N_BLOCKS = 4096, 1024
 #: Blocks of room that are tried: none, for one file or two, for a part of what is large, for all.
@@ -50,9 +54,7 @@ def run(command: list[str], limit: int | None) -> tuple[int, str]:
             os.dup2(writing, 2)
             if limit is not None:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-            from experience_cli.main import main
-
-            code = main(command)
+            code = experience(command)
         finally:
             sys.stderr.flush()
             os._exit(code)
@@ -86,10 +88,6 @@ def rounds_of(
 
 def main() -> None:
     """Run the commands."""
-    # What the children need, so that each of them loads it in no time.
-    import episode_store.relearn  # noqa: F401
-    import experience_cli.commands.evaluate  # noqa: F401
-
     how, source, scratch = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
     if how == 'disk':
         subprocess.run(['mount', '-t', 'tmpfs', '-o', f'size={N_BLOCKS * BLOCK}', 'tmpfs',

@@ -15,6 +15,13 @@ import shutil
 import signal
 import sys
 
+from episode_store.rosbag2 import writer as bag_file
+from episode_store.task_folder import changing, TaskFolder
+from experience_cli.bag_summary import summary_of
+from experience_cli.commands import (  # noqa: F401 - so that no child has to load them
+    forget, label, learn, repair, trim)
+from experience_cli.main import main as experience
+
 #: Audit events that change files; `os.write` and the like raise none, and are wrapped.
 _CHANGES = {'os.rename', 'os.mkdir', 'os.remove', 'os.rmdir', 'os.link', 'os.truncate'}
 _SILENT = ('write', 'fsync', 'ftruncate')
@@ -22,9 +29,6 @@ _SILENT = ('write', 'fsync', 'ftruncate')
 
 def state_of(root: Path) -> dict[str, str]:
     """Say what every bag in a folder of tasks holds, those forgotten among them."""
-    from episode_store.task_folder import TaskFolder
-    from experience_cli.bag_summary import summary_of
-
     found = {}
     for task in sorted(path.name for path in root.iterdir() if path.name[0] != '.'):
         folder = TaskFolder(root, task)
@@ -71,15 +75,13 @@ def _run(command: list[str], number: int, how: str, root: Path) -> int:
     """Run a command in a child that is stopped; return how it ended."""
     child = os.fork()
     if child == 0:
-        from experience_cli.main import main
-
         code = 99
         try:
             silence = os.open(os.devnull, os.O_WRONLY)
             for stream in (1, 2):
                 os.dup2(silence, stream)
             _stop_at(number, how, str(root))
-            code = main(command)
+            code = experience(command)
         finally:
             os._exit(code)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
@@ -89,8 +91,6 @@ def _stopped_everywhere(
     source: Path, root: Path, command: list[str], how: str,
 ) -> dict[str, object]:
     """Return the states of the bags after every stop, what was left lying about, and the end."""
-    from episode_store.task_folder import changing
-
     afterwards: list[dict[str, str]] = []
     left: list[str] = []
     while True:
@@ -111,11 +111,6 @@ def _stopped_everywhere(
 
 def main() -> None:
     """Stop the commands at every operation."""
-    # What the children need, so that each of them loads it in no time.
-    import episode_store.relearn
-    import episode_store.relearning  # noqa: F401
-    from episode_store.rosbag2 import writer as bag_file
-
     # A few large chunks: every one of them is a file operation like the others.
     bag_file.CHUNK_BYTES, bag_file.CHUNK_SECONDS = 100_000, 60.0  # type: ignore[misc]
     source, scratch = map(Path, sys.argv[1:3])

@@ -4,7 +4,9 @@ from typing import Final
 
 import numpy as np
 
+from experience_evaluation.methods.behaviour_cloning import NearestPrototype
 from experience_evaluation.methods.method import equation_7, FieldMethod, Method, Task
+from experience_evaluation.methods.replanner import Replanner
 from experience_evaluation.methods.tabular import KINDS, TabularMethod
 
 _WITH_DEMONSTRATION: Final = '+demo'
@@ -32,9 +34,7 @@ def make_method(name: str, task: Task, rng: np.random.Generator) -> Method:
     if name == 'eq7':
         return equation_7(task, rng)
     if name == 'nearest_prototype':
-        from experience_evaluation.methods.behaviour_cloning import NearestPrototype
         return NearestPrototype(task)
     if name == 'replanner':
-        from experience_evaluation.methods.replanner import Replanner
         return Replanner(task, rng)
     raise ValueError(f'there is no method {name}, there are: {", ".join(METHODS)}')

@@ -6,6 +6,7 @@ import shlex
 import shutil
 
 import pytest
+from rosbags.rosbag2 import Reader
 
 from bridge_helpers import demonstration_bag, loop_bag
 from episode_store.episode import read_episode
@@ -222,8 +223,6 @@ def test_the_whole_recording_survives_a_second_cut(task, experience):
 
 
 def test_other_readers_read_a_cut_bag(task, experience):
-    from rosbags.rosbag2 import Reader
-
     experience('trim', DEMO, '--from', '2', '--to', '12.5')
     with Reader(task.find(1).path) as reader:
         assert reader.message_count == len(list(reader.messages()))

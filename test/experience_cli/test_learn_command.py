@@ -1,5 +1,6 @@
 """`experience learn`, `inspect` and `repair` on bags, and what users may get wrong."""
 
+from dataclasses import replace
 import json
 from pkgutil import resolve_name
 import sys
@@ -7,8 +8,11 @@ import sys
 import numpy as np
 from PIL import Image
 import pytest
+from rclpy.serialization import serialize_message
 
 from bridge_helpers import demonstration_bag, GRID, random_decisions, raw_decisions, raw_status
+from control_field.grid import Grid
+from control_field.parameters import Parameters
 from control_field.records import Outcome
 from episode_store.episode import read_header
 from episode_store.header import EpisodeHeader
@@ -46,7 +50,6 @@ def add_trial(task, field=None, header=None):
         EpisodeKind.TRIAL, header.task, header.grid, header.parameters).to_mapping()
     with start_bag(task, EpisodeKind.TRIAL, mapping) as bag:
         if field is not None:
-            from rclpy.serialization import serialize_message
             bag.write('/control_field', 'sensor_msgs/msg/PointCloud2',
                       serialize_message(cloud_from_field(field)), 0)
         rows = random_decisions(header.grid, 3, 1)
@@ -114,7 +117,6 @@ class TestLearn:
     def test_check_finds_a_field_that_was_not(self, task, capsys):
         relearner = relearner_of(task)
         field = relearner.field()
-        from dataclasses import replace
         add_trial(task, replace(field, revision=7))
         assert main(['learn', '--check', str(task.path)]) == 1
         assert '0002' in capsys.readouterr().err
@@ -160,8 +162,6 @@ class TestLearn:
         assert 'cannot write' in line
 
     def test_names_both_workspaces_of_a_mixture(self, task, capsys):
-        from control_field.grid import Grid
-        from control_field.parameters import Parameters
         other = Grid(3, 4, 1.5)
         add_trial(task, header=EpisodeHeader(EpisodeKind.TRIAL, task.task, other, Parameters()))
         line = mistake(capsys, 'learn', task.path)

@@ -18,6 +18,7 @@ from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.writer import McapFile
 from episode_store.task_folder import TaskFolder
+from experience_cli.commands.learn import digest as digest_of
 from experience_cli.main import main
 from msgs_bridge.messages.tables import field_from_cloud
 from msgs_bridge.node import qos
@@ -209,7 +210,6 @@ class TestInto:
         with start_node('learner_node.node', tmp_path,
                         {'bags': str(tmp_path / 'bags')}) as process:
             wait_until(lambda: fields, node=ros_node, processes=[process], what='the field')
-        from experience_cli.commands.learn import digest as digest_of
         assert digest_of(field_from_cloud(fields[-1])) == digest
 
 

@@ -125,7 +125,7 @@ def test_many_that_die_take_nothing_else_with_them():
 
 
 def test_what_is_lost_is_named(monkeypatch):
-    monkeypatch.setattr('experience_evaluation.experiment.run_seed', signal.raise_signal)
+    monkeypatch.setattr('experience_evaluation.workers.run_seed', signal.raise_signal)
     with pytest.raises(LostError) as caught:
         run_all([HARMLESS, DEADLY], 2, 'test')
     assert caught.value.lost == (1,)

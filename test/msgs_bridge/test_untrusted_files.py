@@ -9,6 +9,7 @@ import time
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
+import yaml
 
 from msgs_bridge.untrusted import files as safe_files
 from msgs_bridge.untrusted.files import (
@@ -192,7 +193,5 @@ def test_yaml_says_where_an_alias_is():
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner),
     max_leaves=10))
 def test_yaml_without_such_things_says_what_it_says(value):
-    import yaml
-
     assert yaml_from_text(yaml.safe_dump(value)) == value
     assert yaml_from_text(yaml.safe_dump(value).encode()) == value
