@@ -12,11 +12,11 @@ EVALUATION_ARGS ?=
 
 export PYTHON VENV
 # A sourced ROS or another virtual environment must not shine through: the libraries of two
-# installations do not mix in one process.
+# installations do not mix in one process. Without compiled files every process compiles anew.
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH \
-	RMW_IMPLEMENTATION LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE
+	RMW_IMPLEMENTATION LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo setup tools test check bench evaluation lock clean
+.PHONY: demo setup tools test test-all check bench evaluation lock clean
 
 demo: setup
 	$(BIN)/experience demo $(DEMO_ARGS)
@@ -28,8 +28,13 @@ setup:
 tools:
 	@sh tools/setup.sh tools
 
+PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 test: tools
-	$(BIN)/python -m pytest -n 2 --dist worksteal $(TEST_ARGS)
+	$(PYTEST) $(TEST_ARGS)
+
+# With what is marked `long` as well.
+test-all: tools
+	$(PYTEST) -m '' $(TEST_ARGS)
 
 check: tools
 	$(BIN)/ruff check $(CODE)

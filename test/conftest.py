@@ -1,5 +1,6 @@
 """What every test may ask for: a ROS domain of its own, a node of its own, steady settings."""
 
+from collections import Counter
 from collections.abc import Iterator
 import os
 import sys
@@ -20,12 +21,23 @@ settings.load_profile(os.environ.get('HYPOTHESIS_PROFILE', 'steady'))
 FAILED = pytest.StashKey[bool]()
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """Return two workers a core: half of the time a test waits, for nodes that wait themselves."""
+    return min(2 * len(os.sched_getaffinity(0)), 24)
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Run tests that talk over DDS again if they fail (doc/adr/0009), if the plugin is there."""
     if config.pluginmanager.hasplugin('rerunfailures'):
         for item in items:
             if talks(item):
                 item.add_marker(pytest.mark.flaky(reruns=2))
+    if 'PYTEST_XDIST_WORKER' in os.environ:
+        # Whole files are given to the workers, in this order: what takes long begins first.
+        seconds = Counter()
+        for item in items:
+            seconds[item.path] += 10 * bool(item.get_closest_marker('slow')) + 2 * talks(item)
+        items.sort(key=lambda item: -seconds[item.path])
 
 
 def talks(item: pytest.Item) -> bool:
