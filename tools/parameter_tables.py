@@ -31,25 +31,25 @@ PAGE = Path(__file__).resolve().parents[1] / 'doc' / 'parameters.md'
 
 INTRODUCTION = """# Parameters
 
-Written by `python tools/parameter_tables.py` from the declarations in the code; `make check` keeps
-it current. A value out of range is refused, at start with exit code 2 and at run time with a
-message that names the range. *Fixed* parameters cannot be changed at run time.
+Written by `python tools/parameter_tables.py` from the declarations in the code; `make check`
+keeps it current. A value out of range is refused, at start with exit code 2 and at run time with
+a message that names the range. *Fixed* parameters cannot be changed at run time.
 
-Set them with `--ros-args -p NAME:=VALUE` or `--params-file FILE`; `--help` of a node lists
-its names. A name that is almost one of the node's is refused with exit code 2 and a suggestion, if it
-was given to this node: by `-p`, or in a section of the file that names the node; otherwise a misspelt
-limit would have no effect. A name that is like none of the node's own is ignored with a warning. A
-section for any node (`/**`) may hold names of others; a name in it that is almost one of this
-node's gets a warning.
+Set them with `--ros-args -p NAME:=VALUE` or `--params-file FILE`; `--help` of a node lists its
+names. A name that is almost one of the node's is refused with exit code 2 and a suggestion, if
+it was given to this node: by `-p`, or in a section of the file that names the node; otherwise a
+misspelt limit would have no effect. A name that is like none of the node's own is ignored with a
+warning. A section for any node (`/**`) may hold names of others; a name in it that is almost one
+of this node's gets a warning.
 
 ROS silently drops a section for another node, or a whole file: `control_field_node:` matches no
-node in a namespace. So a file without a section for the node that it is given to is
-refused, with the names of its sections and what to call them; so is a section that was meant for the
-node but does not match it. `/**/control_field_node` matches that node in every namespace. A file that
+node in a namespace. So a file without a section for the node that it is given to is refused,
+with the names of its sections and what to call them; so is a section that was meant for the node
+but does not match it. `/**/control_field_node` matches that node in every namespace. A file that
 several nodes share has a section for each of them, or one for all (`/**`).
 
-Remappings (`-r FROM:=TO`) that change nothing are named in a warning, with the topic that may have
-been meant; those of other nodes' topics, which a launch file passes to all, in a note.
+Remappings (`-r FROM:=TO`) that change nothing are named in a warning, with the topic that may
+have been meant; those of other nodes' topics, which a launch file passes to all, in a note.
 """
 
 
