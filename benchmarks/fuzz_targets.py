@@ -20,7 +20,7 @@ from episode_store.header import EpisodeHeader
 from episode_store.repair import repair_bag
 from episode_store.rosbag2.columns import read_columns
 from episode_store.rosbag2.errors import mcap_path
-from episode_store.rosbag2.metadata import custom_data, with_custom_data
+from episode_store.rosbag2.metadata import custom_data, with_note
 from episode_store.rosbag2.reader import BagReader, RawMessages
 from episode_store.rosbag2.topic_tables import (
     decision_table, local_grid_table, pose_table, statuses)
@@ -243,7 +243,7 @@ def _counts(reader: BagReader) -> Counter[tuple[str, str]]:
 def _read_notes(data: bytes) -> None:
     text = data.decode('utf-8', 'replace')
     custom_data(text)
-    with_custom_data(text, {'label': 'success'}, Path('metadata.yaml'))
+    with_note(text, 'label', 'success', 'metadata.yaml')
 
 
 def targets() -> dict[str, Target]:

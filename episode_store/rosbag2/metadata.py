@@ -1,21 +1,21 @@
 """rosbag2's ``metadata.yaml``, version 9, as Jazzy writes it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 import os
 from pathlib import Path
-import re
+from textwrap import indent
 from typing import Any, Final
 
 from episode_store.rosbag2.errors import BagError, error_line
-from msgs_bridge.untrusted.files import read_text, replace_file, yaml_from_text
+from msgs_bridge.untrusted.files import (
+    read_text, replace_file, text_from_yaml, yaml_from_text, yaml_node)
 
 NAME: Final = 'metadata.yaml'
-_FOREVER: Final = '\n    sec: 9223372036\n    nsec: 854775807'
-_EMPTY: Final = '""'
-#: What stands under ``custom_data``, with all lines that are indented deeper.
-_CUSTOM: Final = re.compile(r'^( *)custom_data:.*\n(?:\1 +.*\n)*', re.MULTILINE)
+#: The key under which all of it stands, and that of what people and programs have noted.
+_BAG, _NOTES = 'rosbag2_bagfile_information', 'custom_data'
+_FOREVER: Final = {'sec': 9223372036, 'nsec': 854775807}
 #: rosbag2's starting time of a bag without messages.
 _NEVER: Final = 2**63 - 1
 
@@ -45,12 +45,13 @@ class OfferedQos:
 
     def to_yaml(self) -> str:
         """Return it as rosbag2 stores it in a channel: a list of one profile."""
-        return (
-            f'- history: {self.history}\n  depth: {self.depth}\n'
-            f'  reliability: {self.reliability}\n  durability: {self.durability}\n'
-            f'  deadline:{_FOREVER}\n  lifespan:{_FOREVER}\n  liveliness: automatic\n'
-            f'  liveliness_lease_duration:{_FOREVER}\n'
-            '  avoid_ros_namespace_conventions: false')
+        return text_from_yaml([self.to_mapping()])
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return the profile."""
+        return {**asdict(self), 'deadline': _FOREVER, 'lifespan': _FOREVER,
+                'liveliness': 'automatic', 'liveliness_lease_duration': _FOREVER,
+                'avoid_ros_namespace_conventions': False}
 
 
 _LATCHED: Final = OfferedQos(depth=1, durability='transient_local')
@@ -80,11 +81,10 @@ def read_yaml(text: str) -> Any:
 def is_qos(text: str) -> bool:
     """Tell whether a text is a list of offered profiles as rosbag2 stores them."""
     profiles = read_yaml(text)
-    names = {line.partition(':')[0].strip(' -') for line in OfferedQos().to_yaml().splitlines()
-             if not line.startswith('    ')}
+    names = OfferedQos().to_mapping().keys()
     return isinstance(profiles, list) and all(
         isinstance(profile, dict) and names <= profile.keys() and all(
-            {'sec', 'nsec'} <= value.keys() for value in profile.values()
+            _FOREVER.keys() <= value.keys() for value in profile.values()
             if isinstance(value, dict)) for profile in profiles)
 
 
@@ -109,6 +109,13 @@ class TopicSummary:
     type_hash: str
     qos: str
     count: int
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what rosbag2 stores of it."""
+        return {'topic_metadata': {
+            'name': self.name, 'type': self.type_name, 'serialization_format': 'cdr',
+            'offered_qos_profiles': read_yaml(self.qos) or [],
+            'type_description_hash': self.type_hash}, 'message_count': self.count}
 
 
 @dataclass(frozen=True)
@@ -139,81 +146,37 @@ class BagSummary:
 
     def to_yaml(self) -> str:
         """Return the text that rosbag2 stores; in ``metadata.yaml`` it stands under one key."""
-        return '\n'.join(self._lines()) + '\n'
+        return text_from_yaml(self.to_mapping())
 
-    def _lines(self) -> Iterator[str]:
-        span = [
-            f'starting_time:\n  nanoseconds_since_epoch: {self.start if self.count else _NEVER}',
-            f'duration:\n  nanoseconds: {self.end - self.start}',
-            f'message_count: {self.count}']
-        yield 'version: 9'
-        yield 'storage_identifier: mcap'
-        yield from (span[1], span[0], span[2])
-        yield 'topics_with_message_count:' if self.topics else 'topics_with_message_count: []'
-        for topic in self.topics:
-            yield from _topic_lines(topic)
-        yield 'compression_format: ""\ncompression_mode: ""'
-        yield f'relative_file_paths:\n  - {self.file}'
-        yield f'files:\n  - path: {self.file}'
-        yield from (_indented(text, 4) for text in span)
-        yield f'custom_data: ~\nros_distro: {os.environ.get("ROS_DISTRO", "jazzy")}'
-
-
-def _topic_lines(topic: TopicSummary) -> Iterator[str]:
-    yield '  - topic_metadata:'
-    yield f'      name: {topic.name}'
-    yield f'      type: {topic.type_name}'
-    yield '      serialization_format: cdr'
-    yield '      offered_qos_profiles:' if topic.qos else '      offered_qos_profiles: []'
-    if topic.qos:
-        yield _indented(topic.qos, 8)
-    yield f'      type_description_hash: {topic.type_hash or _EMPTY}'
-    yield f'    message_count: {topic.count}'
-
-
-def _indented(text: str, n: int) -> str:
-    return '\n'.join(' ' * n + line for line in text.splitlines())
+    def to_mapping(self) -> dict[str, Any]:
+        """Return what rosbag2 stores."""
+        span = {
+            'starting_time': {'nanoseconds_since_epoch': self.start if self.count else _NEVER},
+            'duration': {'nanoseconds': self.end - self.start}, 'message_count': self.count}
+        return {
+            'version': 9, 'storage_identifier': 'mcap', **span,
+            'topics_with_message_count': [topic.to_mapping() for topic in self.topics],
+            'compression_format': '', 'compression_mode': '', 'relative_file_paths': [self.file],
+            'files': [{'path': self.file, **span}], _NOTES: None,
+            'ros_distro': os.environ.get('ROS_DISTRO', 'jazzy')}
 
 
 def custom_data(text: str) -> dict[str, str]:
     """Return what people and programs have noted in a ``metadata.yaml``, given its text."""
-    block = _CUSTOM.search(text)
-    whole = read_yaml(block[0]) if block else None
-    values = whole.get('custom_data') if isinstance(whole, dict) else None
-    if not isinstance(values, dict):
-        return {}
-    # A few lines of YAML can stand for lists that no memory holds.
-    return {str(key): str(value) for key, value in values.items()
-            if isinstance(key, str | int | float) and isinstance(value, str | int | float)}
+    said = read_yaml(text)
+    for about in said.values() if isinstance(said, dict) else ():
+        notes = about.get(_NOTES) if isinstance(about, dict) else None
+        if isinstance(notes, dict):
+            return {str(key): str(value) for key, value in notes.items()
+                    if isinstance(key, str | int | float) and isinstance(value, str | int | float)}
+    return {}
 
 
-def with_custom_data(text: str, values: Mapping[str, str], path: Path) -> str:
-    """
-    Return the text of a ``metadata.yaml`` with other notes in it.
-
-    Raises
-    ------
-    BagError
-        If it has no place for any; ``path`` is named.
-
-    """
-    import yaml  # type: ignore[import-untyped, unused-ignore]
-
-    block = _CUSTOM.search(text)
-    if block is None:
-        raise BagError(f'{path} has no custom_data: mend the bag with `experience repair '
-                       f'{path.parent}`')
-    lines = _indented(yaml.safe_dump(dict(values), default_style='"', width=2**31), len(
-        block[1]) + 2) + '\n' if values else ''
-    head = f'{block[1]}custom_data:' + ('\n' if lines else ' ~\n')
-    return text[:block.start()] + head + lines + text[block.end():]
-
-
-def with_note(text: str, key: str, value: str | None, path: Path) -> str:
+def with_note(text: str, key: str, value: str | None, path: Path | str) -> str:
     """
     Return the text of a ``metadata.yaml`` with one note set, or taken out (None).
 
-    The other notes stay as they are written, so that one taken out again leaves no trace.
+    All else stays as it is written, so that a note taken out again leaves no trace.
 
     Raises
     ------
@@ -224,16 +187,43 @@ def with_note(text: str, key: str, value: str | None, path: Path) -> str:
     values = custom_data(text)
     if value is None and key not in values:
         return text
-    block = _CUSTOM.search(text)
-    head, *lines = block[0].splitlines(keepends=True) if block else ['']
-    own = re.compile(rf'\s*["\']?{re.escape(key)}["\']?\s*:')
-    others = [line for line in lines if not own.match(line)]
-    if block is None or head.strip() != 'custom_data:' or not others:
-        values.pop(key, None)
-        return with_custom_data(text, values | ({} if value is None else {key: value}), path)
-    indent = ' ' * (len(others[0]) - len(others[0].lstrip()))
-    note = '' if value is None else f'{indent}"{key}": "{value}"\n'
-    return text[:block.start()] + head + ''.join(others) + note + text[block.end():]
+    text = text.removeprefix('\ufeff') + ('' if text.endswith('\n') else '\n')
+    name, notes = _notes_in(text, path)
+    is_block = notes.id == 'mapping' and not notes.flow_style
+    entries = [entry for entry, _ in notes.value] if is_block else []
+    first, last = _line_start(name.start_mark), (
+        _line_start(notes.end_mark) if is_block else text.index('\n', notes.end_mark.index) + 1)
+    starts = [*(_line_start(entry.start_mark) for entry in entries), last]
+    kept = [text[start:end] for entry, start, end in zip(entries, starts, starts[1:], strict=False)
+            if entry.value != key]
+    note = {} if value is None else {key: value}
+    if not kept:
+        others = {other: said for other, said in values.items() if other != key}
+        said = text_from_yaml({_NOTES: {**others, **note} or None})
+        return text[:first] + indent(said, ' ' * name.start_mark.column) + text[last:]
+    margin = ' ' * (len(kept[0]) - len(kept[0].lstrip(' ')))
+    added = indent(text_from_yaml(note), margin) if note else ''
+    return text[:starts[0]] + ''.join(kept) + added + text[last:]
+
+
+def _line_start(mark: Any) -> int:
+    return int(mark.index - mark.column)
+
+
+def _notes_in(text: str, path: Path | str) -> Any:
+    """Return the nodes of ``custom_data`` and of what stands under it."""
+    with suppress(ValueError):
+        for _, about in _pairs(yaml_node(text)):
+            for key, value in _pairs(about):
+                if key.value == _NOTES and not about.flow_style:
+                    return key, value
+    raise BagError(f'{path} has no custom_data: mend the bag with `experience repair '
+                   f'{Path(path).parent}`')
+
+
+def _pairs(node: Any) -> list[Any]:
+    """Return the keys and values of a node; none if it is no mapping."""
+    return list(node.value) if getattr(node, 'id', '') == 'mapping' else []
 
 
 def has_metadata(folder: Path) -> bool:
@@ -242,7 +232,7 @@ def has_metadata(folder: Path) -> bool:
         content = read_yaml(read_text(folder / NAME, within=folder))
     except (FileNotFoundError, UnicodeDecodeError):
         return False
-    found = content.get('rosbag2_bagfile_information') if isinstance(content, dict) else None
+    found = content.get(_BAG) if isinstance(content, dict) else None
     return isinstance(found, dict) and {'version', 'message_count', 'files'} <= found.keys()
 
 
@@ -256,11 +246,10 @@ def write_metadata(folder: Path, summary: BagSummary) -> None:
         If it cannot be written.
 
     """
-    text = 'rosbag2_bagfile_information:\n' + _indented(summary.to_yaml(), 2) + '\n'
-    path = folder / NAME
+    about, path = summary.to_mapping(), folder / NAME
     with suppress(OSError, UnicodeDecodeError):
-        text = with_custom_data(text, custom_data(read_text(path, within=folder)), path)
-    write_atomically(path, text.encode())
+        about[_NOTES] = custom_data(read_text(path, within=folder)) or None
+    write_atomically(path, text_from_yaml({_BAG: about}).encode())
 
 
 def write_atomically(path: Path, content: bytes) -> None:

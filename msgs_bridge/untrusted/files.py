@@ -150,6 +150,35 @@ def yaml_from_text(text: str | bytes, as_written: bool = False) -> Any:
         If it is no YAML, or a key is given twice. All are one line, without the file.
 
     """
+    with _yaml_loader(text, as_written) as loader:
+        node = loader.get_single_node()
+        if as_written:
+            _check_keys(node)
+        return None if node is None else loader.construct_document(node)
+
+
+def yaml_node(text: str) -> Any:
+    """Return what a text in YAML says as nodes of PyYAML that tell where; see `yaml_from_text`."""
+    with _yaml_loader(text) as loader:
+        return loader.get_single_node()
+
+
+def text_from_yaml(value: Any) -> str:
+    """Return plain types as YAML, in the order they have; no aliases are made."""
+    import yaml
+
+    class Plain(getattr(yaml, 'CSafeDumper', yaml.SafeDumper)):  # type: ignore[misc]
+        def ignore_aliases(self, data: object) -> bool:
+            return True
+
+    Plain.add_representer(type(None), lambda dumper, _: dumper.represent_scalar(
+        'tag:yaml.org,2002:null', '~'))
+    return str(yaml.dump(value, Dumper=Plain, sort_keys=False, width=2**30))
+
+
+@contextmanager
+def _yaml_loader(text: str | bytes, as_written: bool = False) -> Iterator[Any]:
+    """Check a text in YAML and make what loads it; what that raises becomes ValueError."""
     import yaml  # type: ignore[import-untyped, unused-ignore]
 
     if len(text) > MOST_BYTES:
@@ -157,17 +186,14 @@ def yaml_from_text(text: str | bytes, as_written: bool = False) -> Any:
             f'it has {len(text)} bytes, YAML of this kind has at most {MOST_BYTES}')
     # In C 20 times as fast; without a bound of the depth it would crash.
     name = 'BaseLoader' if as_written else 'SafeLoader'
-    loader = getattr(yaml, f'C{name}', getattr(yaml, name))
+    kind = getattr(yaml, f'C{name}', getattr(yaml, name))
     try:
-        _check_events(yaml, yaml.parse(text, loader))
-        reader = loader(text)
+        _check_events(yaml, yaml.parse(text, kind))
+        loader = kind(text)
         try:
-            node = reader.get_single_node()
-            if as_written:
-                _check_keys(yaml, node)
-            return None if node is None else reader.construct_document(node)
+            yield loader
         finally:
-            reader.dispose()
+            loader.dispose()
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         raise ValueError(f'it is no YAML{_line(mark)}') from None
@@ -311,18 +337,18 @@ def _check_regular(path: Path | str, about: os.stat_result) -> None:
     raise OddFileError(path, f'it is {kind}, it must be a regular file')
 
 
-def _check_keys(yaml: Any, node: Any) -> None:
+def _check_keys(node: Any) -> None:
     """Refuse mappings with a key that is given twice; how deep they are was checked before."""
     lines: dict[str, int] = {}
-    for child in getattr(node, 'value', ()) if not isinstance(node, yaml.ScalarNode) else ():
+    for child in [] if isinstance(getattr(node, 'value', ''), str) else node.value:
         key, value = child if isinstance(child, tuple) else (None, child)
-        if isinstance(key, yaml.ScalarNode):
+        if key is not None and isinstance(key.value, str):
             line = int(key.start_mark.line) + 1
             if key.value in lines:
                 raise ValueError(f'it says {key.value!r} twice, in line {lines[key.value]} and in '
                                  f'line {line}: keep one of them')
             lines[key.value] = line
-        _check_keys(yaml, value)
+        _check_keys(value)
 
 
 def _check_events(yaml: Any, events: Any) -> None:

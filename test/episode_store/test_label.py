@@ -16,7 +16,7 @@ from episode_store.label import KEY, read_label, write_label
 from episode_store.making import start_bag
 from episode_store.repair import repair_bag
 from episode_store.rosbag2.errors import BagError, mcap_path, NothingToLearnError
-from episode_store.rosbag2.metadata import custom_data, NAME, with_custom_data
+from episode_store.rosbag2.metadata import custom_data, NAME, with_note
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from episode_store.trials import judged
 from msgs_bridge.messages.trial_status import Label, State
@@ -57,11 +57,16 @@ def test_other_readers_still_read_a_labelled_bag(tmp_path):
     st.text(st.characters(codec='utf-8'), max_size=9), max_size=4))
 def test_notes_of_others_stay_when_a_label_is_written(values):
     text = 'a:\n  files: 1\n  custom_data: ~\n  ros_distro: jazzy\n'
-    noted = with_custom_data(text, values, NAME)
+    noted = text
+    for key, value in values.items():
+        noted = with_note(noted, key, value, NAME)
     assert custom_data(noted) == values
-    again = with_custom_data(noted, {**custom_data(noted), KEY: 'success'}, NAME)
+    again = with_note(noted, KEY, 'success', NAME)
     assert custom_data(again) == {**values, KEY: 'success'}
-    assert with_custom_data(again, {}, NAME) == text
+    assert with_note(again, KEY, None, NAME) == noted
+    for key in (KEY, *values):
+        again = with_note(again, key, None, NAME)
+    assert again == text
 
 
 @pytest.mark.parametrize('notes', [
@@ -87,6 +92,8 @@ def test_a_label_taken_back_leaves_the_notes_of_others_as_they_were_written(tmp_
 def test_any_way_of_writing_yaml_is_read(tmp_path, written):
     (tmp_path / NAME).write_text('rosbag2_bagfile_information:\n' + written)
     assert read_label(tmp_path) is Label.FAILURE
+    write_label(tmp_path, Label.SUCCESS)
+    assert custom_data((tmp_path / NAME).read_text()) == {KEY: 'success'}
 
 
 def test_a_label_that_there_is_not_is_refused_with_the_choice(tmp_path):
