@@ -22,7 +22,7 @@ class Seen:
         Masks of the eight cells around it.
     occupied : frozenset of (row, col)
         Cells of the nine that must not be entered.
-    local grid : Sight
+    local_grid : LocalGrid
         The same for the collision monitor.
 
     """

@@ -17,9 +17,9 @@ def fold(episodes: Sequence[EpisodeFolder]) -> tuple[Relearner | None, list[Lear
 
     Returns
     -------
-    lessons : Lessons or None
+    relearner : Relearner or None
         None if no bag can be learnt from at all.
-    each : list of Lesson
+    learnt : list of LearntBag
 
     Raises
     ------

@@ -115,13 +115,13 @@ def demonstration_from_poses(
         Of the poses, in the order in which they were recorded.
     xy : ndarray, shape (n, 2), [m]
         Positions.
-    sight_stamps, sight_blocked, sight_unknown : ndarray, shape (m,)
+    local_grid_stamps, local_grid_blocked, local_grid_unknown : ndarray, shape (m,)
         The 3x3 local grids seen under way and their stamps, not decreasing; may be empty.
     episode : int
         Number of the bag.
     speed_max : float, [m/s]
         The robot is no faster.
-    sight_cells : ndarray, shape (m, 2), optional
+    local_grid_cells : ndarray, shape (m, 2), optional
         Cells that the local grids were seen from; what was seen from elsewhere counts for nothing.
     motion : Motion, optional
         Headings and speeds that came with the poses.

@@ -76,7 +76,7 @@ def share_that_is_clear(
         Time until the next command, [s].
     place : tuple of float
         Where the robot was when it was last heard, [m] and [rad].
-    local grid : Sight
+    local_grid : LocalGrid
     limits : Limits
     lag : Lag
         What it may have driven since.

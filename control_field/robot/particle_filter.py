@@ -104,7 +104,7 @@ class ParticleFilter:
     ----------
     grid : Grid
         The workspace.
-    wear : Wear
+    motion_noise : MotionNoise
         How far the wheels may be trusted.
     rng : numpy.random.Generator
     n : int

@@ -112,7 +112,7 @@ def steer(x: float, y: float, yaw: float, segment: Segment, limits: Limits) -> V
     ----------
     x, y, yaw : float, [m], [rad]
         The robot's pose, finite.
-    segment : Leg
+    segment : Segment
         Where it goes.
     limits : Limits
         What it can do.

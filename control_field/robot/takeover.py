@@ -26,7 +26,7 @@ class TakeoverDetector:
     Parameters
     ----------
     timeout : float
-        How long after the last foreign command the person is taken to have let go, [s].
+        How long after the last command of somebody else the person is taken to have let go, [s].
 
     Attributes
     ----------
