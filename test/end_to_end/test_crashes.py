@@ -6,11 +6,10 @@ import time
 import pytest
 
 from control_field.records import Outcome
-from episode_store.episode import read_episode, read_header
-from episode_store.relearn import Relearner
+from episode_store.episode import read_episode
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
-from suite_helpers import running_suite
+from suite_helpers import relearnt, running_suite
 
 pytestmark = pytest.mark.slow
 
@@ -23,11 +22,7 @@ def outcomes(task):
 def finish(suite):
     suite.wait_for_revision(3)
     suite.wait(lambda: suite.newest_revision() == 3, 'the last field')
-    header = read_header(suite.task.episodes()[0].path)
-    relearner = Relearner(header.grid, header.parameters)
-    for episode in suite.task.episodes():
-        relearner.learn(episode)
-    assert field_bytes(relearner.field()) == suite.live_bytes()
+    assert field_bytes(relearnt(suite.task).field()) == suite.live_bytes()
 
 
 def test_a_learner_that_was_suspended_takes_its_own_sleep_for_nobodys_silence(

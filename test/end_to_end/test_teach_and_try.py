@@ -1,6 +1,5 @@
 """The whole loop on three real processes: teach, try, learn; the field is that of the bags."""
 
-import sys
 import time
 
 import pytest
@@ -11,17 +10,11 @@ from episode_store.relearn import Relearner
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
 from experience_cli.errors import UserError
+from experience_cli.main import main
 from msgs_bridge.messages.tables import field_from_cloud
-from ros_helpers import run
-from suite_helpers import running_suite
+from suite_helpers import relearnt, running_suite
 
 pytestmark = pytest.mark.slow
-
-
-def relearnt(task):
-    header = read_header(task.episodes()[0].path)
-    relearner = Relearner(header.grid, header.parameters)
-    return relearner, [relearner.learn(episode) for episode in task.episodes()]
 
 
 @pytest.fixture(scope='module')
@@ -40,8 +33,7 @@ def taught(ros_domain, tmp_path_factory):
 
 def test_what_the_learner_published_is_what_the_bags_teach(taught):
     for task, live, _, _ in taught:
-        relearner, _ = relearnt(task)
-        assert field_bytes(relearner.field()) == live
+        assert field_bytes(relearnt(task).field()) == live
 
 
 def test_the_same_run_twice_gives_the_same_bytes(taught):
@@ -52,7 +44,9 @@ def test_the_same_run_twice_gives_the_same_bytes(taught):
 
 def test_it_learns_the_task(taught):
     for task, _, said, _ in taught:
-        _, learnt_bags = relearnt(task)
+        header = read_header(task.episodes()[0].path)
+        relearner = Relearner(header.grid, header.parameters)
+        learnt_bags = [relearner.learn(episode) for episode in task.episodes()]
         kinds = [learnt_bag.episode.kind for learnt_bag in learnt_bags]
         assert kinds == [EpisodeKind.DEMO, EpisodeKind.TRIAL, EpisodeKind.TRIAL]
         assert '0001' in said
@@ -63,13 +57,12 @@ def test_it_learns_the_task(taught):
         assert trials[1].refresh.reinforcements == 0
 
 
-def test_experience_learn_agrees_with_every_recorded_field(taught, tmp_path):
+def test_experience_learn_agrees_with_every_recorded_field(taught, capsys):
     task = taught[0][0]
-    command = [sys.executable, '-m', 'experience_cli.main', 'learn', '--check', str(task.path)]
-    process = run(command, tmp_path)
-    assert process.popen.returncode == 0, process.report()
-    assert 'control_field revision 3 sha256' in process.stdout
-    assert len(process.stdout.splitlines()) == 4
+    assert main(['learn', '--check', str(task.path)]) == 0
+    said = capsys.readouterr().out
+    assert 'control_field revision 3 sha256' in said
+    assert len(said.splitlines()) == 4
 
 
 def test_a_restarted_learner_publishes_the_same_field(taught, ros_domain, tmp_path):

@@ -14,8 +14,7 @@ from sensor_msgs.msg import PointCloud2, PointField
 from bridge_helpers import random_decisions, random_field, spoil
 from control_field.grid import Grid
 from control_field.records import Outcome
-from episode_store.episode import read_episode, read_header
-from episode_store.relearn import Relearner
+from episode_store.episode import read_episode
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
 from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
@@ -23,7 +22,7 @@ from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.tables import cloud_from_decisions, cloud_from_field
 from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
 from msgs_bridge.node import qos
-from suite_helpers import running_suite
+from suite_helpers import relearnt, running_suite
 
 pytestmark = pytest.mark.slow
 
@@ -169,8 +168,4 @@ def test_nodes_that_stand_still_lose_no_trial(suite, seconds):
               if episode.kind is EpisodeKind.TRIAL]
     assert trials.count(Outcome.GOAL) == before + 1, suite.report()
     assert set(trials) <= {Outcome.GOAL, Outcome.ABORTED}
-    header = read_header(suite.task.episodes()[0].path)
-    relearner = Relearner(header.grid, header.parameters)
-    for episode in suite.task.episodes():
-        relearner.learn(episode)
-    assert field_bytes(relearner.field()) == suite.live_bytes()
+    assert field_bytes(relearnt(suite.task).field()) == suite.live_bytes()
