@@ -114,7 +114,7 @@ class Ride:
 
     @property
     def is_success(self) -> bool:
-        """Tell whether the robot is at the goal, untouched."""
+        """Return whether the robot is at the goal, untouched."""
         return self.outcome == Outcome.GOAL and not self.n_collisions
 
 

@@ -112,7 +112,7 @@ class Ride:
     micros: float
 
     def is_success(self, resolution: float = 0.25) -> bool:
-        """Tell whether the robot is truly at the goal, untouched."""
+        """Return whether the robot is truly at the goal, untouched."""
         near = 0.5 * resolution + GRACE
         return (self.outcome == 'goal' and not self.touched
                 and max(abs(self.off_x), abs(self.off_y)) <= near)

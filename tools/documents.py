@@ -4,8 +4,9 @@ Hold what is written about the code to the code.
 In the pages of `doc/`, in README.md and CONTRIBUTING.md, and in the docstrings of the packages,
 every file, module and function that stands in backticks has to exist (in a package's docstring a
 name in single backticks is a module, seen from there), and every link has to lead
-somewhere; a walk of `doc/architecture.md` has as many files and stops as its title says; and no
-identifier in the code uses a word that `doc/glossary.md` has replaced.
+somewhere; a walk of `doc/architecture.md` has as many files and stops as its title says; no
+identifier in the code uses a word that `doc/glossary.md` has replaced; and the arguments that a
+docstring describes are those that there are.
 """
 
 import ast
@@ -30,6 +31,8 @@ _PATH = re.compile(r'[\w.-]+(?:/[\w.-]*)+')
 _DOTTED = re.compile(r'[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+')
 _WALK = re.compile(r'^### .*\((\d+) files, (\d+) stops\)$', re.MULTILINE)
 _STOP = re.compile(r'^\| \d+ \| `([\w./-]+\.py):[\w.]+`', re.MULTILINE)
+_PARAMETERS = re.compile(
+    r'^Parameters\n-+\n(.*?)(?=^\w+\n-+\n|\Z)', re.MULTILINE | re.DOTALL)
 _WORD = re.compile(r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])')
 
 
@@ -145,6 +148,28 @@ def old_words(path: Path, replaced: dict[str, str], kept: frozenset[str]) -> Ite
                        f'say {replaced[word]} instead of {word}')
 
 
+def wrong_arguments(path: Path) -> Iterator[str]:
+    """Yield the arguments that a docstring describes and that there are not."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if not isinstance(node, ast.FunctionDef | ast.ClassDef):
+            continue
+        if found := _PARAMETERS.search(ast.get_docstring(node) or ''):
+            rows = re.findall(r'^(\w.*?)(?: :|$)', found.group(1), re.MULTILINE)
+            said = {name.strip(' *`') for row in rows for name in row.split(',')}
+            for name in sorted(said - _arguments(node)):
+                yield f'{path.relative_to(ROOT)}:{node.lineno}: {node.name} has no argument {name}'
+
+
+def _arguments(node: ast.FunctionDef | ast.ClassDef) -> set[str]:
+    """Return what a function takes, or what a class takes: its fields, or those of `__init__`."""
+    if isinstance(node, ast.FunctionDef):
+        return {each.arg for each in ast.walk(node.args) if isinstance(each, ast.arg)}
+    found = {each.target.id for each in node.body
+             if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)}
+    return found.union(*(_arguments(each) for each in node.body
+                         if isinstance(each, ast.FunctionDef) and each.name == '__init__'))
+
+
 def _identifiers(node: ast.AST) -> list[str]:
     """Return what a node of a syntax tree defines: what it merely uses is said where it is."""
     match node:
@@ -170,6 +195,7 @@ def problems() -> Iterable[str]:
     for folder in sorted(ROOMS | {'launch', 'test', 'tools'}):
         for path in sorted((ROOT / folder).rglob('*.py')):
             yield from old_words(path, replaced, kept)
+            yield from wrong_arguments(path)
 
 
 def main() -> int:

@@ -70,7 +70,7 @@ class World:
         object.__setattr__(self, 'occupancy', cells)
 
     def is_blocked(self, row: int, col: int) -> bool:
-        """Tell whether a cell is blocked; cells outside the workspace are."""
+        """Return whether a cell is blocked; cells outside the workspace are."""
         return not self.grid.contains(row, col) or bool(self.occupancy[row, col] != FREE)
 
 

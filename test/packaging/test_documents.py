@@ -49,6 +49,15 @@ def test_old_words_do_not_come_back(tmp_path, monkeypatch):
     assert not list(documents.old_words(path, replaced, frozenset({'SightTable', 'gaze_at'})))
 
 
+def test_a_docstring_describes_the_arguments_that_there_are(tmp_path, monkeypatch):
+    monkeypatch.setattr(documents, 'ROOT', tmp_path)
+    path = tmp_path / 'a.py'
+    rows = ('"""', 'Do.', '', 'Parameters', '----------', 'a, *b : int', '', '"""')
+    doc = ''.join(f'    {row}\n' for row in rows)
+    path.write_text(f'def f(a, *b):\n{doc}class C:\n{doc}    a: int\n')
+    assert list(documents.wrong_arguments(path)) == ['a.py:10: C has no argument b']
+
+
 def test_the_picture_has_every_package():
     assert set(architecture.ROOMS) | {'benchmarks'} == documents.ROOMS
     texts = [text for text in ET.fromstring(architecture.picture()).itertext() if text.strip()]
