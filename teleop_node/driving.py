@@ -90,9 +90,9 @@ class Driving:
         return self.velocity(now)
 
 
-class Pace:
+class RateLimiter:
     """
-    Which commands go out: every change at once, the same again at a rate.
+    Lets commands pass: every change at once, the same again at a rate.
 
     Parameters
     ----------
@@ -107,12 +107,12 @@ class Pace:
         self._last: Velocity | None = None
         self._due = -math.inf
 
-    def is_due(self, command: Velocity | None, now: float) -> bool:
-        """Take in the present command and tell whether it is to be sent now."""
+    def limit(self, command: Velocity | None, now: float) -> Velocity | None:
+        """Return the present command if it is to be sent now, None otherwise."""
         changed, self._last = command != self._last, command
         if command is None or not (changed or now >= self._due):
-            return False
+            return None
         # In step with the last one, so that the rate holds on average.
         self._due = now + self.period if changed else max(self._due, now - self.period) + (
             self.period)
-        return True
+        return command

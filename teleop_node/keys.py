@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from enum import StrEnum
-from typing import Final
+from typing import Final, NamedTuple
 
 #: Time after which an escape character that nothing followed was the Esc key, [s]. Over a slow
 #: line the rest of an arrow key's sequence may come that much later.
@@ -134,7 +134,14 @@ def key_from_bytes(data: bytes) -> str:
     return chr(data[0]) if len(data) == 1 and data[0] < 0x80 else OTHER
 
 
-class Presses:
+class Press(NamedTuple):
+    """A key, and whether it was pressed anew or is held."""
+
+    key: str
+    is_new: bool
+
+
+class RepeatDetector:
     """Tells a new press from the repeats of a key that is held."""
 
     def __init__(self) -> None:
@@ -142,8 +149,8 @@ class Presses:
         self._key: str | None = None
         self._at = 0.0
 
-    def is_new(self, key: str, now: float) -> bool:
-        """Take in a key and tell whether it is a new press."""
-        new = key != self._key or now - self._at > REPEAT_TIME
+    def press(self, key: str, now: float) -> Press:
+        """Return a key that has come, as a new press or a repeat of the last one."""
+        is_new = key != self._key or now - self._at > REPEAT_TIME
         self._key, self._at = key, now
-        return new
+        return Press(key, is_new)

@@ -23,23 +23,24 @@ from msgs_bridge.messages.trial_status import trial_from_status
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.environment import prepare
-from msgs_bridge.node.node_info import Operation
 from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import start_node
-from msgs_bridge.node.throttled_log import LogRateLimiter
-from teleop_node.asking import Asking
-from teleop_node.commands import Commands
-from teleop_node.driving import changed_speeds, FACTORS, MOVES, STANDING
-from teleop_node.facts import Gathered, problem_with_readers
-from teleop_node.keys import Action, ACTIONS, HELP, KeyParser, OTHER, Presses
+from teleop_node.answers import Answer
+from teleop_node.driving import changed_speeds
+from teleop_node.keyboard import KeyBindings, Keyboard
+from teleop_node.keys import Action, HELP
 from teleop_node.lifecycle import Signals
-from teleop_node.pastes import PASTED, Pastes
-from teleop_node.placing import Placing, where_to_teach
+from teleop_node.robot_placement import RobotPlacement
+from teleop_node.screen import Screen
+from teleop_node.service_clients import ServiceClients
 from teleop_node.settings import FIXED, Settings
-from teleop_node.status_line import line_from_facts, line_over, message_over
-from teleop_node.teaching import Answer, PATIENCE, Teaching
+from teleop_node.status_line import line_from_status
+from teleop_node.status_tracker import problem_with_readers, StatusTracker
+from teleop_node.teaching import Teaching
 from teleop_node.terminal import descriptor, Terminal
+from teleop_node.timeouts import Timeouts
+from teleop_node.velocity_commands import VelocityCommands
 
 #: How often keys are looked at, the line is written, peers are looked for, [s].
 _KEY_PERIOD: Final = 0.02
@@ -47,12 +48,11 @@ _LINE_PERIOD: Final = 0.25
 _PEERS_PERIOD: Final = 1.0
 #: How often it is told that somebody is there, [s]: a few may be lost before a trial ends.
 _HEARTBEAT_PERIOD: Final = 0.1
+#: Longest wait for the standstill to arrive before this process pauses or ends.
+_STANDSTILL_TIME: Final = Duration(nanoseconds=200_000_000)
 #: How long `quit` may take to arrive, [s], and how long ending a trial and a series may take.
 _FAREWELL: Final = 0.1
 _LEAVING_TIME: Final = 4.0
-
-#: Services that end a trial, which is right whoever hears it; keeping a drive is, too.
-_ENDING: Final = ('/stop_trial', '/stop_trials')
 
 PROGRAM: Final = Program(
     'teleop_node', 'keys, or services of the same names, to drive and to teach (doc/teaching.md).'
@@ -82,49 +82,47 @@ class TeleopNode(Node):
             self, Settings, fixed=FIXED, on_change=self._on_settings)
         check_names(self)
         self.terminal = terminal if self.settings.keyboard else None
-        self.is_done = False
-        self.has_left = False  #: whether trial and series have been ended already
-        self._is_stopping = False
-        self._parser, self._presses, self._pastes = KeyParser(), Presses(), Pastes()
-        self._problem = ''
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._gathered = Gathered(
+        self._status = StatusTracker(
             self._full_name(self.settings.learner), self._full_name(self.settings.controller))
-        self._teaching = Teaching(self, self.settings.learner, self.settings.controller)
-        self._rate_limiter = LogRateLimiter()
-        self._peers = PeerMonitor(self, say=self._say)
-        self._make_topics()
-        self._make_services()
-        self.create_timer(_KEY_PERIOD, self._look_at_keys, clock=self._steady)
-        # From the loop that reads keys and answers: one that hangs falls silent.
-        self.create_timer(
-            _HEARTBEAT_PERIOD, lambda: self._heartbeat.publish(Empty()), clock=self._steady)
-        self.create_timer(_LINE_PERIOD, self._write_line, clock=self._steady)
-        self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=self._steady)
+        self.screen = Screen(self.terminal, self._line, self.get_logger().info)
+        self._keyboard = Keyboard(self.terminal)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._make_teaching(
+            Timeouts(self, lambda: Future(executor=self.executor), steady))
+        self._make_topics(steady)
 
     def _full_name(self, node: str) -> str:
         return node if node.startswith('/') else f'{self.get_namespace().rstrip("/")}/{node}'
 
-    def _make_topics(self) -> None:
-        self._commands = Commands(self, self.settings, self._stamp)
-        self._heartbeat = self.create_publisher(Empty, 'teleop_heartbeat', qos.COMMAND)
-        # A trial's end is soon followed by the next beginning: neither may be missed.
-        self.create_subscription(
-            DiagnosticStatus, 'trial', self._on_trial, qos.RECORDING_LATCHED)
-        self.create_subscription(
-            DiagnosticArray, '/diagnostics',
-            lambda msg: self._gathered.saw_diagnostics(msg, time.monotonic()), 10)
-
-    def _make_services(self) -> None:
+    def _make_teaching(self, timeouts: Timeouts) -> None:
+        placement = RobotPlacement(self, timeouts, self.settings.lockstep)
+        self._commands = VelocityCommands(self, self.settings, partial(self._stamp, placement))
+        peers = PeerMonitor(self, say=self.screen.say)
+        self.service_clients = ServiceClients(
+            self, self.settings, self._status, peers, timeouts)
+        self.teaching = Teaching(
+            self.service_clients, placement, self._status, self._commands)
         # One that waits for an answer must keep neither the answer nor other requests waiting.
         group = ReentrantCallbackGroup()
         for action in Action:
             self.create_service(
                 Trigger, f'~/{action}', self._service(action), callback_group=group)
-        self._asking = Asking(
-            self, self.settings.learner, self.settings.controller,
-            lambda: Future(executor=self.executor), self._steady)
-        self._placing = Placing(self, self._asking, self.settings.lockstep)
+
+    def _make_topics(self, steady: Clock) -> None:
+        # A trial's end is soon followed by the next beginning: neither may be missed.
+        self.create_subscription(
+            DiagnosticStatus, 'trial', self._on_trial, qos.RECORDING_LATCHED)
+        self.create_subscription(
+            DiagnosticArray, '/diagnostics',
+            lambda msg: self._status.on_diagnostics(msg, time.monotonic()), 10)
+        heartbeat = self.create_publisher(Empty, 'teleop_heartbeat', qos.COMMAND)
+        bindings = KeyBindings(
+            self._commands, self.teaching, self._begin, self._change_speeds, self.screen.say)
+        self.create_timer(_KEY_PERIOD, partial(self._look_at_keys, bindings), clock=steady)
+        # From the loop that reads keys and answers: one that hangs falls silent.
+        self.create_timer(_HEARTBEAT_PERIOD, lambda: heartbeat.publish(Empty()), clock=steady)
+        self.create_timer(_LINE_PERIOD, self.screen.refresh, clock=steady)
+        self.create_timer(_PEERS_PERIOD, self._look_at_readers, clock=steady)
 
     def _service(self, action: Action) -> Any:
         async def serve(_: Any, response: Any) -> Any:
@@ -138,47 +136,32 @@ class TeleopNode(Node):
         driving = self._commands.driving
         driving.speeds, driving.hold_time = settings.speeds, settings.hold_time
 
-    # Keys
+    @property
+    def is_done(self) -> bool:
+        """Whether the program is to end."""
+        return self._keyboard.is_gone or self.teaching.has_quit
 
-    def _look_at_keys(self) -> None:
+    # Keys and actions
+
+    def _look_at_keys(self, bindings: KeyBindings) -> None:
         now = time.monotonic()
-        if self.terminal is not None:
-            data = self.terminal.read()
-            self.is_done = self.is_done or data is None
-            keys, is_pasted = self._pastes.typed(self._parser.feed(data or b'', now), now)
-            if is_pasted:
-                self._stop(OTHER, new=True)
-                self._say(PASTED)
-            for key in keys:
-                self._on_key(key, now)
+        bindings.on_typed(self._keyboard.read(now), now)
         self._commands.drive(now)
-
-    def _on_key(self, key: str, now: float) -> None:
-        new = self._presses.is_new(key, now)
-        action = ACTIONS.get(key, Action.STOP)
-        if key in MOVES and key != STANDING:
-            self._commands.driving.press(key, now)
-        elif key in FACTORS:
-            self._change_speeds(key)
-        elif action is Action.STOP:
-            self._stop(key, new)
-        else:
-            self.let_go()
-            if new:
-                self._begin(action)
 
     def _begin(self, action: Action) -> None:
         assert self.executor is not None
         self.executor.create_task(self._perform(action))
 
-    def _stop(self, key: str, new: bool) -> None:
-        """Stop the robot, whatever key that is; it ends what drives by itself, too."""
-        self.halt()
-        tries = self._teaching.drives_by_itself
-        if not self._is_stopping and (tries or (new and key in ACTIONS)):
-            self._begin(Action.STOP)
-        elif new and key.lower() in MOVES and key != STANDING and key:
-            self._say('capital letters do not drive: is caps lock on?')
+    async def _perform(self, action: Action) -> Answer:
+        answer = await self.teaching.perform(action)
+        self.screen.say(answer.sentence)
+        return answer
+
+    async def leave(self) -> None:
+        """End trial and series, and say so where there was any."""
+        answer = await self.teaching.leave()
+        if answer.message:
+            self.screen.say(answer.sentence)
 
     def _change_speeds(self, key: str) -> None:
         speeds = changed_speeds(key, self.settings.speeds, self.settings.greatest)
@@ -186,29 +169,20 @@ class TeleopNode(Node):
             Parameter(name, value=value)
             for name, value in zip(('speed', 'turn'), speeds, strict=True)])
 
-    async def _perform(self, action: Action) -> Answer:
-        self._is_stopping = self._is_stopping or action is Action.STOP
-        try:
-            answer = await self._teaching.perform(action)
-        finally:
-            self._is_stopping = self._is_stopping and action is not Action.STOP
-        self._say(answer.sentence)
-        return answer
-
-    # Commands
-
-    def _stamp(self) -> Any:
+    def _stamp(self, placement: RobotPlacement) -> Any:
         """Return the stamp of a command; in lock-step it answers the last odometry."""
-        odometry = self._placing.odometry if self.settings.lockstep else None
+        odometry = placement.odometry if self.settings.lockstep else None
         return self.get_clock().now().to_msg() if odometry is None else odometry.header.stamp
+
+    # The end, and pauses
 
     def stand_still(self) -> None:
         """Stop the robot and see that it gets to know, before this process pauses or ends."""
-        self._commands.stand_still(lambda seconds: Duration(nanoseconds=round(seconds * 1e9)))
+        self._commands.stand_still(_STANDSTILL_TIME)
 
     def pause(self) -> None:
         """Stop the robot and give the terminal back."""
-        self.stand_still()
+        self._commands.stand_still(_STANDSTILL_TIME)
         if self.terminal is not None:
             self.terminal.write('\n')
             self.terminal.leave()
@@ -218,112 +192,27 @@ class TeleopNode(Node):
         if self.terminal is not None:
             self.terminal.enter()
 
-    # What comes in
+    # What comes in, and what of it is shown
 
     def _on_trial(self, msg: DiagnosticStatus) -> None:
         try:
-            self._gathered.saw_trial(trial_from_status(msg))
+            self._status.on_trial(trial_from_status(msg))
         except ValueError as error:
-            self._say(f'refused: {error}')
+            self.screen.say(f'refused: {error}')
 
-    def _look_at_peers(self) -> None:
+    def _look_at_readers(self) -> None:
         """Notice when nobody hears the commands, or who wants the other type."""
         topic = self.resolve_topic_name(self.settings.topic)
         problem, sentence = problem_with_readers(
             topic, f'geometry_msgs/msg/{self._commands.kind.__name__}',
             self.get_subscriptions_info_by_topic(topic))
-        if sentence and problem != self._problem:
-            self._say(sentence)
-        self._problem = problem
+        if sentence and problem != self._status.problem:
+            self.screen.say(sentence)
+        self._status.problem = problem
 
-    # What the terminal shows
-
-    def _write_line(self) -> None:
-        if self.terminal is not None:
-            facts = self._gathered.at(time.monotonic(), self.settings.speeds, self._problem)
-            self.terminal.write(line_over(line_from_facts(facts, self.terminal.width - 1)))
-
-    def _say(self, text: str) -> None:
-        """Say something that stays: on the terminal, or in the log where there is none."""
-        if self.terminal is None:
-            self.get_logger().info(text)
-            return
-        text = self._rate_limiter.limit(text)
-        if text:
-            self.terminal.write(message_over(text))
-            self._write_line()
-
-    async def leave(self) -> None:
-        """End trial and series, and say so where there was any."""
-        answer = await self._teaching.leave()
-        if answer.message:
-            self._say(answer.sentence)
-
-    # What actions ask for (teaching.Peers)
-
-    async def ask(
-        self, service: str, on: bool | None = None, patience: float = PATIENCE,
-    ) -> Answer:
-        """Call a service of learner or controller; where there are two, only one that ends."""
-        # A request reaches whichever of them is there, the neighbour's, too.
-        if on is not False and not service.endswith(_ENDING) and (
-                why := self._peers.why_not(Operation.CHANGE)):
-            return Answer(False, why)
-        answer = await self._asking.ask(service, on, patience)
-        self._gathered.saw_answer(on, answer.success, time.monotonic())
-        if service.endswith('/stop_trials') and answer.success:
-            self._gathered.saw_end_of_series()
-        if service.endswith('/run_trials') and answer.success:
-            self._gathered.saw_series(time.monotonic())
-        if service.endswith('/discard_demonstration'):
-            self._gathered.saw_answer(False, answer.success, time.monotonic())
-        return answer
-
-    async def is_simulated(self) -> bool | None:
-        """Ask the learner whether it may set the robot back; None if it does not answer."""
-        return await self._asking.is_simulated()
-
-    async def set_back(self, to_start: bool) -> Answer:
-        """Set a simulated robot to where trials start, or where the demonstration began."""
-        if to_start:
-            return await self._placing.set_to_start(self._gathered.start)
-        return await self._placing.set_back()
-
-    async def set_where_to_teach(self) -> Answer:
-        """Set a simulated robot to the next place where a demonstration would help."""
-        return await self._placing.set_to_next(self._gathered.teach_here)
-
-    def where_to_teach(self) -> Answer:
-        """Say where a demonstration would help most."""
-        return where_to_teach(self._gathered.teach_here)
-
-    def is_trying(self) -> bool:
-        """Tell whether a trial runs."""
-        return self._gathered.is_trying
-
-    def has_series(self) -> bool:
-        """Tell whether the learner runs trials by itself, as far as is known."""
-        return self._gathered.has_series(time.monotonic())
-
-    def is_recording(self) -> bool:
-        """Tell whether the learner records a demonstration."""
-        return self._gathered.is_recording(time.monotonic())
-
-    def demonstration_began(self) -> None:
-        """Keep where it began."""
-        self._placing.demonstration_began()
-
-    def halt(self) -> None:
-        """Stop the robot, whoever drives it."""
-        self._commands.halt()
-
-    def let_go(self) -> None:
-        """Stop driving; who does not drive stays silent, and takes no trial over."""
-        self._commands.let_go()
-
-    def quit(self) -> None:
-        """End the program; nothing drives on that nobody would watch."""
-        self.is_done = self.has_left = True
+    def _line(self, width: int) -> str:
+        return line_from_status(
+            self._status.at(time.monotonic(), self.settings.speeds), width)
 
 
 def main(args: list[str] | None = None) -> None:
@@ -361,7 +250,7 @@ def _run(node: TeleopNode) -> None:
         while not node.is_done and rclpy.ok() and not signals.is_ended:
             executor.spin_once(_LINE_PERIOD)
             signals.look(node, before=partial(_leave_nothing_driving, node, executor, signals))
-        if not node.has_left:
+        if not node.teaching.has_quit:
             _leave_nothing_driving(node, executor, signals)
 
 

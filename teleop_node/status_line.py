@@ -17,7 +17,7 @@ _SEPARATOR: Final = ' | '
 
 
 @dataclass(frozen=True)
-class Facts:
+class Status:
     """
     What the line says.
 
@@ -71,13 +71,13 @@ class Facts:
     bag: str = ''
 
 
-def line_from_facts(facts: Facts, width: int) -> str:
+def line_from_status(status: Status, width: int) -> str:
     """
     Write the line.
 
     Parameters
     ----------
-    facts : Facts
+    status : Status
         What it says, in the order of importance: what does not fit is left out from the end.
     width : int
         Columns it may take; the last of the terminal is better left empty.
@@ -89,37 +89,37 @@ def line_from_facts(facts: Facts, width: int) -> str:
 
     """
     parts = [part for part in (
-        facts.problem, facts.held and f'HELD: {facts.held}', _doing(facts), _trial(facts),
-        _field(facts),
-        f'{facts.speeds[0]:.2f} m/s {facts.speeds[1]:.1f} rad/s') if part]
+        status.problem, status.held and f'HELD: {status.held}', _doing(status), _trial(status),
+        _field(status),
+        f'{status.speeds[0]:.2f} m/s {status.speeds[1]:.1f} rad/s') if part]
     while len(parts) > 1 and len(_SEPARATOR.join(parts)) > width:
         del parts[-1]
     return _SEPARATOR.join(parts)[:max(width, 0)]
 
 
-def _doing(facts: Facts) -> str:
-    text = _DOING.get(facts.phase, facts.phase)
-    if facts.phase == 'demonstration':
-        text += f' {facts.seconds:.0f} s'
-    left = facts.trials_left
+def _doing(status: Status) -> str:
+    text = _DOING.get(status.phase, status.phase)
+    if status.phase == 'demonstration':
+        text += f' {status.seconds:.0f} s'
+    left = status.trials_left
     return text + (f', {left} trial{"s" if left > 1 else ""} left' if left else '')
 
 
-def _trial(facts: Facts) -> str:
-    if not facts.trial:
+def _trial(status: Status) -> str:
+    if not status.trial:
         return 'no trial yet'
-    how = facts.outcome or facts.trial_state
-    if facts.trial_state == 'paused' and facts.reason:
-        how += f' ({facts.reason})'
-    bag = f' ({facts.bag})' if facts.bag else ''
-    return f'trial {facts.trial} {how}, {counted(facts.steps, "step")}{bag}'
+    how = status.outcome or status.trial_state
+    if status.trial_state == 'paused' and status.reason:
+        how += f' ({status.reason})'
+    bag = f' ({status.bag})' if status.bag else ''
+    return f'trial {status.trial} {how}, {counted(status.steps, "step")}{bag}'
 
 
-def _field(facts: Facts) -> str:
-    if facts.prototypes < 0:
+def _field(status: Status) -> str:
+    if status.prototypes < 0:
         return 'nothing learnt yet'
-    if math.isfinite(facts.basin):
-        return f'goal reached from {share(facts.basin)} of the places seen'
+    if math.isfinite(status.basin):
+        return f'goal reached from {share(status.basin)} of the places seen'
     return ''
 
 

@@ -9,8 +9,8 @@ from controller_peer import controller, GOAL, Peer, simulator
 from msgs_bridge.node.node_info import workspace_from_grid
 from msgs_bridge.node.peers import PeerMonitor
 import ros_helpers
+from teleop_node.answers import Answer
 from teleop_node.node import TeleopNode
-from teleop_node.teaching import Answer
 
 
 def say_as_learner(node, grid):
@@ -57,13 +57,13 @@ def test_teleop_asks_nobody_where_two_could_hear_it(ros_domain):
     rclpy.init(args=[], context=context, domain_id=ros_domain)
     try:
         node = TeleopNode(None, context=context)
-        node._peers.why_not = lambda operation: '2 learners in one namespace'
-        for service in ('learner_node/drop_last', 'learner_node/run_trials',
-                        'control_field_node/start_trial', 'learner_node/discard_demonstration'):
-            assert outcome(node.ask(service)) == Answer(False, '2 learners in one namespace')
-        assert not outcome(node.ask('learner_node/record_demonstration', True)).success
+        services = node.service_clients
+        services._peers.why_not = lambda operation: '2 learners in one namespace'
+        for service in ('drop_last', 'run_trials', 'start_trial', 'discard_demonstration'):
+            assert outcome(services.ask(service)) == Answer(False, '2 learners in one namespace')
+        assert not outcome(services.ask('record_demonstration', True)).success
         # Nobody is there to stop anything, but it was tried.
-        assert 'is not there' in outcome(node.ask('control_field_node/stop_trial')).message
+        assert 'is not there' in outcome(services.ask('stop_trial')).message
         node.destroy_node()
     finally:
         context.try_shutdown()

@@ -4,48 +4,49 @@ import asyncio
 
 import pytest
 
+from teleop_node.answers import absence, Answer
 from teleop_node.keys import Action
-from teleop_node.teaching import absence, Answer, Teaching
+from teleop_node.teaching import Teaching
 
 
 class Here:
     """Learner, controller and robot, in a list of what they were asked."""
 
+    learner, start, teach_here = 'l', (1.0, 2.0, 0.0), [(3.0, 4.0)]
+
     def __init__(self, simulated=True, trying=False, refused=(), recording=False, series=False):
         self.asked, self.recording, self.series = [], recording, series
-        self.simulated, self.trying, self.refused = simulated, trying, refused
-        self.limit_command = None
+        self.simulated, self.is_trying, self.refused = simulated, trying, refused
+        self.answers = None
 
     async def ask(self, service, on=None, patience=60.0):
         self.asked.append(service if on is None else f'{service} {on}')
-        if self.limit_command is not None:
-            await self.limit_command.wait()
+        if self.answers is not None:
+            await self.answers.wait()
         return Answer(service not in self.refused, f'{service} says so')
 
-    async def is_simulated(self):
+    async def is_simulated(self, patience=0.0):
         return self.simulated
 
-    async def set_back(self, to_start):
-        self.asked.append('set to the start' if to_start else 'set back')
+    async def set_back(self):
+        self.asked.append('set back')
         return Answer('set back' not in self.refused, 'set back says so')
 
-    async def set_where_to_teach(self):
+    async def set_to_start(self, start):
+        self.asked.append('set to the start')
+        return Answer(start == self.start, 'there')
+
+    async def set_to_next(self, places):
         self.asked.append('set where to teach')
-        return Answer(True, 'there')
+        return Answer(places == self.teach_here, 'there')
 
-    def where_to_teach(self):
-        return Answer(True, 'drive there')
-
-    def is_trying(self):
-        return self.trying
-
-    def has_series(self):
+    def has_series(self, now):
         return self.series
 
-    def is_recording(self):
+    def is_recording(self, now):
         return self.recording
 
-    def demonstration_began(self):
+    async def mark_start(self):
         self.asked.append('began')
 
     def halt(self):
@@ -54,19 +55,21 @@ class Here:
     def let_go(self):
         self.asked.append('let go')
 
-    def quit(self):
-        self.asked.append('quit')
+    def teaching(self):
+        return Teaching(self, self, self, self)
 
 
 def perform(here, *actions):
     async def one_after_the_other():
-        teaching = Teaching(here, 'l', 'c')
-        return [await teaching.perform(action) for action in actions]
+        teaching = here.teaching()
+        answers = [await teaching.perform(action) for action in actions]
+        assert teaching.has_quit == (Action.QUIT in actions)
+        return answers
     return asyncio.run(one_after_the_other())
 
 
-STOPS = ['c/stop_trial', 'l/stop_trials']
-RECORD, DISCARD = 'l/record_demonstration', 'l/discard_demonstration'
+STOPS = ['stop_trial', 'stop_trials']
+RECORD, DISCARD = 'record_demonstration', 'discard_demonstration'
 
 
 @pytest.mark.parametrize(('action', 'asked'), [
@@ -74,14 +77,14 @@ RECORD, DISCARD = 'l/record_demonstration', 'l/discard_demonstration'
     (Action.KEEP, [f'{RECORD} False']),
     (Action.REDO, [DISCARD, 'set back', f'{RECORD} True', 'began']),
     (Action.CANCEL, [DISCARD]),
-    (Action.DROP_LAST, ['l/drop_last']),
-    (Action.UNDO, ['l/undo']),
+    (Action.DROP_LAST, ['drop_last']),
+    (Action.UNDO, ['undo']),
     (Action.SET_BACK, ['set to the start']),
     (Action.TEACH_HERE, ['set where to teach']),
-    (Action.LABEL_SUCCESS, ['l/label_success']),
-    (Action.LABEL_FAILURE, ['l/label_failure']),
-    (Action.RUN_TRIALS, ['l/run_trials']),
-    (Action.QUIT, [*STOPS, 'quit'])])
+    (Action.LABEL_SUCCESS, ['label_success']),
+    (Action.LABEL_FAILURE, ['label_failure']),
+    (Action.RUN_TRIALS, ['run_trials']),
+    (Action.QUIT, STOPS)])
 def test_every_action_lets_go_of_the_keys_and_asks(action, asked):
     here = Here()
     answer, = perform(here, action)
@@ -94,16 +97,24 @@ def test_a_real_robot_is_not_set_back_and_tries_once():
     redone, tried, back, there = perform(
         here, Action.REDO, Action.RUN_TRIALS, Action.SET_BACK, Action.TEACH_HERE)
     # Its drive back is no part of the way.
-    assert here.asked == ['let go', DISCARD, 'let go', 'c/start_trial', 'let go', 'let go']
+    assert here.asked == ['let go', DISCARD, 'let go', 'start_trial', 'let go', 'let go']
     assert redone == (True, f'{DISCARD} says so; drive the robot back to the start, then press s')
     assert tried.success
     assert back == (False, 'a real robot is not set back: drive it back by the keys')
-    assert there == (True, 'drive there')
+    assert there.success
+    assert there.message.startswith('one more drive to the goal helps most from one of these')
 
 
 @pytest.mark.parametrize('action', [Action.SET_BACK, Action.TEACH_HERE])
 def test_without_a_learner_nobody_is_called_a_real_robot(action):
     assert perform(Here(simulated=None), action) == [(False, absence('l'))]
+
+
+def test_a_learner_that_cannot_say_whether_the_robot_is_simulated_is_named():
+    here = Here(simulated=None)
+    answer, = perform(here, Action.REDO)
+    assert here.asked == ['let go', DISCARD]
+    assert answer == (False, f'{DISCARD} says so; {absence("l")}')
 
 
 @pytest.mark.parametrize(('state', 'words'), [
@@ -129,12 +140,12 @@ def test_a_real_robot_does_not_try_while_a_demonstration_is_recorded():
 
 @pytest.mark.parametrize(('trying', 'series'), [(True, False), (False, True), (True, True)])
 @pytest.mark.parametrize(('action', 'before', 'after'), [
-    (Action.STOP, ['halt'], []), (Action.QUIT, ['let go'], ['quit'])])
+    (Action.STOP, ['halt'], []), (Action.QUIT, ['let go'], [])])
 def test_who_stops_or_quits_ends_the_trial_and_the_series(trying, series, action, before, after):
     here = Here(trying=trying, series=series)
     answer, = perform(here, action)
     assert here.asked == [*before, 'halt', *STOPS, *after]
-    assert answer == (True, 'c/stop_trial says so; l/stop_trials says so')
+    assert answer == (True, 'stop_trial says so; stop_trials says so')
 
 
 def test_who_leaves_a_recording_reads_that_it_goes_on():
@@ -149,13 +160,12 @@ def test_where_nothing_drives_by_itself_a_stop_asks_nobody():
     assert answer.success
 
 
-@pytest.mark.parametrize('refused', [('c/stop_trial',), ('c/stop_trial', 'l/stop_trials')])
+@pytest.mark.parametrize('refused', [('stop_trial',), ('stop_trial', 'stop_trials')])
 def test_a_trial_that_cannot_be_ended_is_asked_again_and_named(refused):
     here = Here(trying=True, refused=refused)
     stopped, left = perform(here, Action.STOP, Action.QUIT)
-    assert here.asked.count('c/stop_trial') == 4
-    assert here.asked[-1] == 'quit'
-    assert stopped == (False, 'the trial may go on: c/stop_trial says so')
+    assert here.asked.count('stop_trial') == 4
+    assert stopped == (False, 'the trial may go on: stop_trial says so')
     assert left.message == stopped.message
 
 
@@ -174,32 +184,32 @@ def test_a_stop_while_trials_are_asked_for_ends_them_whoever_is_quicker():
     here = Here()
 
     async def both():
-        teaching = Teaching(here, 'l', 'c')
-        here.limit_command = asyncio.Event()
+        teaching = here.teaching()
+        here.answers = asyncio.Event()
         running = asyncio.create_task(teaching.perform(Action.RUN_TRIALS))
         await asyncio.sleep(0)
         stopping = asyncio.create_task(teaching.perform(Action.STOP))
         await asyncio.sleep(0)
-        here.limit_command.set()
+        here.answers.set()
         await asyncio.gather(running, stopping)
     asyncio.run(both())
-    assert here.asked[:2] == ['let go', 'l/run_trials']
-    assert here.asked.count('l/stop_trials') == 2
+    assert here.asked[:2] == ['let go', 'run_trials']
+    assert here.asked.count('stop_trials') == 2
 
 
 def test_one_at_a_time_but_stopping_never_waits():
     here = Here(trying=True)
 
     async def both():
-        teaching = Teaching(here, 'l', 'c')
-        here.limit_command = asyncio.Event()
+        teaching = here.teaching()
+        here.answers = asyncio.Event()
         keeping = asyncio.create_task(teaching.perform(Action.KEEP))
         await asyncio.sleep(0)
         refused = await teaching.perform(Action.START)
         stopping = asyncio.create_task(teaching.perform(Action.STOP))
         await asyncio.sleep(0)
-        assert here.asked[-1] == 'c/stop_trial'
-        here.limit_command.set()
+        assert here.asked[-1] == 'stop_trial'
+        here.answers.set()
         assert (await keeping).success
         assert (await stopping).success
         assert (await teaching.perform(Action.START)).success

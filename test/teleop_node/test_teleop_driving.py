@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 import pytest
 
 from control_field.robot.limits import STANDSTILL
-from teleop_node.driving import changed_speeds, Driving, LINGER, MOVES, Pace, SLOWEST
+from teleop_node.driving import changed_speeds, Driving, LINGER, MOVES, RateLimiter, SLOWEST
 
 SPEEDS = (0.2, 1.0)
 HOLD = 0.3
@@ -83,13 +83,13 @@ def test_faster_and_slower(key, factors):
         (0.1 * factors[0], 1.0 * factors[1]))
 
 
-class TestPace:
+class TestRateLimiter:
     def test_a_change_goes_out_at_once_and_the_rest_at_the_rate(self):
-        pace, sent = Pace(0.05), []
+        limiter, sent = RateLimiter(0.05), []
         for k in range(100):  # looked at every 20 ms: moves for 1 s, stands for 0.5 s, is silent
             now = 0.02 * k
             command = (0.2, 0.0) if k < 50 else STANDSTILL if k < 75 else None
-            if pace.is_due(command, now):
+            if limiter.limit(command, now) is not None:
                 sent.append((now, command))
         assert sent[0] == (0.0, (0.2, 0.0))
         assert (1.0, STANDSTILL) in sent
@@ -98,8 +98,8 @@ class TestPace:
         assert sent[-1][0] < 1.5
 
     def test_after_a_pause_there_is_no_rush(self):
-        pace = Pace(0.05)
-        assert pace.is_due(STANDSTILL, 0.0)
-        assert pace.is_due(STANDSTILL, 5.0)
-        assert pace.is_due(STANDSTILL, 5.01)  # at most one that was missed
-        assert not pace.is_due(STANDSTILL, 5.02)
+        limiter = RateLimiter(0.05)
+        assert limiter.limit(STANDSTILL, 0.0) == STANDSTILL
+        assert limiter.limit(STANDSTILL, 5.0)
+        assert limiter.limit(STANDSTILL, 5.01)  # at most one that was missed
+        assert limiter.limit(STANDSTILL, 5.02) is None

@@ -6,7 +6,7 @@ import pytest
 
 from teleop_node.driving import FACTORS, MOVES
 from teleop_node.keys import (
-    ACTIONS, ESCAPE, ESCAPE_TIME, HELP, KeyParser, OTHER, Presses, REPEAT_TIME)
+    ACTIONS, ESCAPE, ESCAPE_TIME, HELP, KeyParser, OTHER, REPEAT_TIME, RepeatDetector)
 
 SEQUENCES = ['\x1b[A', '\x1bOP', '\x1b[15~', '\x1b[1;5C', '\x1b[[B', '\x1b[202~', '\x1bx', 'ä',
              '€', '🙂']
@@ -81,8 +81,9 @@ def test_any_bytes_are_keys_in_the_end(pieces):
 
 
 def test_a_key_that_is_held_is_one_press():
-    presses = Presses()
+    repeats = RepeatDetector()
     times = [1.0, 1.5, 1.53, 1.56, 1.56 + REPEAT_TIME - 0.01]
-    assert [presses.is_new('d', time) for time in times] == [True, False, False, False, False]
-    assert presses.is_new('d', times[-1] + REPEAT_TIME + 0.01)
-    assert presses.is_new('n', times[-1] + REPEAT_TIME + 0.02)
+    new = [repeats.press('d', time).is_new for time in times]
+    assert new == [True, False, False, False, False]
+    assert repeats.press('d', times[-1] + REPEAT_TIME + 0.01).is_new
+    assert repeats.press('n', times[-1] + REPEAT_TIME + 0.02).is_new

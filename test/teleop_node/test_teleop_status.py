@@ -10,31 +10,31 @@ import pytest
 
 from control_field.records import Outcome
 from msgs_bridge.messages.trial_status import State, TrialStatus
-from teleop_node.facts import Gathered, problem_with_readers, SILENCE
-from teleop_node.status_line import Facts, line_from_facts, line_over, message_over, share
+from teleop_node.status_line import line_from_status, line_over, message_over, share, Status
+from teleop_node.status_tracker import problem_with_readers, SILENCE, StatusTracker
 
-FULL = Facts(phase='demonstration', seconds=12.4, trial=4, trial_state='ended', outcome='goal',
+FULL = Status(phase='demonstration', seconds=12.4, trial=4, trial_state='ended', outcome='goal',
              steps=17, prototypes=34, basin=0.9949, fidelity=1.0, speeds=(0.2, 1.0))
 
 
 def test_everything_in_order_of_importance():
-    assert line_from_facts(FULL, 200) == (
+    assert line_from_status(FULL, 200) == (
         'RECORDING 12 s | trial 4 goal, 17 steps | goal reached from 99 % of the places seen | '
         '0.20 m/s 1.0 rad/s')
-    assert line_from_facts(FULL, 84) == (
+    assert line_from_status(FULL, 84) == (
         'RECORDING 12 s | trial 4 goal, 17 steps | goal reached from 99 % of the places seen')
-    assert line_from_facts(FULL, 79) == 'RECORDING 12 s | trial 4 goal, 17 steps'
-    assert line_from_facts(FULL, 9) == 'RECORDING'
+    assert line_from_status(FULL, 79) == 'RECORDING 12 s | trial 4 goal, 17 steps'
+    assert line_from_status(FULL, 9) == 'RECORDING'
 
 
 def test_before_anything_is_there():
-    assert line_from_facts(Facts(), 200) == (
+    assert line_from_status(Status(), 200) == (
         'no learner | no trial yet | nothing learnt yet | 0.00 m/s 0.0 rad/s')
 
 
 words = st.text(st.characters(codec='ascii', exclude_categories=('Cc',)))
 facts = st.builds(
-    Facts, st.sampled_from(['', 'idle', 'demonstration', 'trial', 'what is new']),
+    Status, st.sampled_from(['', 'idle', 'demonstration', 'trial', 'what is new']),
     st.floats(0, 1e5), st.integers(0, 9999), st.integers(0, 2**32), st.sampled_from(
         ['running', 'paused', 'ended']), st.sampled_from(['', *map(str, Outcome)]), words,
     st.integers(0, 2**32), st.integers(-1, 10**9), st.floats(0, 1) | st.just(math.nan),
@@ -44,14 +44,14 @@ facts = st.builds(
 
 @given(facts, st.integers(-1, 250))
 def test_it_is_never_wider_than_the_terminal(some, width):
-    line = line_from_facts(some, width)
+    line = line_from_status(some, width)
     assert len(line) <= max(width, 0)
     assert '\n' not in line
 
 
 @given(facts)
 def test_a_problem_comes_first(some):
-    assert line_from_facts(some, 500).startswith(some.problem)
+    assert line_from_status(some, 500).startswith(some.problem)
 
 
 @pytest.mark.parametrize(('value', 'text'), [(1.0, '100 %'), (0.99999, '99 %'), (0.0, '0 %'),
@@ -70,97 +70,99 @@ def diagnostics(name='a/learner_node: learner', **values):
         name=name, values=[KeyValue(key=k, value=str(v)) for k, v in values.items()])])
 
 
-def gathered_in(namespace=''):
-    return Gathered(f'{namespace}/learner_node', f'{namespace}/control_field_node')
+def tracker_in(namespace=''):
+    return StatusTracker(f'{namespace}/learner_node', f'{namespace}/control_field_node')
 
 
-class TestGathered:
+class TestStatusTracker:
     def test_the_controller_tells_why_the_robot_stands(self):
-        gathered = gathered_in('/a')
+        tracker = tracker_in('/a')
         for name, why in (('a', 'a wall'), ('b', 'a door')):
-            gathered.saw_diagnostics(diagnostics(
+            tracker.on_diagnostics(diagnostics(
                 f'{name}/control_field_node: controller', held=why), 1.0)
-        assert line_from_facts(gathered.at(1.0, (0, 0), ''), 99).startswith('HELD: a wall | ')
-        assert gathered.at(1.1 + SILENCE, (0, 0), '').held == ''
-        gathered.saw_diagnostics(diagnostics('a/control_field_node: controller', held=''), 2.0)
-        assert gathered.at(2.0, (0, 0), '').held == ''
+        assert line_from_status(tracker.at(1.0, (0, 0)), 99).startswith('HELD: a wall | ')
+        assert tracker.at(1.1 + SILENCE, (0, 0)).held == ''
+        tracker.on_diagnostics(diagnostics('a/control_field_node: controller', held=''), 2.0)
+        assert tracker.at(2.0, (0, 0)).held == ''
 
     def test_a_pause_is_explained(self):
-        gathered = gathered_in()
-        gathered.saw_trial(TrialStatus(State.PAUSED, 2, reason='no odometry', steps=5))
-        assert 'trial 2 paused (no odometry), 5 steps' in line_from_facts(
-            gathered.at(1.0, (0, 0), ''), 99)
+        tracker = tracker_in()
+        tracker.on_trial(TrialStatus(State.PAUSED, 2, reason='no odometry', steps=5))
+        assert 'trial 2 paused (no odometry), 5 steps' in line_from_status(
+            tracker.at(1.0, (0, 0)), 99)
 
     def test_the_learner_tells(self):
-        gathered = gathered_in('/a')
-        gathered.saw_diagnostics(diagnostics(
+        tracker = tracker_in('/a')
+        tracker.on_diagnostics(diagnostics(
             phase='demonstration', trials_left=3, prototypes=34, basin='0.9876',
             fidelity='1.0000'), 10.0)
-        some = gathered.at(12.5, (0.1, 1.0), 'p')
+        tracker.problem = 'p'
+        some = tracker.at(12.5, (0.1, 1.0))
         assert (some.phase, some.seconds, some.trials_left) == ('demonstration', 2.5, 3)
         assert (some.prototypes, some.basin, some.fidelity) == (34, 0.9876, 1.0)
         assert (some.speeds, some.problem) == ((0.1, 1.0), 'p')
 
     def test_a_trial_is_named_with_its_bag(self):
-        gathered = gathered_in('/a')
-        gathered.saw_diagnostics(diagnostics(phase='idle', trial=2, bag='kitchen/0005'), 1.0)
+        tracker = tracker_in('/a')
+        tracker.on_diagnostics(diagnostics(phase='idle', trial=2, bag='kitchen/0005'), 1.0)
         for trial, bag in ((1, ''), (2, ' (kitchen/0005)')):
-            gathered.saw_trial(TrialStatus(State.ENDED, trial, Outcome.GOAL, steps=9))
-            line = line_from_facts(gathered.at(1.0, (0, 0), ''), 99)
+            tracker.on_trial(TrialStatus(State.ENDED, trial, Outcome.GOAL, steps=9))
+            line = line_from_status(tracker.at(1.0, (0, 0)), 99)
             assert line.split(' | ')[1] == f'trial {trial} goal, 9 steps{bag}'
 
     @pytest.mark.parametrize(('start', 'places', 'known'), [
         ('1.5 2.0 0.1', '1 2; 3.5 -4', ((1.5, 2.0, 0.1), [(1.0, 2.0), (3.5, -4.0)])),
         ('', '', ((), [])), ('1 2', '1; nan 2; x y; 5 6', ((), [(5.0, 6.0)]))])
     def test_where_to_start_and_to_teach(self, start, places, known):
-        gathered = gathered_in('/a')
-        gathered.saw_diagnostics(diagnostics(start=start, teach_here=places), 1.0)
-        assert (gathered.start, gathered.teach_here) == known
+        tracker = tracker_in('/a')
+        tracker.on_diagnostics(diagnostics(start=start, teach_here=places), 1.0)
+        assert (tracker.start, tracker.teach_here) == known
 
     def test_another_robots_learner_does_not(self):
-        gathered = gathered_in('/a')
-        gathered.saw_diagnostics(diagnostics('b/learner_node: learner', phase='idle'), 1.0)
-        assert gathered.at(1.0, (0, 0), '').phase == ''
+        tracker = tracker_in('/a')
+        tracker.on_diagnostics(diagnostics('b/learner_node: learner', phase='idle'), 1.0)
+        assert tracker.at(1.0, (0, 0)).phase == ''
 
     def test_a_learner_that_fell_silent_is_gone(self):
-        gathered = gathered_in()
-        gathered.saw_diagnostics(diagnostics('learner_node: learner', phase='idle'), 1.0)
-        assert gathered.at(1.0 + SILENCE, (0, 0), '').phase == 'idle'
-        assert gathered.at(1.1 + SILENCE, (0, 0), '').phase == ''
+        tracker = tracker_in()
+        tracker.on_diagnostics(diagnostics('learner_node: learner', phase='idle'), 1.0)
+        assert tracker.at(1.0 + SILENCE, (0, 0)).phase == 'idle'
+        assert tracker.at(1.1 + SILENCE, (0, 0)).phase == ''
 
     def test_whether_it_records_is_known_from_it_and_from_its_answers(self):
-        gathered = gathered_in()
-        assert not gathered.is_recording(0.0)
+        tracker = tracker_in()
+        assert not tracker.is_recording(0.0)
         for phase, records in (('demonstration', True), ('settling', True), ('idle', False),
                                ('trial', False)):
-            gathered.saw_diagnostics(diagnostics('learner_node: learner', phase=phase), 1.0)
-            assert gathered.is_recording(1.0) == records
+            tracker.on_diagnostics(diagnostics('learner_node: learner', phase=phase), 1.0)
+            assert tracker.is_recording(1.0) == records
         for on, success, records in ((True, False, False), (True, True, True), (None, True, True),
                                      (False, False, False), (True, True, True)):
-            gathered.saw_answer(on, success, 2.0)
-            assert gathered.is_recording(2.0) == records
-        assert not gathered.is_recording(2.1 + SILENCE)
+            service = 'undo' if on is None else 'record_demonstration'
+            tracker.on_answer(service, on, success, 2.0)
+            assert tracker.is_recording(2.0) == records
+        assert not tracker.is_recording(2.1 + SILENCE)
 
     @pytest.mark.parametrize('value', ['', 'many', 'nan', 'inf', '1e300'])
     def test_what_is_no_number_stands_for_none(self, value):
-        gathered = gathered_in('/a')
-        gathered.saw_diagnostics(diagnostics(
+        tracker = tracker_in('/a')
+        tracker.on_diagnostics(diagnostics(
             phase='idle', trials_left=value, prototypes=value, basin=value), 1.0)
-        some = gathered.at(1.0, (0, 0), '')
+        some = tracker.at(1.0, (0, 0))
         assert (some.trials_left, some.prototypes) == (0, -1)
-        assert line_from_facts(some, 80)
+        assert line_from_status(some, 80)
 
     def test_trials(self):
-        gathered = gathered_in()
-        assert not gathered.is_trying
-        gathered.saw_trial(TrialStatus(State.RUNNING, 2, steps=5))
-        assert gathered.is_trying
-        assert 'trial 2 running, 5 steps' in line_from_facts(gathered.at(1.0, (0, 0), ''), 99)
-        gathered.saw_trial(TrialStatus(State.ENDED, 2, Outcome.GOAL, steps=9))
-        assert not gathered.is_trying
-        gathered.saw_trial(TrialStatus(State.IDLE, 2))
-        assert not gathered.is_trying
-        assert 'trial 2 goal, 9 steps' in line_from_facts(gathered.at(1.0, (0, 0), ''), 99)
+        tracker = tracker_in()
+        assert not tracker.is_trying
+        tracker.on_trial(TrialStatus(State.RUNNING, 2, steps=5))
+        assert tracker.is_trying
+        assert 'trial 2 running, 5 steps' in line_from_status(tracker.at(1.0, (0, 0)), 99)
+        tracker.on_trial(TrialStatus(State.ENDED, 2, Outcome.GOAL, steps=9))
+        assert not tracker.is_trying
+        tracker.on_trial(TrialStatus(State.IDLE, 2))
+        assert not tracker.is_trying
+        assert 'trial 2 goal, 9 steps' in line_from_status(tracker.at(1.0, (0, 0)), 99)
 
 
 def reader(kind, name='robot'):

@@ -11,12 +11,13 @@ from nav_msgs.msg import Odometry
 
 from msgs_bridge.messages.poses import initialpose_from_pose, Pose, pose_from_odometry
 from msgs_bridge.node import qos
-from teleop_node.asking import Asking
-from teleop_node.teaching import Answer
+from teleop_node.answers import Answer
+from teleop_node.timeouts import Timeouts
 
 #: How near its place a robot that was set there is, [m], and how long that may take, [s].
 _NEAR: Final = 0.05
 _SET_BACK_TIME: Final = 3.0
+_NO_ODOMETRY: Final = 'no odometry has arrived yet: is the simulator there?'
 #: What the places are like that the learner names.
 _HELPS: Final = 'The robot has not seen this place yet, or finds no way from it'
 #: Where the learner names no place to teach from.
@@ -25,23 +26,24 @@ NOWHERE: Final = (
     'or the robot gets to the goal from everywhere it has seen')
 
 
-class Placing:
+class RobotPlacement:
     """
-    The robot's place, as odometry tells it.
+    Where the robot is, as odometry tells it, and where a simulated one is set.
 
     Parameters
     ----------
     node : Node
         That hears odometry.
-    asking : Asking
-        Waits.
+    timeouts : Timeouts
+    lockstep : bool
+        Whether every odometry is read.
 
     """
 
-    def __init__(self, node: Any, asking: Asking, lockstep: bool) -> None:
+    def __init__(self, node: Any, timeouts: Timeouts, lockstep: bool) -> None:
         """Subscribe."""
         self.odometry: Odometry | None = None
-        self._asking = asking
+        self._timeouts = timeouts
         self._pose: Pose | None = None
         self._began: Pose | None = None
         self._first: Pose | None = None
@@ -62,12 +64,20 @@ class Placing:
         while self._arrivals:
             self._arrivals.pop().set_result(True)
 
-    def demonstration_began(self) -> None:
-        """Keep where it began."""
+    async def mark_start(self) -> None:
+        """Note that a demonstration begins here; odometry may be found later than the learner."""
+        if self._pose is None:
+            await self._next_pose()
         self._began = self._pose
 
+    async def _next_pose(self) -> None:
+        """Wait for the next odometry, but not for ever."""
+        arrival = self._timeouts.future()
+        self._arrivals.append(arrival)
+        await self._timeouts.within(arrival, _SET_BACK_TIME)
+
     async def set_back(self) -> Answer:
-        """Set a simulated robot back to where the demonstration began."""
+        """Set a simulated robot back to where the demonstration began, if that was seen."""
         began = self._began
         if began is None:
             return Answer(True, '')
@@ -84,7 +94,7 @@ class Placing:
         if start:
             return await self.set_to(*start)
         if known is None:
-            return Answer(False, 'no odometry has arrived yet: is the simulator there?')
+            return Answer(False, _NO_ODOMETRY)
         return await self.set_to(known.x, known.y, known.yaw)
 
     async def set_to_next(self, places: Sequence[Sequence[float]]) -> Answer:
@@ -106,14 +116,14 @@ class Placing:
     async def set_to(self, x: float, y: float, yaw: float) -> Answer:
         """Set a simulated robot to a place, [m, rad], and wait until odometry shows it there."""
         if self._pose is None:
-            return Answer(False, 'no odometry has arrived yet: is the simulator there?')
+            return Answer(False, _NO_ODOMETRY)
+        deadline = time.monotonic() + _SET_BACK_TIME
+        # What is published before a simulator was found is lost.
+        await self._timeouts.until(lambda: self._places.get_subscription_count() > 0, deadline)
         self._places.publish(initialpose_from_pose(
             replace(self._pose, x=x, y=y, yaw=yaw, v=0.0, w=0.0)))
-        deadline = time.monotonic() + _SET_BACK_TIME
         while time.monotonic() < deadline:
-            arrival = self._asking.future()
-            self._arrivals.append(arrival)
-            await self._asking.within(arrival, _SET_BACK_TIME)
+            await self._next_pose()
             if math.hypot(self._pose.x - x, self._pose.y - y) < _NEAR:
                 return Answer(True, f'the robot stands at ({x:.2f}, {y:.2f}) m')
         return Answer(False, f'the robot was not set to ({x:.2f}, {y:.2f}) m: is something there?')

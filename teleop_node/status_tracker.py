@@ -1,4 +1,4 @@
-"""What is known of learner and trial, gathered from their messages for the status line."""
+"""What is known of learner and trial, from their messages and answers."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -8,7 +8,7 @@ from typing import Any, Final
 from control_field.robot.limits import Velocity
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from msgs_bridge.node.command_types import remedy
-from teleop_node.status_line import Facts
+from teleop_node.status_line import Status
 
 #: Time without a word from the learner after which there is none, [s]; it speaks every second.
 SILENCE = 5.0
@@ -18,9 +18,9 @@ _RECORDING: Final = ('demonstration', 'settling')
 _SERIES: Final = ('waiting', 'placing', 'starting', 'trial', 'finishing')
 
 
-class Gathered:
+class StatusTracker:
     """
-    The facts, as they come.
+    Keeps the status of learner and trial, as their messages come.
 
     Parameters
     ----------
@@ -33,91 +33,100 @@ class Gathered:
         """Start with nothing known."""
         self._learner = f'{learner.lstrip("/")}: learner'
         self._controller = f'{controller.lstrip("/")}: controller'
-        self._facts = Facts()
-        self._heard = self._told = self._began = -math.inf
+        self._status = Status()
+        self._learner_seen = self._controller_seen = self._began = -math.inf
         self._bag = 0, ''
+        self.problem = ''  #: what a person has to mend before the robot moves
         #: Where trials start, (x, y, yaw), and where to teach next, (x, y), [m, rad].
         self.start: tuple[float, ...] = ()
         self.teach_here: list[tuple[float, ...]] = []
 
-    def saw_trial(self, status: TrialStatus) -> None:
-        """Take in how the trial stands; how the last one ended stays, until there is another."""
-        if status.state is State.IDLE and status.trial == self._facts.trial:
-            self._facts = replace(self._facts, trial_state=str(status.state))
+    def on_trial(self, trial: TrialStatus) -> None:
+        """Note how the trial stands; how the last one ended stays, until there is another."""
+        if trial.state is State.IDLE and trial.trial == self._status.trial:
+            self._status = replace(self._status, trial_state=str(trial.state))
             return
-        self._facts = replace(
-            self._facts, trial=status.trial, trial_state=str(status.state), steps=status.steps,
-            outcome=str(status.outcome or ''), reason=status.reason)
+        self._status = replace(
+            self._status, trial=trial.trial, trial_state=str(trial.state), steps=trial.steps,
+            outcome=str(trial.outcome or ''), reason=trial.reason)
 
     @property
     def is_trying(self) -> bool:
-        """Tell whether a trial runs."""
-        return self._facts.trial_state in (State.RUNNING, State.PAUSED)
+        """Whether a trial runs."""
+        return self._status.trial_state in (State.RUNNING, State.PAUSED)
 
     def has_series(self, now: float) -> bool:
-        """Tell whether the learner runs trials by itself, as far as is known."""
-        return now - self._heard <= SILENCE and (
-            self._facts.phase in _SERIES or self._facts.trials_left > 0)
-
-    def saw_series(self, now: float) -> None:
-        """Take in that trials are going to be run; the learner tells it later."""
-        self._saw_phase(_SERIES[0], now)
-
-    def saw_end_of_series(self) -> None:
-        """Take in that no more trials are run; the learner tells it later."""
-        self._facts = replace(
-            self._facts, trials_left=0,
-            phase='idle' if self._facts.phase in _SERIES else self._facts.phase)
+        """Return True if the learner runs trials by itself, as far as is known."""
+        return now - self._learner_seen <= SILENCE and (
+            self._status.phase in _SERIES or self._status.trials_left > 0)
 
     def is_recording(self, now: float) -> bool:
-        """Tell whether the learner records a demonstration, as far as is known."""
-        return self._facts.phase in _RECORDING and now - self._heard <= SILENCE
+        """Return True if the learner records a demonstration, as far as is known."""
+        return self._status.phase in _RECORDING and now - self._learner_seen <= SILENCE
 
-    def saw_answer(self, on: bool | None, success: bool, now: float) -> None:
-        """Take in what came of a request to record, or to keep; the learner tells it later."""
+    def on_answer(self, service: str, on: bool | None, success: bool, now: float) -> None:
+        """
+        Note what came of a request; the learner tells it later.
+
+        Parameters
+        ----------
+        service : str
+            Such as ``run_trials``.
+        on : bool or None
+            What `record_demonstration` was asked for.
+        success : bool
+        now : float, [s]
+
+        """
         if on and success:
-            self._saw_phase('demonstration', now)
-        elif on is False and self._facts.phase in _RECORDING:
-            self._saw_phase('idle', now)
+            self._on_phase('demonstration', now)
+        elif (on is False or service == 'discard_demonstration') and (
+                self._status.phase in _RECORDING):
+            self._on_phase('idle', now)
+        elif service == 'run_trials' and success:
+            self._on_phase(_SERIES[0], now)
+        elif service == 'stop_trials' and success:
+            phase = 'idle' if self._status.phase in _SERIES else self._status.phase
+            self._status = replace(self._status, trials_left=0, phase=phase)
 
-    def saw_diagnostics(self, array: Any, now: float) -> None:
-        """Take in what nodes say about themselves; others than these two are passed over."""
+    def on_diagnostics(self, array: Any, now: float) -> None:
+        """Note what nodes say about themselves; others than these two are passed over."""
         for status in array.status:
             values = {pair.key: pair.value for pair in status.values}
             if status.name == self._learner:
-                self._saw_learner(values, now)
+                self._on_learner(values, now)
             elif status.name == self._controller:
-                self._told = now
-                self._facts = replace(self._facts, held=values.get('held', ''))
+                self._controller_seen = now
+                self._status = replace(self._status, held=values.get('held', ''))
 
-    def _saw_learner(self, values: Mapping[str, str], now: float) -> None:
-        self._saw_phase(values.get('phase', ''), now)
+    def _on_learner(self, values: Mapping[str, str], now: float) -> None:
+        self._on_phase(values.get('phase', ''), now)
         self._bag = int(_number(values, 'trial', 0.0)), values.get('bag', '')
         self.start = _place(values.get('start', ''), 3)
         places = (_place(text, 2) for text in values.get('teach_here', '').split(';'))
         self.teach_here = [place for place in places if place]
-        self._facts = replace(
-            self._facts, trials_left=int(_number(values, 'trials_left', 0.0)),
+        self._status = replace(
+            self._status, trials_left=int(_number(values, 'trials_left', 0.0)),
             prototypes=int(_number(values, 'prototypes', -1.0)),
             basin=_number(values, 'basin', math.nan),
             fidelity=_number(values, 'fidelity', math.nan))
 
-    def _saw_phase(self, phase: str, now: float) -> None:
-        if phase == 'demonstration' != self._facts.phase:
+    def _on_phase(self, phase: str, now: float) -> None:
+        if phase == 'demonstration' != self._status.phase:
             self._began = now
-        self._heard = now
-        self._facts = replace(self._facts, phase=phase)
+        self._learner_seen = now
+        self._status = replace(self._status, phase=phase)
 
-    def at(self, now: float, speeds: Velocity, problem: str) -> Facts:
-        """Return the facts at a time."""
-        facts = replace(self._facts, speeds=speeds, problem=problem, seconds=(
-            now - self._began if self._facts.phase == 'demonstration' else 0.0))
+    def at(self, now: float, speeds: Velocity) -> Status:
+        """Return the status at a time."""
+        status = replace(self._status, speeds=speeds, problem=self.problem, seconds=(
+            now - self._began if self._status.phase == 'demonstration' else 0.0))
         trial, bag = self._bag
-        if trial == facts.trial:
-            facts = replace(facts, bag=bag)
-        if now - self._told > SILENCE:
-            facts = replace(facts, held='')
-        return replace(facts, phase='') if now - self._heard > SILENCE else facts
+        if trial == status.trial:
+            status = replace(status, bag=bag)
+        if now - self._controller_seen > SILENCE:
+            status = replace(status, held='')
+        return replace(status, phase='') if now - self._learner_seen > SILENCE else status
 
 
 def _number(values: Mapping[str, str], key: str, missing: float) -> float:

@@ -20,7 +20,7 @@ _LONGEST_GAP: Final = 2.0
 PASTED: Final = 'what was pasted is ignored, and the robot is stopped: keys are typed one by one'
 
 
-class Pastes:
+class PasteFilter:
     """Leaves out what was pasted: marked by the terminal, or faster than anybody types."""
 
     def __init__(self) -> None:
@@ -28,9 +28,9 @@ class Pastes:
         self._is_marked = self._is_burst = False
         self._at = -math.inf
 
-    def typed(self, keys: Sequence[str], now: float) -> tuple[list[str], bool]:
+    def filter(self, keys: Sequence[str], now: float) -> tuple[list[str], bool]:
         """
-        Take in keys.
+        Leave out of keys what was pasted.
 
         Parameters
         ----------
@@ -49,8 +49,9 @@ class Pastes:
         """
         if not keys:
             return [], False
-        was_pasting = self._is_pasting(now)
-        outside = self._outside(keys)
+        self._expire(now)
+        was_pasting = self._is_burst or self._is_marked
+        outside = self._drop_marked(keys)
         is_too_fast = _comes_too_fast(outside)
         is_marked = self._is_marked or len(outside) < len(keys)
         self._is_burst |= is_too_fast
@@ -59,15 +60,14 @@ class Pastes:
         begins = (is_too_fast or is_marked) and not was_pasting
         return [] if self._is_burst else outside, begins
 
-    def _is_pasting(self, now: float) -> bool:
-        """Tell whether a paste is under way; forget one that has ended."""
+    def _expire(self, now: float) -> None:
+        """Forget a paste that has ended."""
         quiet = now - self._at
         self._is_burst &= quiet < _QUIET
         self._is_marked &= quiet < _LONGEST_GAP
-        return self._is_burst or self._is_marked
 
-    def _outside(self, keys: Sequence[str]) -> list[str]:
-        """Return the keys outside the marks."""
+    def _drop_marked(self, keys: Sequence[str]) -> list[str]:
+        """Return the keys outside the marks of the terminal, and note which mark came last."""
         outside = []
         for key in keys:
             if key in (PASTE_BEGINS, PASTE_ENDS):

@@ -3,21 +3,18 @@
 from collections.abc import Callable
 import math
 import time
-from typing import Any, Final
+from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped
 
 from control_field.robot.limits import STANDSTILL, Velocity
 from msgs_bridge.messages.velocities import fill_twist
 from msgs_bridge.node import qos
-from teleop_node.driving import Driving, Pace
+from teleop_node.driving import Driving, RateLimiter
 from teleop_node.settings import Settings
 
-#: Longest wait for the standstill to arrive before this process pauses or ends, [s].
-_STANDSTILL_TIME: Final = 0.2
 
-
-class Commands:
+class VelocityCommands:
     """
     Publishes what the keys ask for, and the standstill after it.
 
@@ -35,7 +32,7 @@ class Commands:
         """Start silent."""
         self.kind = TwistStamped if settings.is_stamped else Twist
         self.driving = Driving(settings.speeds, settings.hold_time)
-        self._pace = Pace(1.0 / settings.rate)
+        self._rate_limiter = RateLimiter(1.0 / settings.rate)
         self._stamp = stamp
         self._message = self.kind()
         if settings.is_stamped:
@@ -44,8 +41,8 @@ class Commands:
 
     def drive(self, now: float) -> None:
         """Send what is due."""
-        command = self.driving.command(now)
-        if self._pace.is_due(command, now) and command is not None:
+        command = self._rate_limiter.limit(self.driving.command(now), now)
+        if command is not None:
             self._send(command)
 
     def _send(self, velocity: Velocity) -> None:
@@ -63,18 +60,18 @@ class Commands:
         if self.driving.command(time.monotonic()) is not None:
             self.halt()
 
-    def stand_still(self, patience: Callable[[float], Any]) -> None:
+    def stand_still(self, patience: Any) -> None:
         """
         Stop the robot and see that it gets to know, before this process pauses or ends.
 
         Parameters
         ----------
-        patience : callable
-            Makes the middleware's duration of a time, [s].
+        patience : Duration
+            Longest wait for that.
 
         """
         speaks = self.driving.command(time.monotonic()) is not None
         self.driving.stop(-math.inf)
         if speaks:
             self._send(STANDSTILL)
-            self._publisher.wait_for_all_acked(patience(_STANDSTILL_TIME))
+            self._publisher.wait_for_all_acked(patience)

@@ -11,7 +11,7 @@ from std_srvs.srv import SetBool, Trigger
 from msgs_bridge.messages.velocities import velocity_from_twist
 import ros_helpers
 from teleop_node.keys import ESCAPE, KeyParser, PASTE_BEGINS, PASTE_ENDS
-from teleop_node.pastes import PASTED, Pastes
+from teleop_node.paste_filter import PASTED, PasteFilter
 from terminal_helpers import TerminalProcess
 
 #: 100 kB of any bytes, whole and half characters and sequences among them; but for those that the
@@ -20,34 +20,35 @@ GARBAGE = bytes(byte for byte in random.Random(9).randbytes(60_000) if byte not 
 GARBAGE += 1000 * b'\x1b[1;5A\xe2\x82 dtsn \x1b]0;title\x07\xf0\x9f\x99' + 10_000 * b'd'
 
 
-class TestPastes:
+class TestPasteFilter:
     @given(st.lists(st.sampled_from('idtsn k'), max_size=8))
     def test_what_fingers_do_is_typed(self, keys):
-        assert Pastes().typed(keys, 1.0) == (keys, False)
+        assert PasteFilter().filter(keys, 1.0) == (keys, False)
 
     def test_the_repeats_of_a_held_key_are_typed_also_after_a_while_without_a_look(self):
-        assert Pastes().typed(300 * ['i'], 1.0) == (300 * ['i'], False)
+        assert PasteFilter().filter(300 * ['i'], 1.0) == (300 * ['i'], False)
 
     @pytest.mark.parametrize('keys', [10 * ['d', 't'], 2000 * ['i']])
     def test_what_nobody_types_is_left_out_until_it_is_quiet(self, keys):
-        pastes = Pastes()
-        assert pastes.typed(keys, 1.0) == ([], True)
-        assert pastes.typed(['d'], 1.02) == ([], False)
-        assert pastes.typed([], 1.3) == ([], False)
-        assert pastes.typed(['i'], 1.4) == (['i'], False)
+        paste_filter = PasteFilter()
+        assert paste_filter.filter(keys, 1.0) == ([], True)
+        assert paste_filter.filter(['d'], 1.02) == ([], False)
+        assert paste_filter.filter([], 1.3) == ([], False)
+        assert paste_filter.filter(['i'], 1.4) == (['i'], False)
 
     def test_what_the_terminal_marks_is_left_out_however_short(self):
-        pastes = Pastes()
-        assert pastes.typed(['i', PASTE_BEGINS, 'd', PASTE_ENDS, 'k'], 1.0) == (['i', 'k'], True)
-        assert pastes.typed([PASTE_BEGINS, 'd'], 2.0) == ([], True)
-        assert pastes.typed(['d'], 2.5) == ([], False)
-        assert pastes.typed([PASTE_ENDS], 2.6) == ([], False)
-        assert pastes.typed(['i'], 2.7) == (['i'], False)
+        paste_filter = PasteFilter()
+        keys = ['i', PASTE_BEGINS, 'd', PASTE_ENDS, 'k']
+        assert paste_filter.filter(keys, 1.0) == (['i', 'k'], True)
+        assert paste_filter.filter([PASTE_BEGINS, 'd'], 2.0) == ([], True)
+        assert paste_filter.filter(['d'], 2.5) == ([], False)
+        assert paste_filter.filter([PASTE_ENDS], 2.6) == ([], False)
+        assert paste_filter.filter(['i'], 2.7) == (['i'], False)
 
     def test_an_end_that_never_comes_is_not_waited_for_for_ever(self):
-        pastes = Pastes()
-        pastes.typed([PASTE_BEGINS, 'd'], 1.0)
-        assert pastes.typed(['i'], 4.0) == (['i'], False)
+        paste_filter = PasteFilter()
+        paste_filter.filter([PASTE_BEGINS, 'd'], 1.0)
+        assert paste_filter.filter(['i'], 4.0) == (['i'], False)
 
 
 @given(st.binary(max_size=300))
