@@ -18,7 +18,7 @@ from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.type_definitions import message_definition
 from episode_store.rosbag2.writer import HEADER_NAME, McapFile, TOPIC
 from episode_store.task_folder import EpisodeFolder, TaskFolder
-from msgs_bridge.untrusted.files import new_name_beside, sync_folder
+from msgs_bridge.untrusted.files import replacing
 
 #: Ending of the file as it was found, where bytes of it had to be dropped.
 CUT: Final = '.mcap.cut'
@@ -184,9 +184,8 @@ def _check_empty(folder: Path) -> None:
 
 def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
     """Write all that is readable into a new file, and let it take the old one's place."""
-    draft = new_name_beside(path)
     headers = [values for name, values in reader.metadata if name == HEADER_NAME]
-    try:
+    with replacing(path) as draft:
         file = McapFile(draft, headers[0] if headers else None)
         for channel in filter(_is_sound, reader.channels.values()):
             file.add_channel(channel.topic, channel.schema.name, _sound_definition(channel),
@@ -200,12 +199,6 @@ def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
         summary = file.finish(path.name)
         if kept is not None and not kept.exists():
             os.link(path, kept)
-        draft.replace(path)
-        sync_folder(path.parent)
-    except OSError:
-        with suppress(OSError):
-            draft.unlink()
-        raise
     return summary
 
 

@@ -16,7 +16,7 @@ from episode_store.rosbag2.metadata import BagSummary, NAME, write_metadata
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.writer import HEADER_NAME, McapFile
 from episode_store.task_folder import EpisodeFolder
-from msgs_bridge.untrusted.files import draft_beside, read_bytes, sync_folder
+from msgs_bridge.untrusted.files import read_bytes, replacing, sync_folder
 
 #: Topics that say what a drive started from and how it ended: they hold whatever is cut.
 _KEPT: Final = ('control_field', 'prototypes', 'trial')
@@ -83,11 +83,8 @@ def drop_messages(episode: EpisodeFolder, places: Collection[int]) -> None:
         return None if place in places else log_time
 
     try:
-        with draft_beside(episode.bag) as draft:
-            draft.unlink()
+        with replacing(episode.bag) as draft:
             summary = _copy(BagReader(episode.bag), draft, episode.bag.name, others)
-            draft.replace(episode.bag)
-        sync_folder(episode.path)
     except OSError as error:
         raise BagError(error_line('write', episode.bag, error)) from None
     write_metadata(episode.path, summary)

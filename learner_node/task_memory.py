@@ -289,8 +289,8 @@ def _check_writable(task: TaskFolder) -> None:
     probe = task.path / '.writable'
     try:
         task.path.mkdir(parents=True, exist_ok=True)
-        with draft_beside(probe):
-            pass
+        with draft_beside(probe) as draft:
+            draft.touch()
     except OSError as error:
         raise BagError(error_line('record into', task.path, error)
                        + '; set the parameter bags to a folder that can be written') from None

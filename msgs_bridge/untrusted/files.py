@@ -13,7 +13,6 @@ import errno
 import os
 from pathlib import Path
 import stat
-import tempfile
 from typing import Any, BinaryIO, Final
 
 #: A file's size unless something else is said, [bytes]: ``metadata.yaml`` of 5000 files has 2 MB.
@@ -24,9 +23,6 @@ _MOST_DEPTH, _MOST_EVENTS, _MOST_WORD = 50, 500_000, 4096
 _KINDS: Final = (
     (stat.S_ISDIR, 'a folder'), (stat.S_ISFIFO, 'a named pipe'), (stat.S_ISSOCK, 'a socket'),
     (stat.S_ISCHR, 'a device'), (stat.S_ISBLK, 'a device'))
-#: Who may use a new file; asked for here, as the mask can only be read by setting it.
-_USUAL_MODE: Final = 0o666 & ~(_mask := os.umask(0o077))
-os.umask(_mask)
 #: What the name of a file that is being written ends in, behind some letters nobody knows before.
 DRAFT: Final = '.tmp'
 #: So much of its name stands before them: names are at most 255 bytes long.
@@ -208,8 +204,8 @@ def replace_file(path: Path | str, content: bytes) -> None:
     A link is replaced, not followed, and so is whatever else has the name of the file.
     """
     path = Path(path)
-    with draft_beside(path) as draft:
-        with draft.open('wb') as file:
+    with replacing(path) as draft:
+        with draft.open('xb') as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
@@ -217,6 +213,17 @@ def replace_file(path: Path | str, content: bytes) -> None:
             before = path.lstat()
             if stat.S_ISREG(before.st_mode):
                 draft.chmod(stat.S_IMODE(before.st_mode))
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """
+    Name a draft to be made and synced, which then takes a file's place; raises OSError.
+
+    After an error the file stays as it was.
+    """
+    with draft_beside(path) as draft:
+        yield draft
         draft.replace(path)
     sync_folder(path.parent)
 
@@ -224,24 +231,16 @@ def replace_file(path: Path | str, content: bytes) -> None:
 @contextmanager
 def draft_beside(path: Path) -> Iterator[Path]:
     """
-    Make an empty file beside another, with a name that nobody can know before; raises OSError.
+    Name a file beside another that is not there, and that nobody can know before.
 
-    What is still there at the end goes again. `is_draft` tells what a kill has left.
+    What is there at the end goes again. `is_draft` tells what a kill has left.
     """
-    handle, name = tempfile.mkstemp(DRAFT, f'.{path.name[:_MOST_NAME]}.', path.parent)
-    os.fchmod(handle, _USUAL_MODE)
-    os.close(handle)
-    draft = Path(name)
+    draft = path.with_name(f'.{path.name[:_MOST_NAME]}.{os.urandom(6).hex()}{DRAFT}')
     try:
         yield draft
     finally:
         with suppress(OSError):
             draft.unlink()
-
-
-def new_name_beside(path: Path) -> Path:
-    """Return a name for a draft beside a file that nobody can know before; no file is made."""
-    return path.with_name(f'.{path.name[:_MOST_NAME]}.{os.urandom(6).hex()}{DRAFT}')
 
 
 def is_draft(name: str) -> bool:

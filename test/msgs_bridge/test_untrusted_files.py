@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 import pytest
 import yaml
 
-from msgs_bridge.untrusted import files as safe_files
 from msgs_bridge.untrusted.files import (
     check_folder, check_held, draft_beside, is_draft, OddFileError, open_lock, open_regular,
     read_bytes, read_text, replace_file, yaml_from_text)
@@ -120,8 +119,10 @@ def test_a_link_with_the_name_of_what_is_written_is_not_followed(tmp_path):
 
 def test_a_file_is_replaced_with_its_permissions_and_nothing_is_left(tmp_path):
     path = tmp_path / 'file'
+    (tmp_path / 'other').touch()
     replace_file(path, b'one')
-    assert stat.S_IMODE(path.stat().st_mode) == safe_files._USUAL_MODE
+    assert path.stat().st_mode == (tmp_path / 'other').stat().st_mode
+    (tmp_path / 'other').unlink()
     path.chmod(0o640)
     replace_file(path, b'two')
     assert (path.read_bytes(), stat.S_IMODE(path.stat().st_mode)) == (b'two', 0o640)
@@ -132,6 +133,9 @@ def test_a_draft_is_told_by_its_name_and_goes_again(tmp_path):
     with draft_beside(tmp_path / 'file') as first, draft_beside(tmp_path / 'file') as second:
         assert first != second
         assert is_draft(first.name)
+        assert not first.exists()
+        first.touch()
+        second.touch()
         first.rename(tmp_path / 'file')
     assert [each.name for each in tmp_path.iterdir()] == ['file']
     assert not is_draft('file.tmp')
