@@ -21,6 +21,8 @@ from rclpy.serialization import serialize_message
 
 from control_field.grid import Grid
 from control_field.kernels import compiled
+from control_field.kernels.interpolation import Centres, Sums, Window
+from control_field.kernels.steps import StepRules
 from control_field.learning.certificate import certify
 from control_field.learning.grid_world import GridWorld
 from control_field.learning.learner import Learner
@@ -109,13 +111,12 @@ def generalisation(_: Path) -> Work:
     rng = np.random.default_rng(1)
     cells = np.stack(np.divmod(rng.choice(200 * 200, 1000, replace=False), 200), axis=1)
     headings = rng.integers(0, 8, 1000).astype(np.int8)
-    known, weights = np.zeros((200, 200), np.int8), rng.uniform(0.1, 1.0, 1000)
-    window, power = Parameters().effective_window, Parameters().power
+    known, centres = np.zeros((200, 200), np.int8), Centres(
+        cells, headings, rng.uniform(0.1, 1.0, 1000))
+    window = Window(min(Parameters().effective_window, 200.0), Parameters().power, True)
 
     def add() -> None:
-        totals = (np.zeros(known.shape), np.zeros(known.shape), np.zeros(known.shape))
-        compiled.add_windows(*totals, known, cells, headings, weights,
-                             float(min(window, 200)), float(power), True)
+        compiled.add_windows(Sums.none(known.shape), known, centres, window)
     return add
 
 
@@ -132,7 +133,7 @@ def certificate(size: int, family: str) -> Callable[[Path], Work]:
     def prepare_it(_: Path) -> Work:
         learner, _world, _trial = taught(size, family)
         field, memory = learner.trial_field(curious=False), learner.memory
-        return lambda: certify(field, memory.shown, 1, (False, False, 8))
+        return lambda: certify(field, memory.shown, 1, StepRules(False, False, 8))
     return prepare_it
 
 

@@ -4,9 +4,11 @@ import copy
 
 import numpy as np
 
-from control_field.kernels import compiled
-from control_field.kernels import interpolation as field_kernels
-from control_field.kernels import steps as kernels
+from control_field.kernels import compiled, interpolation, steps
+from control_field.kernels.decision import Decision, new_trial, Options, Transition
+from control_field.kernels.interpolation import Centres, Pull, Sums, Window
+from control_field.kernels.repair import Flow
+from control_field.kernels.steps import Ground, Preference
 
 
 class Scene:
@@ -22,13 +24,11 @@ class Scene:
         self.goal = int(rng.integers(shape[0])), int(rng.integers(shape[1]))
         self.heading = int(rng.integers(8))
         self.headings = rng.integers(-1, 8, shape).astype(np.int8)
-        self.spared = rng.choice([0.0, 0.3, 0.9], shape)
-        self.factor = rng.choice([1.0, 1.2, 0.4], shape)
-        self.cost = compiled.cost_to_go(
-            known, *self.goal, self.headings, self.spared, self.factor, rule)
-        self.q = compiled.q_from_cost(
-            known, self.cost, self.headings, self.spared, self.factor, 0.98, rule)
-        self.state = compiled.flow_basin(known, self.headings, *self.goal, rule)
+        self.preference = Preference(self.headings, rng.choice([0.0, 0.3, 0.9], shape))
+        self.ground = Ground(known, rng.choice([1.0, 1.2, 0.4], shape), self.rules)
+        self.cost = compiled.cost_to_go(self.ground, self.goal, self.preference)
+        self.q = compiled.q_from_cost(self.ground, self.cost, self.preference, 0.98)
+        self.state = compiled.flow_basin(known, self.headings, *self.goal, self.rules)
         self.counts = rng.integers(0, 6, (*shape, 8)).astype(np.int32)
         self.entered = rng.integers(0, 3, shape).astype(np.int32)
         self.punished = rng.integers(0, 256, shape).astype(np.uint8)
@@ -36,15 +36,18 @@ class Scene:
         n = int(rng.integers(1, 6))
         self.cells = np.stack([rng.integers(0, shape[0], n), rng.integers(0, shape[1], n)], axis=1)
         self.cells = np.unique(self.cells, axis=0)
-        self.proto = rng.integers(0, 8, len(self.cells)).astype(np.int8)
-        self.weights = rng.uniform(0.05, 1.0, len(self.cells))
+        proto = rng.integers(0, 8, len(self.cells)).astype(np.int8)
+        self.centres = Centres(self.cells, proto, rng.uniform(0.05, 1.0, len(self.cells)))
         self.centre = np.full(shape, -1, np.int8)
-        self.centre[tuple(self.cells.T)] = self.proto
-        self.totals = tuple(rng.uniform(-1.0, 1.0, shape) for _ in range(2)) + (
-            rng.uniform(0.0, 1.0, shape),)
-        self.window = float(rng.choice([1.0, 2.5, 6.0]))
-        self.options = (bool(rng.integers(2)), self.window, 2.0, int(rng.integers(1, 5)),
-                        int(rng.integers(0, 40)))
+        self.centre[tuple(self.cells.T)] = proto
+        self.sums = Sums(*(rng.uniform(-1.0, 1.0, shape) for _ in range(2)),
+                         rng.uniform(0.0, 1.0, shape))
+        self.pull = Pull(self.headings, 2.0)
+        self.window = Window(float(rng.choice([1.0, 2.5, 6.0])), 2.0, True)
+        self.options = Options(
+            bool(rng.integers(2)), self.window.radius, 2.0, int(rng.integers(1, 5)),
+            int(rng.integers(0, 40)), 0.5, 0.9)
+        self.transition = Transition(self.row, self.col, self.heading, self.row, self.col, -1.0)
         self.fixed = rng.random(shape) < 0.3
         self.truth = np.where(known == 100, 100, 0).astype(np.int8)
 
@@ -67,22 +70,33 @@ class Scene:
     def for_remember_local_grid(self):
         return self.known, self.row, self.col, self.mask, self.mask >> 3
 
+    def for_plain_ground(self):
+        return self.known, self.rules
+
+    def for_no_preference(self):
+        return (self.known.shape,)
+
+    def for_step_length(self):
+        wide = self.ground._replace(factor=np.pad(self.ground.factor, 1))
+        return wide, self.preference, self.row, self.col, self.mask % 3
+
     def for_cost_to_go(self):
-        return self.known, *self.goal, self.headings, self.spared, self.factor, self.rules
+        return self.ground, self.goal, self.preference
 
     def for_q_from_cost(self):
-        return (self.known, self.cost, self.headings, self.spared, self.factor, 0.98, self.rules)
+        return self.ground, self.cost, self.preference, 0.98
 
     def for_best_step(self):
-        return (self.known, self.cost, self.factor, self.row, self.col, self.heading, self.rules)
+        return self.ground, self.cost, self.row, self.col, self.heading
+
+    def for_turn_between(self):
+        return self.heading, self.mask % 9 - 1
 
     def for_look_around(self):
-        return (self.known, self.factor, self.row, self.col, *self.goal, self.options[4],
-                self.rules)
+        return self.ground, self.row, self.col, self.goal, self.options.n_backups
 
     def for_rehearse_locally(self):
-        return (self.known, self.cost, self.factor, self.row, self.col, *self.goal,
-                self.options[4], self.rules)
+        return (self.ground, self.cost, self.row, self.col, self.goal, self.options.n_backups)
 
     def heap(self):
         """Return costs and places in order, which is a heap, with room for one more."""
@@ -104,10 +118,10 @@ class Scene:
         return self.counts, self.row, self.col, self.mask, self.rng()
 
     def for_window_values(self):
-        return self.q, self.row, self.col, self.window, 2.0
+        return self.q, self.row, self.col, self.window.radius, 2.0
 
     def for_next_highest(self):
-        allowed = kernels.allowed_steps(self.known, self.row, self.col, self.rules)
+        allowed = steps.allowed_steps(self.known, self.row, self.col, self.rules)
         return (np.round(self.q[self.row, self.col], 1), self.counts, self.entered, self.row,
                 self.col, self.heading, allowed)
 
@@ -115,24 +129,22 @@ class Scene:
         return (self.known, self.row, self.col, *self.goal)
 
     def for_spread(self):
-        return (*self.totals, self.known, self.row, self.col, self.heading, 0.7, self.window, 2.0,
-                True)
+        return self.sums, self.known, self.row, self.col, self.heading, 0.7, self.window
 
     def for_add_windows(self):
-        return (*self.totals, self.known, self.cells, self.proto, self.weights, self.window, 2.0,
-                True)
+        return self.sums, self.known, self.centres, self.window
 
     def for_heading_of(self):
-        return float(self.totals[0][0, 0]), float(self.totals[1][0, 0])
+        return float(self.sums.x[0, 0]), float(self.sums.y[0, 0])
 
     def for_course_at(self):
-        return (self.row, self.col, *self.totals, self.headings, 2.0)
+        return self.row, self.col, self.sums, self.pull
 
     def for_courses(self):
-        return (*self.totals, self.centre, self.headings, 2.0)
+        return self.sums, self.centre, self.pull
 
     def for_pull_from_cost(self):
-        return self.known, self.cost, self.factor, *self.totals[:2], self.rules
+        return self.ground, self.cost, self.sums
 
     def for_pull_to_nearest(self):
         return self.known, self.cells, self.rules
@@ -156,58 +168,80 @@ class Scene:
         return self.headings, self.state, *self.goal
 
     def for_unseen_along(self):
-        return self.headings, self.state == 1, self.known, self.totals[2], *self.goal
+        return self.headings, self.state == 1, self.known, self.sums.weight, *self.goal
 
     def for_through(self):
-        return (self.known, self.cost, self.factor, self.row, self.col, self.heading, self.rules)
+        return self.ground, self.cost, self.row, self.col, self.heading
+
+    def flow(self):
+        _, _, headings = interpolation.courses(self.sums, self.centre, self.pull)
+        return Flow(self.sums, self.pull, self.centre, headings)
 
     def for_needed(self):
-        return (self.row, self.col, self.centre, self.totals, self.known, self.cost, self.factor,
-                self.headings, 2.0, self.headings, self.window, self.rules)
+        flow = self.flow()._replace(headings=self.headings)
+        return self.row, self.col, flow, self.ground, self.cost, self.window
 
     def for_idle_prototypes(self):
-        _, _, courses = field_kernels.courses(*self.totals, self.centre, self.headings, 2.0)
-        return (np.arange(len(self.cells)), self.cells, self.proto, self.weights, self.totals,
-                self.centre, self.known, self.cost, self.factor, self.headings, 2.0, courses,
-                self.window, 2.0, True, self.rules)
+        return (np.arange(len(self.cells)), self.centres, self.flow(), self.ground, self.cost,
+                self.window)
+
+    def for_update_headings(self):
+        return self.row, self.col, self.flow()._replace(headings=self.headings), self.window
 
     def for_mending_cells(self):
-        return (self.known, self.cost, self.factor, self.headings, self.state, self.fixed,
-                self.rules)
+        return self.ground, self.cost, self.headings, self.state, self.fixed
 
-    def for_mend_loop(self):
-        loop = np.zeros((2, 2), np.int8)
-        loop[0, 1], loop[1, 1], loop[1, 0] = 2, 4, 6
-        return (np.zeros((2, 2), np.int8), np.arange(4.0).reshape(2, 2), np.ones((2, 2)), loop,
-                np.eye(2, dtype=bool), np.zeros((2, 2), np.int64), np.zeros((2, 2), bool), 0, 0, 1,
-                self.rules)
+    def loop(self):
+        return np.array([[0, 2], [6, 4]], np.int8)
+
+    def for_enter_loop(self):
+        return self.loop(), np.zeros((2, 2), np.int64), 0, 0, 1
+
+    def for_cheapest_of_loop(self):
+        ground = Ground(np.zeros((2, 2), np.int8), np.ones((2, 2)), self.rules)
+        return (ground, np.arange(4.0).reshape(2, 2), self.loop(), np.eye(2, dtype=bool), 0, 0)
 
     def for_beside(self):
         return self.fixed, self.row, self.col
 
+    def trial(self):
+        trial = new_trial(self.ground, self.headings, self.goal, self.q, self.cost)
+        return trial._replace(
+            counts=self.counts, entered=self.entered, punished=self.punished)
+
+    def for_new_trial(self):
+        return self.ground, self.headings, self.goal, self.q, self.cost
+
     def for_backup(self):
-        return (self.q, self.known, self.row, self.col, self.heading, -1.0, self.row, self.col,
-                0.5, 0.9, self.rules)
+        return self.q, self.known, self.transition, 0.5, 0.9, self.rules
 
     def for_choose(self):
-        allowed = kernels.allowed_steps(self.known, self.row, self.col, self.rules)
+        allowed = steps.allowed_steps(self.known, self.row, self.col, self.rules)
         # Called with nothing allowed it would have nothing to choose from: `decide` gives up.
-        return (self.row, self.col, int(self.headings[self.row, self.col]), allowed or 1,
-                self.headings, self.known, self.q, self.cost, self.factor, self.counts,
-                np.pad(self.entered, 1), self.goal, self.options, self.rules, self.rng())
+        trial = self.trial()._replace(entered=np.pad(self.entered, 1))
+        return (self.row, self.col, int(self.headings[self.row, self.col]), allowed or 1, trial,
+                self.options, self.rng())
 
     def for_decide(self):
-        return (self.row, self.col, self.mask, 0, self.headings, self.known, self.q, self.cost,
-                self.factor, self.counts, self.entered, self.punished, self.goal, (0.5, 0.9),
-                self.options, self.rules, self.rng())
+        return self.row, self.col, self.mask, 0, self.trial(), self.options, self.rng()
+
+    def decision(self):
+        return Decision(self.heading, 2, self.mask % 9 - 1, 1)
+
+    def for_n_rewards(self):
+        return (self.decision(),)
+
+    def for_write_decision(self):
+        return (np.zeros((2, 9), np.int32), self.mask % 3, self.row, self.col, self.decision(),
+                self.mask, 4)
+
+    def for_write_row(self):
+        return np.zeros((2, 9), np.int32), 0, self.transition, 2, 3, 4
 
     def for_see(self):
         return self.truth, self.row, self.col
 
     def for_run_trial(self):
-        return (self.truth, self.row, self.col, self.headings, self.known, self.q, self.cost,
-                self.factor, self.goal, (0.5, 0.9), self.options, self.rules, 60, self.rng(),
+        trial = new_trial(self.ground, self.headings, self.goal, self.q, self.cost)
+        return (self.truth, (self.row, self.col), trial, self.options, 60, self.rng(),
                 np.zeros((90, 9), np.int32))
-
-    def for_write_row(self):
-        return (np.zeros((2, 9), np.int32), *range(10))

@@ -7,7 +7,7 @@ import numpy as np
 
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.kernels.steps import allowed_steps
+from control_field.kernels.steps import allowed_steps, StepRules
 from control_field.learning.grid_world import GridWorld
 from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
@@ -17,7 +17,7 @@ from control_field.records import Demonstration
 steady = settings(derandomize=True, database=None, deadline=None, max_examples=40)
 few = settings(steady, max_examples=25)
 
-rules = st.tuples(st.booleans(), st.booleans(), st.sampled_from([4, 8]))
+rules = st.builds(StepRules, st.booleans(), st.booleans(), st.sampled_from([4, 8]))
 masks = st.integers(0, 255)
 seeds = st.integers(0, 2**32 - 1)
 headings = st.integers(0, 7)

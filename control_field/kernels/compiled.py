@@ -12,12 +12,7 @@ from typing import Any
 
 import numba
 
-from control_field.kernels import decision as trial_kernels
-from control_field.kernels import interpolation as field_kernels
-from control_field.kernels import local_search as rehearsal_kernels
-from control_field.kernels import repair as mending_kernels
-from control_field.kernels import rollout as flow_kernels
-from control_field.kernels import steps as kernels
+from control_field.kernels import decision, interpolation, local_search, repair, rollout, steps
 
 
 def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
@@ -49,9 +44,8 @@ def _jit(function: types.FunctionType) -> Callable[..., Any]:
         return numba.njit(function)
 
 
-# What comes later replaces what is called the same: rehearsal is laid out for compiled code.
-_ALL = _compile(
-    kernels, flow_kernels, rehearsal_kernels, trial_kernels, field_kernels, mending_kernels)
+#: A module comes after those that it calls.
+_ALL = _compile(steps, rollout, local_search, decision, interpolation, repair)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:

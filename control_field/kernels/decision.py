@@ -1,27 +1,139 @@
 """One trial, decision by decision (Case 1); plain Python or compiled, as `kernels` says."""
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_ROW
+from control_field.kernels.local_search import rehearse_locally
 from control_field.kernels.rollout import flow_reaches
 from control_field.kernels.steps import (
-    _BLOCKED, allowed_steps, best_step, CellMap, FloatMap, IntMap, least_chosen, next_highest,
-    rehearse_locally, remember_local_grid, StepRules, window_values)
+    _BLOCKED, allowed_steps, best_step, CellMap, FloatMap, Ground, IntMap, least_chosen,
+    next_highest, remember_local_grid, StepRules, window_values)
 from control_field.records import Kind
 
-#: ``(rehearsed, window, power, oscillation_limit, n_backups)``
-Options = tuple[bool, float, float, int, int]
+#: Columns of a log of decisions.
+LOGGED = ('row', 'col', 'action', 'next_row', 'next_col', 'reward', 'kind', 'blocked', 'step')
 
 _FIELD, _BLOCKED_KIND, _AVOID = int(Kind.FIELD), int(Kind.BLOCKED), int(Kind.AVOID)
 _EXPLORE, _DETOUR = int(Kind.EXPLORE), int(Kind.DETOUR)
 
 
+class Options(NamedTuple):
+    """
+    How a trial decides.
+
+    Parameters
+    ----------
+    rehearsed : bool
+        Whether blocked courses are left by the cost to go, else by the Q-matrix (the paper).
+    window : float, [cells]
+        Radius of the effective window.
+    power : float
+        p of eq. 7.
+    oscillation_limit : int
+        How often an action may be taken in a cell before exploration begins.
+    n_backups : int
+        Backups that one decision may spend on rehearsing around the robot.
+    learning_rate, discount : float
+        Of eq. 6.
+
+    """
+
+    rehearsed: bool
+    window: float
+    power: float
+    oscillation_limit: int
+    n_backups: int
+    learning_rate: float
+    discount: float
+
+
+class TrialState(NamedTuple):
+    """
+    What a trial decides by; its arrays are its own, and decisions change them in place.
+
+    Parameters
+    ----------
+    ground : Ground
+    headings : ndarray of int8, shape (n_rows, n_cols)
+        Of the field, -1 for none.
+    goal : tuple of int
+        ``(row, col)``
+    q : ndarray of float64, shape (n_rows, n_cols, 8)
+    cost : ndarray of float64, shape (n_rows, n_cols)
+        Cost to go, [cells]; not used unless rehearsed.
+    counts : ndarray of int32, shape (n_rows, n_cols, 8)
+        How often each action was taken.
+    entered : ndarray of int32, shape (n_rows, n_cols)
+        How often a decision was made in each cell.
+    punished : ndarray of uint8, shape (n_rows, n_cols)
+        Mask of the blocked actions whose avoidance has earned its reward.
+
+    """
+
+    ground: Ground
+    headings: CellMap
+    goal: tuple[int, int]
+    q: FloatMap
+    cost: FloatMap
+    counts: IntMap
+    entered: IntMap
+    punished: npt.NDArray[np.uint8]
+
+
+class Transition(NamedTuple):
+    """One action and what it led to; a blocked one leads to its own cell."""
+
+    row: int
+    col: int
+    action: int
+    next_row: int
+    next_col: int
+    reward: float
+
+
+class Decision(NamedTuple):
+    """
+    What to do next.
+
+    Parameters
+    ----------
+    heading : int
+        Step to take; -1: give up.
+    kind : int
+        `Kind` of that step.
+    occupied : int
+        The field's course where it was blocked and earned -1; -1 if it was not.
+    reward : int
+        What the step itself earned: +1 for an avoidance, once for a cell and course in a trial, so
+        that circling at a wall does not pay.
+
+    """
+
+    heading: int
+    kind: int
+    occupied: int
+    reward: int
+
+
+def new_trial(
+    ground: Ground, headings: CellMap, goal: tuple[int, int], q: FloatMap, cost: FloatMap,
+) -> TrialState:
+    """Return the state of a trial that has made no decision yet; the arrays become its own."""
+    rows, cols = headings.shape
+    return TrialState(
+        ground, headings, goal, q, cost, np.zeros((rows, cols, 8), dtype=np.int32),
+        np.zeros((rows, cols), dtype=np.int32), np.zeros((rows, cols), dtype=np.uint8))
+
+
 def backup(
-    q: FloatMap, known: CellMap, row: int, col: int, action: int, reward: float, next_row: int,
-    next_col: int, alpha: float, discount: float, rules: StepRules,
+    q: FloatMap, known: CellMap, transition: Transition, learning_rate: float, discount: float,
+    rules: StepRules,
 ) -> None:
     """Apply eq. 6 once, in place; the maximum is over what the remembered map allows."""
+    row, col, action, next_row, next_col, reward = transition
     allowed = allowed_steps(known, next_row, next_col, rules)
     ahead = 0.0
     first = True
@@ -29,89 +141,103 @@ def backup(
         if allowed >> heading & 1 and (first or q[next_row, next_col, heading] > ahead):
             ahead = q[next_row, next_col, heading]
             first = False
-    q[row, col, action] += alpha * (reward + discount * ahead - q[row, col, action])
+    q[row, col, action] += learning_rate * (reward + discount * ahead - q[row, col, action])
 
 
 def choose(
-    row: int, col: int, course: int, allowed: int, headings: CellMap, known: CellMap, q: FloatMap,
-    cost: FloatMap, factor: FloatMap, counts: IntMap, entered: IntMap, goal: tuple[int, int],
-    options: Options, rules: StepRules, rng: np.random.Generator,
+    row: int, col: int, course: int, allowed: int, trial: TrialState, options: Options,
+    rng: np.random.Generator,
 ) -> tuple[int, int]:
     """
     Choose the heading of a step, once the local grid is in the remembered map.
 
-    ``options`` is ``(rehearsed, window, power, oscillation_limit, n_backups)``. Returns
-    ``(heading, kind)``; heading -1: no way is left.
+    Returns ``(heading, kind)``; heading -1: no way is left.
     """
-    rehearsed, window, power, limit, n_backups = options
+    counts, limit = trial.counts, options.oscillation_limit
     free = course >= 0 and allowed >> course & 1 == 1
     if free and counts[row, col, course] < limit and (
-            not rehearsed
-            or flow_reaches(known, headings, row, col, goal[0], goal[1], rules) >= 0):
+            not options.rehearsed
+            or flow_reaches(trial.ground.known, trial.headings, row, col, trial.goal[0],
+                            trial.goal[1], trial.ground.rules) >= 0):
         return course, _FIELD
-    if rehearsed:
-        rehearse_locally(known, cost, factor, row, col, goal[0], goal[1], n_backups, rules)
-        heading = best_step(known, cost, factor, row, col, course, rules)
+    if options.rehearsed:
+        rehearse_locally(trial.ground, trial.cost, row, col, trial.goal, options.n_backups)
+        heading = best_step(trial.ground, trial.cost, row, col, course)
         if heading >= 0 and counts[row, col, heading] < 4 * limit:
             return heading, _DETOUR if free else _AVOID
         if heading < 0:
             return -1, _AVOID
     elif not free:
-        values = window_values(q, row, col, window, power)
-        heading = next_highest(values, counts, entered, row, col, course, allowed)
+        values = window_values(trial.q, row, col, options.window, options.power)
+        heading = next_highest(values, counts, trial.entered, row, col, course, allowed)
         if counts[row, col, heading] < limit:
             return heading, _AVOID
     return least_chosen(counts, row, col, allowed, rng), _EXPLORE
 
 
 def decide(
-    row: int, col: int, blocked: int, unknown: int, headings: CellMap, known: CellMap,
-    q: FloatMap, cost: FloatMap, factor: FloatMap, counts: IntMap, entered: IntMap,
-    punished: npt.NDArray[np.uint8], goal: tuple[int, int], learning: tuple[float, float],
-    options: Options, rules: StepRules, rng: np.random.Generator,
-) -> tuple[int, int, int, int]:
+    row: int, col: int, blocked: int, unknown: int, trial: TrialState, options: Options,
+    rng: np.random.Generator,
+) -> Decision:
     """
     Make one decision and give its rewards (Case 1 and eq. 4 to 6 online).
 
-    All arrays are the trial's own copies and are changed in place. ``learning`` is
-    ``(alpha, discount)``.
-
-    Returns
-    -------
-    heading : int
-        Step to take; -1: give up.
-    kind : int
-        `Kind` of that step.
-    occupied : int
-        The course that was blocked and earned -1; -1 if none was.
-    reward : int
-        What the step itself earned: +1 for an avoidance, once for a cell and course in a trial, so
-        that circling at a wall does not pay.
-
+    ``blocked`` and ``unknown`` are the masks of the local grid.
     """
+    known, rules = trial.ground.known, trial.ground.rules
     remember_local_grid(known, row, col, blocked, unknown)
-    entered[row, col] += 1
-    course = int(headings[row, col])
+    trial.entered[row, col] += 1
+    course = int(trial.headings[row, col])
     allowed = allowed_steps(known, row, col, rules)
     occupied = -1
     if course >= 0 and not allowed >> course & 1:
         occupied = course
-        backup(q, known, row, col, course, -1.0, row, col, learning[0], learning[1], rules)
+        backup(trial.q, known, Transition(row, col, course, row, col, -1.0),
+               options.learning_rate, options.discount, rules)
     if allowed == 0:
-        return -1, _AVOID, occupied, 0
-    heading, kind = choose(row, col, course, allowed, headings, known, q, cost, factor, counts,
-                           entered, goal, options, rules, rng)
+        return Decision(-1, _AVOID, occupied, 0)
+    heading, kind = choose(row, col, course, allowed, trial, options, rng)
     if heading < 0:
-        return -1, kind, occupied, 0
-    counts[row, col, heading] += 1
-    reward = 0
-    if occupied >= 0 and not punished[row, col] >> occupied & 1:
-        punished[row, col] |= 1 << occupied
-        reward = 1
-    if reward != 0:
-        backup(q, known, row, col, heading, float(reward), row + STEP_ROW[heading],
-               col + STEP_COL[heading], learning[0], learning[1], rules)
-    return heading, kind, occupied, reward
+        return Decision(-1, kind, occupied, 0)
+    trial.counts[row, col, heading] += 1
+    if occupied < 0 or trial.punished[row, col] >> occupied & 1:
+        return Decision(heading, kind, occupied, 0)
+    trial.punished[row, col] |= 1 << occupied
+    backup(trial.q, known, Transition(row, col, heading, row + STEP_ROW[heading],
+                                      col + STEP_COL[heading], 1.0),
+           options.learning_rate, options.discount, rules)
+    return Decision(heading, kind, occupied, 1)
+
+
+def n_rewards(decision: Decision) -> int:
+    """Return how many rewards other than zero a decision gave."""
+    return int(decision.occupied >= 0) + int(decision.reward != 0)
+
+
+def write_decision(
+    log: IntMap, n: int, row: int, col: int, decision: Decision, blocked: int, step: int,
+) -> int:
+    """Append the rows of a decision to a log of n rows if they fit; return their number."""
+    if decision.occupied >= 0:
+        stays = Transition(row, col, decision.occupied, row, col, -1.0)
+        n = write_row(log, n, stays, _BLOCKED_KIND, blocked, step)
+    if decision.heading >= 0:
+        moves = Transition(row, col, decision.heading, row + STEP_ROW[decision.heading],
+                           col + STEP_COL[decision.heading], float(decision.reward))
+        n = write_row(log, n, moves, decision.kind, blocked, step)
+    return n
+
+
+def write_row(
+    log: IntMap, n: int, transition: Transition, kind: int, blocked: int, step: int,
+) -> int:
+    """Append a row to a log if it fits; return the number of rows."""
+    if n >= log.shape[0]:
+        return n
+    log[n, 0], log[n, 1], log[n, 2] = transition.row, transition.col, transition.action
+    log[n, 3], log[n, 4] = transition.next_row, transition.next_col
+    log[n, 5], log[n, 6], log[n, 7], log[n, 8] = int(transition.reward), kind, blocked, step
+    return n + 1
 
 
 def see(truth: CellMap, row: int, col: int) -> int:
@@ -126,68 +252,45 @@ def see(truth: CellMap, row: int, col: int) -> int:
 
 
 def run_trial(
-    truth: CellMap, row: int, col: int, headings: CellMap, known: CellMap, q: FloatMap,
-    cost: FloatMap, factor: FloatMap, goal: tuple[int, int], learning: tuple[float, float],
-    options: Options, rules: StepRules, step_limit: int, rng: np.random.Generator, log: IntMap,
+    truth: CellMap, start: tuple[int, int], trial: TrialState, options: Options, step_limit: int,
+    rng: np.random.Generator, log: IntMap,
 ) -> tuple[int, int, int, float, int]:
     """
-    Run a trial on the grid, without a robot; the arrays are changed in place.
+    Run a trial on the grid, without a robot.
 
     Parameters
     ----------
+    truth : ndarray of int8, shape (n_rows, n_cols)
+        0 free, 100 blocked.
     log : ndarray of int32, shape (k, 9)
-        Filled with ``row, col, action, next_row, next_col, reward, kind, blocked, step``; what
-        does not fit is not logged.
+        Filled with rows of `LOGGED`; what does not fit is not logged.
 
     Returns
     -------
     outcome : int
         0 goal, 1 collision, 2 gave up.
     n_steps, n_rows : int
-    length : float
-        In cells.
+    length : float, [cells]
     n_reinforcements : int
 
     """
-    rows, cols = truth.shape
-    counts = np.zeros((rows, cols, 8), dtype=np.int32)
-    entered = np.zeros((rows, cols), dtype=np.int32)
-    punished = np.zeros((rows, cols), dtype=np.uint8)
+    row, col = start
     n_rows, n_reinforcements, length = 0, 0, 0.0
     for step in range(step_limit + 1):
-        if row == goal[0] and col == goal[1]:
+        if row == trial.goal[0] and col == trial.goal[1]:
             return 0, step, n_rows, length, n_reinforcements
         if step == step_limit:
             break
         blocked = see(truth, row, col)
-        heading, kind, occupied, reward = decide(
-            row, col, blocked, 0, headings, known, q, cost, factor, counts, entered, punished,
-            goal, learning, options, rules, rng)
-        if occupied >= 0:
-            n_reinforcements += 1
-            n_rows = write_row(log, n_rows, row, col, occupied, row, col, -1, _BLOCKED_KIND,
-                               blocked, step)
+        decision = decide(row, col, blocked, 0, trial, options, rng)
+        n_rows = write_decision(log, n_rows, row, col, decision, blocked, step)
+        n_reinforcements += n_rewards(decision)
+        heading = decision.heading
         if heading < 0:
             return 2, step, n_rows, length, n_reinforcements
-        if reward != 0:
-            n_reinforcements += 1
-        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-        n_rows = write_row(log, n_rows, row, col, heading, r, c, reward, kind, blocked, step)
-        if not allowed_steps(truth, row, col, rules) >> heading & 1:
+        if not allowed_steps(truth, row, col, trial.ground.rules) >> heading & 1:
             return 1, step, n_rows, length, n_reinforcements
+        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
         length += np.hypot(float(r - row), float(c - col))
         row, col = r, c
     return 2, step_limit, n_rows, length, n_reinforcements
-
-
-def write_row(
-    log: IntMap, n: int, row: int, col: int, action: int, next_row: int, next_col: int,
-    reward: int, kind: int, blocked: int, step: int,
-) -> int:
-    """Append a row to a log if it fits; return the number of rows."""
-    if n >= log.shape[0]:
-        return n
-    log[n, 0], log[n, 1], log[n, 2] = row, col, action
-    log[n, 3], log[n, 4], log[n, 5] = next_row, next_col, reward
-    log[n, 6], log[n, 7], log[n, 8] = kind, blocked, step
-    return n + 1

@@ -1,12 +1,87 @@
 """Equation 7 with windows and pull; plain Python or compiled, as `kernels` says."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from control_field.headings import UNIT
 from control_field.kernels.steps import (
-    _BLOCKED, best_step, CellMap, FloatMap, IntMap, is_occupied, step_allowed, StepRules)
+    _BLOCKED, best_step, CellMap, FloatMap, Ground, IntMap, is_occupied, step_allowed, StepRules)
+
+
+class Window(NamedTuple):
+    """
+    How far a prototype reaches, and how its weight falls off.
+
+    Parameters
+    ----------
+    radius : float, [cells]
+    power : float
+        p of eq. 7.
+    visible : bool
+        Whether known walls cut it off.
+
+    """
+
+    radius: float
+    power: float
+    visible: bool
+
+
+class Centres(NamedTuple):
+    """
+    Prototypes as the kernels take them.
+
+    Parameters
+    ----------
+    cells : ndarray of int64, shape (n, 2)
+    headings : ndarray of int8, shape (n,)
+    weights : ndarray of float64, shape (n,)
+        Of eq. 7, before the distance.
+
+    """
+
+    cells: IntMap
+    headings: CellMap
+    weights: FloatMap
+
+
+class Sums(NamedTuple):
+    """
+    Numerator and denominator of eq. 7 at every cell: what the prototypes around it add up to.
+
+    Parameters
+    ----------
+    x, y, weight : ndarray of float64, shape (n_rows, n_cols)
+
+    """
+
+    x: FloatMap
+    y: FloatMap
+    weight: FloatMap
+
+    @classmethod
+    def none(cls, shape: tuple[int, int]) -> 'Sums':
+        """Return the sums of no prototype."""
+        return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape))
+
+
+class Pull(NamedTuple):
+    """
+    One more voice of eq. 7, like a prototype one cell away.
+
+    Parameters
+    ----------
+    headings : ndarray of int8, shape (n_rows, n_cols)
+        -1 for none.
+    strength : float
+        Its weight.
+
+    """
+
+    headings: CellMap
+    strength: float
 
 
 def sees(known: CellMap, row: int, col: int, r: int, c: int) -> bool:
@@ -22,32 +97,28 @@ def sees(known: CellMap, row: int, col: int, r: int, c: int) -> bool:
 
 
 def spread(
-    total_x: FloatMap, total_y: FloatMap, total_w: FloatMap, known: CellMap, row: int, col: int,
-    heading: int, weight: float, window: float, power: float, visible: bool,
+    sums: Sums, known: CellMap, row: int, col: int, heading: int, weight: float, window: Window,
 ) -> None:
     """Add one prototype's share of eq. 7 to its effective window (take it away: weight < 0)."""
-    reach = int(window)
+    reach = int(window.radius)
     for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
         for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
             if r == row and c == col:
                 continue
             d = math.hypot(r - row, c - col)
-            if d > window or (visible and not sees(known, row, col, r, c)):
+            if d > window.radius or (window.visible and not sees(known, row, col, r, c)):
                 continue
-            w = weight / d ** power
-            total_x[r, c] += w * UNIT[heading, 0]
-            total_y[r, c] += w * UNIT[heading, 1]
-            total_w[r, c] += w
+            w = weight / d ** window.power
+            sums.x[r, c] += w * UNIT[heading, 0]
+            sums.y[r, c] += w * UNIT[heading, 1]
+            sums.weight[r, c] += w
 
 
-def add_windows(
-    total_x: FloatMap, total_y: FloatMap, total_w: FloatMap, known: CellMap, cells: IntMap,
-    headings: CellMap, weights: FloatMap, window: float, power: float, visible: bool,
-) -> None:
+def add_windows(sums: Sums, known: CellMap, centres: Centres, window: Window) -> None:
     """Add the shares of several prototypes."""
-    for i in range(cells.shape[0]):
-        spread(total_x, total_y, total_w, known, cells[i, 0], cells[i, 1], headings[i],
-               weights[i], window, power, visible)
+    for i in range(centres.cells.shape[0]):
+        spread(sums, known, centres.cells[i, 0], centres.cells[i, 1], centres.headings[i],
+               centres.weights[i], window)
 
 
 def heading_of(vx: float, vy: float) -> int:
@@ -57,30 +128,21 @@ def heading_of(vx: float, vy: float) -> int:
     return int(math.floor(math.atan2(vy, vx) / (math.pi / 4) + 0.5)) % 8
 
 
-def course_at(
-    row: int, col: int, total_x: FloatMap, total_y: FloatMap, total_w: FloatMap, pull: CellMap,
-    strength: float,
-) -> tuple[float, float]:
-    """
-    Return the averaged vector at a cell that is no centre: eq. 7 with the pull as one more voice.
-
-    ``pull`` holds a heading a cell (-1: none); it speaks with weight ``strength``, like a
-    prototype one cell away.
-    """
-    x, y, w = total_x[row, col], total_y[row, col], total_w[row, col]
-    heading = pull[row, col]
+def course_at(row: int, col: int, sums: Sums, pull: Pull) -> tuple[float, float]:
+    """Return the averaged vector of eq. 7 at a cell that is no centre, the pull included."""
+    x, y, w = sums.x[row, col], sums.y[row, col], sums.weight[row, col]
+    heading = pull.headings[row, col]
     if heading >= 0:
-        x += strength * UNIT[heading, 0]
-        y += strength * UNIT[heading, 1]
-        w += strength
+        x += pull.strength * UNIT[heading, 0]
+        y += pull.strength * UNIT[heading, 1]
+        w += pull.strength
     if w <= 0.0:
         return 0.0, 0.0
     return x / w, y / w
 
 
 def courses(
-    total_x: FloatMap, total_y: FloatMap, total_w: FloatMap, centre: CellMap, pull: CellMap,
-    strength: float,
+    sums: Sums, centre: CellMap, pull: Pull,
 ) -> tuple[FloatMap, FloatMap, CellMap]:
     """
     Return the field's vectors and their headings everywhere.
@@ -107,24 +169,22 @@ def courses(
                 vx[row, col], vy[row, col] = UNIT[heading, 0], UNIT[heading, 1]
                 headings[row, col] = heading
                 continue
-            x, y = course_at(row, col, total_x, total_y, total_w, pull, strength)
+            x, y = course_at(row, col, sums, pull)
             vx[row, col], vy[row, col] = x, y
             headings[row, col] = heading_of(x, y)
     return vx, vy, headings
 
 
-def pull_from_cost(
-    known: CellMap, cost: FloatMap, factor: FloatMap, total_x: FloatMap, total_y: FloatMap,
-    rules: StepRules,
-) -> CellMap:
+def pull_from_cost(ground: Ground, cost: FloatMap, sums: Sums) -> CellMap:
     """Return the heading of least cost a cell, ties nearest to eq. 7's course; -1 for none."""
-    rows, cols = known.shape
+    rows, cols = cost.shape
     pull = np.full((rows, cols), -1, dtype=np.int8)
+    keep_out = ground.rules.unknown_is_blocked
     for row in range(rows):
         for col in range(cols):
-            if not is_occupied(known, row, col, rules[1]) and cost[row, col] > 0.0:
-                course = heading_of(total_x[row, col], total_y[row, col])
-                pull[row, col] = best_step(known, cost, factor, row, col, course, rules)
+            if not is_occupied(ground.known, row, col, keep_out) and cost[row, col] > 0.0:
+                course = heading_of(sums.x[row, col], sums.y[row, col])
+                pull[row, col] = best_step(ground, cost, row, col, course)
     return pull
 
 

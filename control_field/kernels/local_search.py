@@ -1,9 +1,8 @@
 """
-The rehearsal of `kernels`, laid out for compiled code.
+The cost to go, mended around the robot: local search space LRTA* (Koenig and Sun 2009).
 
-The robot's plain Python is fastest with dictionaries and `heapq`, compiled code with arrays. Both
-take the same numbers in the same order, so the results are equal to the last bit; a test holds
-them to it. Places are numbered row by row within the part of the map that can be looked at, so
+Laid out in arrays, which compiled code is fastest with; plain Python takes the same numbers in the
+same order. Places are numbered row by row within the part of the map that can be looked at, so
 that they compare as ``(row, col)`` do.
 """
 
@@ -11,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
-from control_field.kernels.steps import allowed_steps, CellMap, FloatMap, StepRules
+from control_field.kernels.steps import allowed_steps, FloatMap, Ground
 
 Places = npt.NDArray[np.int64]
 #: Mask of the allowed steps of a place that was looked at; what else a place can be:
@@ -51,11 +50,12 @@ def pop(costs: FloatMap, places: Places, n: int) -> tuple[float, int]:
 
 
 def look_around(
-    known: CellMap, factor: FloatMap, row: int, col: int, goal_row: int, goal_col: int,
-    n_backups: int, rules: StepRules,
+    ground: Ground, row: int, col: int, goal: tuple[int, int], n_backups: int,
 ) -> tuple[Masks, Places, int, int]:
     """
-    Look at the cells nearest to the robot on the way, at most ``n_backups``; `steps.look_ahead`.
+    Look at the cells nearest to the robot on the way, at most ``n_backups``.
+
+    Stops at the goal, which stays on the rim of what was looked at.
 
     Returns
     -------
@@ -68,6 +68,7 @@ def look_around(
         Cell of the map at ``noted[0, 0]``.
 
     """
+    known, factor, rules = ground
     top, left = max(0, row - n_backups - 1), max(0, col - n_backups - 1)
     width = min(known.shape[1], col + n_backups + 2) - left
     shape = (min(known.shape[0], row + n_backups + 2) - top, width)
@@ -86,7 +87,7 @@ def look_around(
         r, c = place // width + top, place % width + left
         if noted[r - top, c - left] >= 0:
             continue
-        if r == goal_row and c == goal_col:
+        if r == goal[0] and c == goal[1]:
             break
         allowed = allowed_steps(known, r, c, rules)
         noted[r - top, c - left] = allowed
@@ -124,12 +125,16 @@ def rim_around(
 
 
 def rehearse_locally(
-    known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, goal_row: int,
-    goal_col: int, n_backups: int, rules: StepRules,
+    ground: Ground, cost: FloatMap, row: int, col: int, goal: tuple[int, int], n_backups: int,
 ) -> None:
-    """Mend the cost to go around the robot, in place; `steps.rehearse_locally`."""
-    noted, touched, top, left = look_around(
-        known, factor, row, col, goal_row, goal_col, n_backups, rules)
+    """
+    Mend the cost to go around the robot, in place, by at most ``n_backups`` backups each way.
+
+    Looks ahead from the robot over the remembered map (optimistic where unseen), then carries the
+    costs of the rim back through the cells looked at: eq. 6 swept in order of priority over the
+    neighbourhood that matters.
+    """
+    noted, touched, top, left = look_around(ground, row, col, goal, n_backups)
     height, width = noted.shape
     costs, places, n = rim_around(cost, noted, touched, top, left)
     while n > 0:
@@ -143,7 +148,7 @@ def rehearse_locally(
             if (nr < 0 or nc < 0 or nr >= height or nc >= width or noted[nr, nc] < 0
                     or not noted[nr, nc] >> heading & 1):
                 continue
-            total = at + STEP_LENGTH[heading] * factor[r, c]
+            total = at + STEP_LENGTH[heading] * ground.factor[r, c]
             if total < cost[nr + top, nc + left] - 1e-12:
                 cost[nr + top, nc + left] = total
                 n = push(costs, places, n, total, nr * width + nc)

@@ -1,50 +1,64 @@
 """Repair of sinks and pruning of idle prototypes; compiled, as `kernels` says."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
-from control_field.kernels.interpolation import course_at, heading_of, spread
+from control_field.kernels.interpolation import (
+    Centres, course_at, heading_of, Pull, spread, Sums, Window)
 from control_field.kernels.steps import (
-    _BLOCKED, best_step, BoolMap, CellMap, FloatMap, IntMap, step_allowed, StepRules)
+    _BLOCKED, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, step_allowed)
 
 
-def through(
-    known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, heading: int,
-    rules: StepRules,
-) -> float:
+class Flow(NamedTuple):
+    """
+    A field while it is made: what its courses come from, and what they are.
+
+    Parameters
+    ----------
+    sums : Sums
+    pull : Pull
+    centre : ndarray of int8, shape (n_rows, n_cols)
+        Heading of the prototype centred in a cell, -1 for none.
+    headings : ndarray of int8, shape (n_rows, n_cols)
+
+    """
+
+    sums: Sums
+    pull: Pull
+    centre: CellMap
+    headings: CellMap
+
+
+def through(ground: Ground, cost: FloatMap, row: int, col: int, heading: int) -> float:
     """Return the cost to go by way of a step, inf where it is occupied."""
-    if heading < 0 or not step_allowed(known, row, col, heading, rules):
+    if heading < 0 or not step_allowed(ground.known, row, col, heading, ground.rules):
         return np.inf
     r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-    total: float = STEP_LENGTH[heading] * factor[r, c] + cost[r, c]
+    total: float = STEP_LENGTH[heading] * ground.factor[r, c] + cost[r, c]
     return total
 
 
 def needed(
-    row: int, col: int, centre: CellMap, totals: tuple[FloatMap, FloatMap, FloatMap],
-    known: CellMap, cost: FloatMap, factor: FloatMap, pull: CellMap, strength: float,
-    headings: CellMap, window: float, rules: StepRules,
+    row: int, col: int, flow: Flow, ground: Ground, cost: FloatMap, window: Window,
 ) -> bool:
-    """Tell whether a cell of a window has a worse course than ``headings`` says it had."""
-    reach = int(window)
+    """Return True if a cell of a window has a worse course than ``flow.headings`` says it had."""
+    reach, known = int(window.radius), ground.known
     for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
         for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
-            if centre[r, c] >= 0 or known[r, c] == _BLOCKED:
+            if flow.centre[r, c] >= 0 or known[r, c] == _BLOCKED:
                 continue
-            x, y = course_at(r, c, totals[0], totals[1], totals[2], pull, strength)
-            heading = heading_of(x, y)
-            if heading != headings[r, c] and (
-                    through(known, cost, factor, r, c, heading, rules)
-                    > through(known, cost, factor, r, c, headings[r, c], rules) + 1e-9):
+            x, y = course_at(r, c, flow.sums, flow.pull)
+            heading, before = heading_of(x, y), flow.headings[r, c]
+            if heading != before and (through(ground, cost, r, c, heading)
+                                      > through(ground, cost, r, c, before) + 1e-9):
                 return True
     return False
 
 
 def idle_prototypes(
-    order: IntMap, cells: IntMap, proto_headings: CellMap, weights: FloatMap,
-    totals: tuple[FloatMap, FloatMap, FloatMap], centre: CellMap, known: CellMap, cost: FloatMap,
-    factor: FloatMap, pull: CellMap, strength: float, headings: CellMap, window: float,
-    power: float, visible: bool, rules: StepRules,
+    order: IntMap, centres: Centres, flow: Flow, ground: Ground, cost: FloatMap, window: Window,
 ) -> BoolMap:
     """
     Drop the prototypes without which no cell's course is worse, one after the other.
@@ -52,8 +66,9 @@ def idle_prototypes(
     Parameters
     ----------
     order : ndarray of int64
-        Which prototypes to try, in this order. ``totals``, ``centre`` and ``headings`` are changed
-        in place.
+        Which prototypes to try, in this order.
+    flow : Flow
+        Changed in place.
 
     Returns
     -------
@@ -61,32 +76,33 @@ def idle_prototypes(
         Which prototypes are idle.
 
     """
-    idle = np.zeros(cells.shape[0], dtype=np.bool_)
-    reach = int(window)
+    idle = np.zeros(centres.cells.shape[0], dtype=np.bool_)
     for k in range(order.shape[0]):
         i = order[k]
-        row, col = cells[i, 0], cells[i, 1]
-        centre[row, col] = -1
-        spread(totals[0], totals[1], totals[2], known, row, col, proto_headings[i], -weights[i],
-               window, power, visible)
-        if needed(row, col, centre, totals, known, cost, factor, pull, strength, headings, window,
-                  rules):
-            centre[row, col] = proto_headings[i]
-            spread(totals[0], totals[1], totals[2], known, row, col, proto_headings[i],
-                   weights[i], window, power, visible)
-            continue
-        idle[i] = True
-        for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
-            for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
-                if centre[r, c] < 0:
-                    x, y = course_at(r, c, totals[0], totals[1], totals[2], pull, strength)
-                    headings[r, c] = heading_of(x, y)
+        row, col, heading = centres.cells[i, 0], centres.cells[i, 1], centres.headings[i]
+        flow.centre[row, col] = -1
+        spread(flow.sums, ground.known, row, col, heading, -centres.weights[i], window)
+        if needed(row, col, flow, ground, cost, window):
+            flow.centre[row, col] = heading
+            spread(flow.sums, ground.known, row, col, heading, centres.weights[i], window)
+        else:
+            idle[i] = True
+            update_headings(row, col, flow, window)
     return idle
 
 
+def update_headings(row: int, col: int, flow: Flow, window: Window) -> None:
+    """Note the headings that the cells of a window have by now."""
+    reach, (rows, cols) = int(window.radius), flow.headings.shape
+    for r in range(max(0, row - reach), min(rows, row + reach + 1)):
+        for c in range(max(0, col - reach), min(cols, col + reach + 1)):
+            if flow.centre[r, c] < 0:
+                x, y = course_at(r, c, flow.sums, flow.pull)
+                flow.headings[r, c] = heading_of(x, y)
+
+
 def mending_cells(
-    known: CellMap, cost: FloatMap, factor: FloatMap, headings: CellMap, state: CellMap,
-    fixed: BoolMap, rules: StepRules,
+    ground: Ground, cost: FloatMap, headings: CellMap, state: CellMap, fixed: BoolMap,
 ) -> BoolMap:
     """
     Choose the cells whose own course must change for the flow to come home.
@@ -105,7 +121,7 @@ def mending_cells(
         that was chosen before: each changes the course of the cells around it too.
 
     """
-    rows, cols = known.shape
+    rows, cols = cost.shape
     chosen = np.zeros((rows, cols), dtype=np.bool_)
     walked = np.zeros((rows, cols), dtype=np.int64)
     mark = 0
@@ -114,45 +130,50 @@ def mending_cells(
             if state[row, col] < 2 or not cost[row, col] < np.inf:
                 continue
             heading = headings[row, col]
-            if heading < 0 or not step_allowed(known, row, col, heading, rules):
+            if heading < 0 or not step_allowed(ground.known, row, col, heading, ground.rules):
                 if not beside(chosen, row, col):
                     chosen[row, col] = True
             elif state[row, col] == 2 and walked[row, col] == 0:
                 mark += 1
-                mend_loop(
-                    known, cost, factor, headings, fixed, walked, chosen, row, col, mark, rules)
+                r, c = enter_loop(headings, walked, row, col, mark)
+                if walked[r, c] == mark:
+                    r, c = cheapest_of_loop(ground, cost, headings, fixed, r, c)
+                    chosen[r, c] = True
     return chosen
 
 
-def mend_loop(
-    known: CellMap, cost: FloatMap, factor: FloatMap, headings: CellMap, fixed: BoolMap,
-    walked: IntMap, chosen: BoolMap, row: int, col: int, mark: int, rules: StepRules,
-) -> None:
-    """
-    Walk a flow into its loop; choose the loop's cell of least cost.
-
-    A fixed one comes after the others, for what was shown is kept; a cell that goes the best way
-    already comes last, for nothing would change: where a dead end was shown, that is its end.
-    """
+def enter_loop(
+    headings: CellMap, walked: IntMap, row: int, col: int, mark: int,
+) -> tuple[int, int]:
+    """Walk a flow, marking its cells, until it comes to one that is marked; return that one."""
     while walked[row, col] == 0:
         walked[row, col] = mark
         heading = headings[row, col]
         row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
-    if walked[row, col] != mark:
-        return
+    return row, col
+
+
+def cheapest_of_loop(
+    ground: Ground, cost: FloatMap, headings: CellMap, fixed: BoolMap, row: int, col: int,
+) -> tuple[int, int]:
+    """
+    Return the cell of least cost to go of the loop that leads through a cell.
+
+    A fixed one comes after the others, for what was shown is kept; a cell that goes the best way
+    already comes last, for nothing would change: where a dead end was shown, that is its end.
+    """
     first_row, first_col = row, col
     best_row, best_col, best = row, col, np.inf
     while True:
         at = cost[row, col] + (1e9 if fixed[row, col] else 0.0)
-        if best_step(known, cost, factor, row, col, -1, rules) == headings[row, col]:
+        if best_step(ground, cost, row, col, -1) == headings[row, col]:
             at += 1e12
         if at < best:
             best_row, best_col, best = row, col, at
         heading = headings[row, col]
         row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
         if row == first_row and col == first_col:
-            break
-    chosen[best_row, best_col] = True
+            return best_row, best_col
 
 
 def beside(chosen: BoolMap, row: int, col: int) -> bool:

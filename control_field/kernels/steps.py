@@ -8,6 +8,7 @@ understands: scalars, arrays, tuples, `heapq`, and one another.
 
 import heapq
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,13 +20,78 @@ CellMap = npt.NDArray[np.int8]
 IntMap = npt.NDArray[np.int32] | npt.NDArray[np.int64]
 BoolMap = npt.NDArray[np.bool_]
 FloatMap = npt.NDArray[np.float64]
-#: ``(corner_cutting, unknown_is_blocked, moves)``
-StepRules = tuple[bool, bool, int]
+
+
+class StepRules(NamedTuple):
+    """
+    Which steps from cell to cell a map allows.
+
+    Parameters
+    ----------
+    corner_cutting : bool
+        Whether a diagonal step may pass an occupied cell beside it.
+    unknown_is_blocked : bool
+        Whether cells never seen count as occupied.
+    moves : int
+        8, or 4 without diagonal steps.
+
+    """
+
+    corner_cutting: bool
+    unknown_is_blocked: bool
+    moves: int
+
+
+class Ground(NamedTuple):
+    """
+    What a way is planned over.
+
+    Parameters
+    ----------
+    known : ndarray of int8, shape (n_rows, n_cols)
+        Remembered map: 0 free, 100 blocked, -1 never seen.
+    factor : ndarray of float64, shape (n_rows, n_cols)
+        What scales the length of a step into each cell.
+    rules : StepRules
+
+    """
+
+    known: CellMap
+    factor: FloatMap
+    rules: StepRules
+
+
+class Preference(NamedTuple):
+    """
+    Steps that count as shorter than they are.
+
+    Parameters
+    ----------
+    headings : ndarray of int8, shape (n_rows, n_cols)
+        The preferred step of each cell, -1 for none.
+    spared : ndarray of float64, shape (n_rows, n_cols)
+        Share of its length that it is spared, 0 to 1.
+
+    """
+
+    headings: CellMap
+    spared: FloatMap
+
 
 _BLOCKED = int(BLOCKED)
 _UNKNOWN = int(UNKNOWN)
 #: Least Q-value of a way to the goal, however long: the field's float32 must not make it 0.
 _LEAST = 1e-37
+
+
+def plain_ground(known: CellMap, rules: StepRules) -> Ground:
+    """Return ground where every step is as long as it is."""
+    return Ground(known, np.ones(known.shape), rules)
+
+
+def no_preference(shape: tuple[int, int]) -> Preference:
+    """Return the preference for no step at all."""
+    return Preference(np.full(shape, -1, dtype=np.int8), np.zeros(shape))
 
 
 def is_occupied(known: CellMap, row: int, col: int, unknown_is_blocked: bool) -> bool:
@@ -37,11 +103,7 @@ def is_occupied(known: CellMap, row: int, col: int, unknown_is_blocked: bool) ->
 
 
 def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: StepRules) -> bool:
-    """
-    Tell whether the map allows a step.
-
-    ``rules`` is ``(corner_cutting, unknown_is_blocked, moves)`` here and everywhere below.
-    """
+    """Return True if the map allows a step."""
     corner_cutting, unknown_is_blocked, moves = rules
     if heading % 2 == 1:
         if moves == 4:
@@ -86,67 +148,66 @@ def remember_local_grid(known: CellMap, row: int, col: int, blocked: int, unknow
     return n_occupied
 
 
-def cost_to_go(
-    known: CellMap, goal_row: int, goal_col: int, preferred: CellMap, spared: FloatMap,
-    factor: FloatMap, rules: StepRules,
-) -> FloatMap:
+def step_length(ground: Ground, preference: Preference, row: int, col: int, heading: int) -> float:
+    """Return what a step from a cell counts as, [cells]; it must not leave the map."""
+    length: float = STEP_LENGTH[heading] * ground.factor[
+        row + STEP_ROW[heading], col + STEP_COL[heading]]
+    if preference.headings[row, col] == heading:
+        length *= 1.0 - preference.spared[row, col]
+    return length
+
+
+def cost_to_go(ground: Ground, goal: tuple[int, int], preference: Preference) -> FloatMap:
     """
     Return the least cost from every cell to the goal, in cells: eq. 6 run to its fixed point.
 
     With learning rate 1 in a deterministic world the fixed point of eq. 6 is
     ``V(s) = max_a discount ** length(a) * V(s')``; its logarithm is a least cost, and sweeping the
-    backups in order of priority is Dijkstra's order. A preferred step (``preferred[row, col]``
-    is its heading) is spared a share of its length; ``factor`` scales the length of steps into a
-    cell.
+    backups in order of priority is Dijkstra's order. Cells without a way to the goal cost inf.
     """
+    known, rules = ground.known, ground.rules
     cost = np.full(known.shape, np.inf)
-    cost[goal_row, goal_col] = 0.0
-    heap = [(0.0, goal_row, goal_col)]
+    cost[goal[0], goal[1]] = 0.0
+    heap = [(0.0, goal[0], goal[1])]
     while len(heap) > 0:
         at, row, col = heapq.heappop(heap)
         if at > cost[row, col]:
             continue
         for heading in range(8):
             r, c = row - STEP_ROW[heading], col - STEP_COL[heading]
-            if is_occupied(known, r, c, rules[1]) or not step_allowed(known, r, c, heading, rules):
+            if is_occupied(known, r, c, rules.unknown_is_blocked) or not step_allowed(
+                    known, r, c, heading, rules):
                 continue
-            length = STEP_LENGTH[heading] * factor[row, col]
-            if preferred[r, c] == heading:
-                length *= 1.0 - spared[r, c]
-            if at + length < cost[r, c] - 1e-12:
-                cost[r, c] = at + length
-                heapq.heappush(heap, (at + length, r, c))
+            total = at + step_length(ground, preference, r, c, heading)
+            if total < cost[r, c] - 1e-12:
+                cost[r, c] = total
+                heapq.heappush(heap, (total, r, c))
     return cost
 
 
 def q_from_cost(
-    known: CellMap, cost: FloatMap, preferred: CellMap, spared: FloatMap, factor: FloatMap,
-    discount: float, rules: StepRules,
+    ground: Ground, cost: FloatMap, preference: Preference, discount: float,
 ) -> FloatMap:
     """Return the Q-matrix of a cost to go: -1 where a step is known to be blocked."""
+    known, rules = ground.known, ground.rules
     rows, cols = known.shape
     q = np.zeros((rows, cols, 8))
     for row in range(rows):
         for col in range(cols):
-            if is_occupied(known, row, col, rules[1]):
+            if is_occupied(known, row, col, rules.unknown_is_blocked):
                 continue
             for heading in range(8):
                 if not step_allowed(known, row, col, heading, rules):
                     q[row, col, heading] = -1.0
                     continue
-                r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-                length = STEP_LENGTH[heading] * factor[r, c]
-                if preferred[row, col] == heading:
-                    length *= 1.0 - spared[row, col]
-                if cost[r, c] < np.inf:
-                    q[row, col, heading] = max(_LEAST, discount ** (length + cost[r, c]))
+                ahead = cost[row + STEP_ROW[heading], col + STEP_COL[heading]]
+                if ahead < np.inf:
+                    length = step_length(ground, preference, row, col, heading)
+                    q[row, col, heading] = max(_LEAST, discount ** (length + ahead))
     return q
 
 
-def best_step(
-    known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, course: int,
-    rules: StepRules,
-) -> int:
+def best_step(ground: Ground, cost: FloatMap, row: int, col: int, course: int) -> int:
     """
     Return the allowed step of least cost to go; ties go to the one nearest the field's course.
 
@@ -154,88 +215,21 @@ def best_step(
     """
     best, best_cost, best_turn = -1, np.inf, 9
     for heading in range(8):
-        if not step_allowed(known, row, col, heading, rules):
+        if not step_allowed(ground.known, row, col, heading, ground.rules):
             continue
         r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-        total = cost[r, c] + STEP_LENGTH[heading] * factor[r, c]
-        turn = 0
-        if course >= 0:
-            turn = abs((heading - course + 4) % 8 - 4)
+        total = cost[r, c] + STEP_LENGTH[heading] * ground.factor[r, c]
+        turn = turn_between(heading, course)
         if total < best_cost - 1e-9 or (total < best_cost + 1e-9 and turn < best_turn):
             best, best_cost, best_turn = heading, total, turn
     return best
 
 
-def look_ahead(
-    known: CellMap, factor: FloatMap, row: int, col: int, goal_row: int, goal_col: int,
-    n_backups: int, rules: StepRules,
-) -> dict[tuple[int, int], bool]:
-    """
-    Look at the cells nearest to the robot on the way, at most ``n_backups``.
-
-    Returns
-    -------
-    dict
-        True: looked at; False: on the rim of what was looked at. Stops at the goal, on the rim.
-
-    """
-    reach = {(row, col): 0.0}
-    settled = {(row, col): False}
-    heap = [(0.0, row, col)]
-    n = 0
-    while len(heap) > 0 and n < n_backups:
-        at, r, c = heapq.heappop(heap)
-        if settled[(r, c)]:
-            continue
-        if r == goal_row and c == goal_col:
-            break
-        settled[(r, c)] = True
-        n += 1
-        for heading in range(8):
-            if not step_allowed(known, r, c, heading, rules):
-                continue
-            nr, nc = r + STEP_ROW[heading], c + STEP_COL[heading]
-            length = at + STEP_LENGTH[heading] * factor[nr, nc]
-            if (nr, nc) not in reach or length < reach[(nr, nc)] - 1e-12:
-                reach[(nr, nc)] = length
-                settled[(nr, nc)] = False
-                heapq.heappush(heap, (length, nr, nc))
-    return settled
-
-
-def rehearse_locally(
-    known: CellMap, cost: FloatMap, factor: FloatMap, row: int, col: int, goal_row: int,
-    goal_col: int, n_backups: int, rules: StepRules,
-) -> None:
-    """
-    Mend the cost to go around the robot, in place, by at most ``n_backups`` backups each way.
-
-    Looks ahead from the robot over the remembered map (optimistic where unseen), then carries the
-    costs of the rim back through the cells looked at: eq. 6 swept in order of priority over the
-    neighbourhood that matters (local search space LRTA*, Koenig and Sun 2009).
-    """
-    settled = look_ahead(known, factor, row, col, goal_row, goal_col, n_backups, rules)
-    rim = [(0.0, 0, 0)]
-    rim.pop()
-    for place in settled:
-        if settled[place]:
-            cost[place[0], place[1]] = np.inf
-        elif cost[place[0], place[1]] < np.inf:
-            heapq.heappush(rim, (cost[place[0], place[1]], place[0], place[1]))
-    while len(rim) > 0:
-        at, r, c = heapq.heappop(rim)
-        if at > cost[r, c]:
-            continue
-        for heading in range(8):
-            nr, nc = r - STEP_ROW[heading], c - STEP_COL[heading]
-            if (nr, nc) not in settled or not settled[(nr, nc)]:
-                continue
-            if not step_allowed(known, nr, nc, heading, rules):
-                continue
-            total = at + STEP_LENGTH[heading] * factor[r, c]
-            if total < cost[nr, nc] - 1e-12:
-                cost[nr, nc] = total
-                heapq.heappush(rim, (total, nr, nc))
+def turn_between(heading: int, course: int) -> int:
+    """Return how many eighths of a turn lie between two headings; 0 where there is no course."""
+    if course < 0:
+        return 0
+    return abs((heading - course + 4) % 8 - 4)
 
 
 def least_chosen(
@@ -295,9 +289,7 @@ def next_highest(
     for heading in range(8):
         if not allowed >> heading & 1:
             continue
-        turn = 0
-        if course >= 0:
-            turn = abs((heading - course + 4) % 8 - 4)
+        turn = turn_between(heading, course)
         visits = entered[row + STEP_ROW[heading], col + STEP_COL[heading]]
         key = (-round(values[heading], 9), turn, counts[row, col, heading], visits)
         if best < 0 or key < best_key:

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from control_field.headings import headings_from_vectors
 from control_field.kernels import compiled
-from control_field.kernels.steps import StepRules
+from control_field.kernels.steps import no_preference, plain_ground, StepRules
 from control_field.records import ControlField
 from control_field.words import counted
 
@@ -107,21 +107,21 @@ def certify(
     shown : ndarray of int8, shape (n_rows, n_cols)
         Demonstrated heading a cell, -1 for none.
     n_prototypes : int
-    rules : tuple
-        ``(corner_cutting, unknown_is_blocked, moves)``.
+    rules : StepRules
     reachable : ndarray of bool, shape (n_rows, n_cols), optional
         Cells with a way to the goal, if the caller knows them already.
 
     """
     headings = headings_from_vectors(field.vx, field.vy)
     if reachable is None:
-        cost = compiled.cost_to_go(field.known, *field.goal, shown, np.zeros(shown.shape),
-                                   np.ones(shown.shape), rules)
+        cost = compiled.cost_to_go(
+            plain_ground(field.known, rules), field.goal, no_preference(field.known.shape))
         reachable = np.isfinite(cost)
     judged = (field.known == 0) & reachable
     n = int(judged.sum())
     state = compiled.flow_basin(field.known, headings, *field.goal, rules)
-    proven = compiled.flow_basin(field.known, headings, *field.goal, (rules[0], True, rules[2]))
+    proven = compiled.flow_basin(
+        field.known, headings, *field.goal, rules._replace(unknown_is_blocked=True))
     at_end = compiled.flow_ends(field.known, headings, state, judged, rules)
     away = judged.copy()
     away[field.goal] = False

@@ -7,11 +7,14 @@ import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import compiled
+from control_field.kernels.interpolation import Centres, Pull, Sums, Window
+from control_field.kernels.repair import Flow
+from control_field.kernels.steps import Ground, no_preference, plain_ground, Preference
 from control_field.learning.interpolation import interpolate, weight_from_q
 from control_field.learning.memory import Memory
 from control_field.local_grid import BLOCKED
 from control_field.records import CellFlag, ControlField, Prototypes
-from control_field.robot.policy import caution_factor, rules_of
+from control_field.robot.policy import ground_of, rules_of
 
 #: Weight of the pull beside a prototype of full weight one cell away.
 PULL_STRENGTH = 2.0
@@ -60,7 +63,7 @@ def compose(memory: Memory) -> Composition:
         raise ValueError('there is no control field before the first demonstration')
     if memory.parameters.profile == 'paper':
         return _compose_paper(memory)
-    return _Composer(memory, caution_factor(memory.known, memory.parameters)).compose()
+    return _Composer(memory).compose()
 
 
 def _compose_paper(memory: Memory) -> Composition:
@@ -73,8 +76,8 @@ def _compose_paper(memory: Memory) -> Composition:
         cells.astype(np.float64), prototypes.cells.astype(np.float64),
         UNIT[prototypes.headings], weights, parameters.power, parameters.effective_window)
     vx, vy = vectors[:, 0].reshape(grid.shape), vectors[:, 1].reshape(grid.shape)
-    cost = compiled.cost_to_go(memory.known, *_goal(memory), memory.shown, np.zeros(grid.shape),
-                               np.ones(grid.shape), rules_of(parameters))
+    cost = compiled.cost_to_go(
+        plain_ground(memory.known, rules_of(parameters)), _goal(memory), no_preference(grid.shape))
     field = _field(memory, vx, vy, memory.q, prototypes)
     return Composition(field, prototypes, weights, np.isfinite(cost))
 
@@ -121,18 +124,20 @@ def _supported(memory: Memory, prototypes: Prototypes) -> npt.NDArray[np.bool_]:
     return marked
 
 
+def _centres(prototypes: Prototypes, weights: npt.NDArray[np.float64]) -> Centres:
+    return Centres(prototypes.cells.astype(np.int64), prototypes.headings, weights)
+
+
 class _Composer:
     """The steps of `profile: full`, over shared arrays."""
 
-    def __init__(self, memory: Memory, factor: npt.NDArray[np.float64]) -> None:
+    def __init__(self, memory: Memory) -> None:
         self.memory = memory
-        self.factor = factor
         self.parameters = memory.parameters
-        self.rules = rules_of(memory.parameters)
-        self.known = memory.known
+        self.ground: Ground = ground_of(memory.known, memory.parameters)
         self.shown = self._still_shown()
-        self.preferred, self.spared = self._preferences()
-        self.cost = self._cost()
+        self.preference = self._preference()
+        self.cost = self._cost(self.preference)
         self.q = self._plain_q() if self.parameters.rehearsal else memory.q
         self.centre = np.full(memory.grid.shape, -1, dtype=np.int8)
         self.mended = np.zeros(memory.grid.shape, dtype=np.bool_)
@@ -144,46 +149,41 @@ class _Composer:
         What was shown is preferred where the field is made, not in what is known to be good: the
         greedy path of the Q-matrix is the best one known, whatever way the teacher went.
         """
-        none = np.full(self.known.shape, -1, dtype=np.int8)
-        nothing = np.zeros(self.known.shape)
-        cost = compiled.cost_to_go(
-            self.known, *_goal(self.memory), none, nothing, self.factor, self.rules)
+        none = no_preference(self.memory.grid.shape)
         q: npt.NDArray[np.float64] = compiled.q_from_cost(
-            self.known, cost, none, nothing, self.factor, self.parameters.discount, self.rules)
+            self.ground, self._cost(none), none, self.parameters.discount)
         return q
 
     def _still_shown(self) -> npt.NDArray[np.int8]:
         """Return the demonstrated steps that are not proven blocked."""
         shown = self.memory.shown.copy()
         for row, col in np.argwhere(shown >= 0).tolist():
-            if self.known[row, col] == BLOCKED or not compiled.step_allowed(
-                    self.known, row, col, shown[row, col], self.rules):
+            if self.ground.known[row, col] == BLOCKED or not compiled.step_allowed(
+                    self.ground.known, row, col, shown[row, col], self.ground.rules):
                 shown[row, col] = -1
         return shown
 
-    def _preferences(self) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.float64]]:
+    def _preference(self) -> Preference:
         """
-        Return the step to prefer in each cell, and the share of its length it is spared.
+        Return the step to prefer in each cell.
 
         What was shown comes first, then what led to the goal in a trial, unless the remembered map
         now knows a clearly shorter way.
         """
         parameters, action = self.parameters, self.memory.action
-        self.preferred = self.shown
-        self.spared = np.where(self.shown >= 0, parameters.demonstration_advantage, 0.0)
-        cost = self._cost()
-        preferred, spared = self.shown.copy(), self.spared.copy()
+        preference = Preference(self.shown.copy(), np.where(
+            self.shown >= 0, parameters.demonstration_advantage, 0.0))
+        cost = self._cost(preference)
         for row, col in np.argwhere((action >= 0) & (self.shown < 0)).tolist():
-            through = compiled.through(
-                self.known, cost, self.factor, row, col, action[row, col], self.rules)
+            through = compiled.through(self.ground, cost, row, col, action[row, col])
             if through <= _CLEARLY_LONGER * cost[row, col]:
-                preferred[row, col] = action[row, col]
-                spared[row, col] = parameters.practice_advantage
-        return preferred, spared
+                preference.headings[row, col] = action[row, col]
+                preference.spared[row, col] = parameters.practice_advantage
+        return preference
 
-    def _cost(self) -> npt.NDArray[np.float64]:
+    def _cost(self, preference: Preference) -> npt.NDArray[np.float64]:
         cost: npt.NDArray[np.float64] = compiled.cost_to_go(
-            self.known, *_goal(self.memory), self.preferred, self.spared, self.factor, self.rules)
+            self.ground, _goal(self.memory), preference)
         return cost
 
     def compose(self) -> Composition:
@@ -209,11 +209,11 @@ class _Composer:
                 self.centre[row, col] = heading
 
     def _worth_keeping(self, row: int, col: int, heading: int) -> bool:
-        through = float(compiled.through(
-            self.known, self.cost, self.factor, row, col, heading, self.rules))
-        if self.preferred[row, col] == heading:
+        through = float(compiled.through(self.ground, self.cost, row, col, heading))
+        if self.preference.headings[row, col] == heading:
             after = row + STEP_ROW[heading], col + STEP_COL[heading]
-            through -= float(self.spared[row, col] * STEP_LENGTH[heading] * self.factor[after])
+            through -= float(self.preference.spared[row, col] * STEP_LENGTH[heading]
+                             * self.ground.factor[after])
         best = self.cost[row, col]
         return bool(np.isfinite(best) and through <= best + _WORTH_KEEPING)
 
@@ -235,27 +235,24 @@ class _Composer:
     def _interpolate(self) -> None:
         """Evaluate eq. 7 with windows and pull at every cell."""
         prototypes, weights = self._table()
-        shape = self.memory.grid.shape
-        self.totals = (np.zeros(shape), np.zeros(shape), np.zeros(shape))
+        self.sums = Sums.none(self.memory.grid.shape)
         compiled.add_windows(
-            *self.totals, self.known, prototypes.cells.astype(np.int64), prototypes.headings,
-            weights, *self._window())
-        self.pull = self._pull(prototypes)
-        self.vx, self.vy, self.headings = compiled.courses(
-            *self.totals, self.centre, self.pull, PULL_STRENGTH)
+            self.sums, self.ground.known, _centres(prototypes, weights), self._window())
+        self.pull = Pull(self._pull(prototypes), PULL_STRENGTH)
+        self.vx, self.vy, self.headings = compiled.courses(self.sums, self.centre, self.pull)
 
-    def _window(self) -> tuple[float, float, bool]:
+    def _window(self) -> Window:
         parameters = self.parameters
-        return (float(min(parameters.effective_window, max(self.memory.grid.shape))),
-                float(parameters.power), parameters.visible_windows)
+        return Window(float(min(parameters.effective_window, max(self.memory.grid.shape))),
+                      float(parameters.power), parameters.visible_windows)
 
     def _pull(self, prototypes: Prototypes) -> npt.NDArray[np.int8]:
         if not self.parameters.pull:
             return np.full(self.memory.grid.shape, -1, dtype=np.int8)
         pull: npt.NDArray[np.int8] = compiled.pull_from_cost(
-            self.known, self.cost, self.factor, self.totals[0], self.totals[1], self.rules,
+            self.ground, self.cost, self.sums,
         ) if self.parameters.rehearsal else compiled.pull_to_nearest(
-            self.known, prototypes.cells.astype(np.int64), self.rules)
+            self.ground.known, prototypes.cells.astype(np.int64), self.ground.rules)
         return pull
 
     def _repairs(self) -> bool:
@@ -265,16 +262,15 @@ class _Composer:
         """Give the cells whose flow does not come home a prototype, few at a time."""
         goal = _goal(self.memory)
         for _ in range(_MOST_ROUNDS):
-            state = compiled.flow_basin(self.known, self.headings, *goal, self.rules)
+            state = compiled.flow_basin(
+                self.ground.known, self.headings, *goal, self.ground.rules)
             cells = compiled.mending_cells(
-                self.known, self.cost, self.factor, self.headings, state, self.shown >= 0,
-                self.rules)
+                self.ground, self.cost, self.headings, state, self.shown >= 0)
             if not cells.any():
                 return
             before = self.centre.copy()
             for row, col in np.argwhere(cells).tolist():
-                self.centre[row, col] = compiled.best_step(
-                    self.known, self.cost, self.factor, row, col, -1, self.rules)
+                self.centre[row, col] = compiled.best_step(self.ground, self.cost, row, col, -1)
                 self.mended[row, col] = True
             if np.array_equal(before, self.centre):
                 return  # what is left cannot be mended in this way
@@ -286,11 +282,10 @@ class _Composer:
         candidates = np.flatnonzero(~prototypes.demonstrated)
         order = candidates[np.argsort(prototypes.q[candidates], kind='stable')]
         before, centre = self.centre, self.centre.copy()
+        flow = Flow(Sums(*(part.copy() for part in self.sums)), self.pull, centre,
+                    self.headings.copy())
         idle = compiled.idle_prototypes(
-            order, prototypes.cells.astype(np.int64), prototypes.headings, weights,
-            tuple(total.copy() for total in self.totals), centre, self.known, self.cost,
-            self.factor, self.pull, PULL_STRENGTH, self.headings.copy(), *self._window(),
-            self.rules)
+            order, _centres(prototypes, weights), flow, self.ground, self.cost, self._window())
         if not idle.any():
             return
         n_home, mended = self._n_home(), self.mended.copy()
@@ -305,5 +300,6 @@ class _Composer:
 
     def _n_home(self) -> int:
         """Return from how many cells the flow comes home."""
-        state = compiled.flow_basin(self.known, self.headings, *_goal(self.memory), self.rules)
+        state = compiled.flow_basin(
+            self.ground.known, self.headings, *_goal(self.memory), self.ground.rules)
         return int((state == 1).sum())

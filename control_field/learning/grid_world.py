@@ -7,15 +7,16 @@ import numpy.typing as npt
 
 from control_field.headings import headings_from_vectors
 from control_field.kernels import compiled
+from control_field.kernels.decision import LOGGED, new_trial, TrialState
+from control_field.kernels.steps import no_preference, plain_ground
 from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
-from control_field.records import ControlField, DECISION_DTYPE, Outcome, Trial
-from control_field.robot.policy import caution_factor, cost_from_q, options_of, rules_of
+from control_field.records import ControlField, Outcome, Trial
+from control_field.robot.policy import decisions_from_log, options_of, rules_of, trial_on
 
 #: Rows that a trial's log has room for at first.
 _FIRST_ROWS = 4096
 _OUTCOMES = (Outcome.GOAL, Outcome.COLLISION, Outcome.GAVE_UP)
-_LOGGED = ('row', 'col', 'action', 'next_row', 'next_col', 'reward', 'kind', 'blocked', 'step')
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +43,7 @@ class Runs:
 class _Ready:
     """What runs on one field start from; ``truthful``: no wall is remembered that is not there."""
 
-    headings: npt.NDArray[np.int8]
-    q: npt.NDArray[np.float64]
-    cost: npt.NDArray[np.float64]
-    factor: npt.NDArray[np.float64]
+    state: TrialState
     truthful: bool
     flow_lengths: npt.NDArray[np.float64]
 
@@ -69,9 +67,8 @@ class GridWorld:
 
     def cost_to(self, goal: tuple[int, int]) -> npt.NDArray[np.float64]:
         """Return the true least cost from every cell to the goal, in cells; inf without a way."""
-        none = np.full(self.truth.shape, -1, dtype=np.int8)
         cost: npt.NDArray[np.float64] = compiled.cost_to_go(
-            self.truth, *goal, none, np.zeros(none.shape), np.ones(none.shape), self.rules)
+            plain_ground(self.truth, self.rules), goal, no_preference(self.truth.shape))
         return np.where(self.truth == 0, cost, np.inf)
 
     def local_grid(self, row: int, col: int) -> int:
@@ -109,16 +106,12 @@ class GridWorld:
             raise ValueError(f'the start {start} is blocked')
         ready, n_rows, capacity = self._ready(field), 0, _FIRST_ROWS
         while True:  # a run is the same every time, so a log that was too short costs time only
-            log = np.zeros((capacity, len(_LOGGED)), dtype=np.int32)
-            outcome, _, n_rows, length, _ = self._run(field, ready, start, seed, log)
+            log = np.zeros((capacity, len(LOGGED)), dtype=np.int32)
+            outcome, _, n_rows, length, _ = self._run(ready, start, seed, log)
             if n_rows < capacity:
                 break
             capacity *= 8
-        rows = np.zeros(n_rows, dtype=DECISION_DTYPE)
-        for index, name in enumerate(_LOGGED):
-            rows[name] = log[:n_rows, index]
-        rows['trial'], rows['revision'] = number, field.revision
-        rows['stamp'] = rows['step']
+        rows = decisions_from_log(log[:n_rows], number, field.revision)
         return Trial(rows, _OUTCOMES[outcome], number), float(length)
 
     def trials(self, field: ControlField, starts: npt.NDArray[np.integer], seed: int) -> Runs:
@@ -131,9 +124,9 @@ class GridWorld:
             Free cells.
 
         """
-        log = np.zeros((0, len(_LOGGED)), dtype=np.int32)
+        log = np.zeros((0, len(LOGGED)), dtype=np.int32)
         ready = self._ready(field)
-        results = [self._run_known(field, ready, (int(row), int(col)), seed + index, log)
+        results = [self._run_known(ready, (int(row), int(col)), seed + index, log)
                    for index, (row, col) in enumerate(starts)]
         table = np.array(results, dtype=np.float64).reshape(-1, 5)
         return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
@@ -141,17 +134,11 @@ class GridWorld:
 
     def _ready(self, field: ControlField) -> _Ready:
         """Return what every run on a field starts from."""
-        parameters = self.parameters
-        q = field.q.astype(np.float64)
-        rehearsed = options_of(parameters)[0]
-        cost = cost_from_q(q, parameters.discount) if rehearsed else np.zeros(field.grid.shape)
-        cost[field.goal] = 0.0
         truthful = not ((field.known == BLOCKED) & (self.truth == 0)).any()
-        return _Ready(headings_from_vectors(field.vx, field.vy), q, cost,
-                      caution_factor(field.known, parameters), truthful,
+        return _Ready(trial_on(field, field.known.copy(), self.parameters), truthful,
                       self.flow_lengths(field))
 
-    def _run_known(self, field: ControlField, ready: _Ready, start: tuple[int, int], seed: int,
+    def _run_known(self, ready: _Ready, start: tuple[int, int], seed: int,
                    log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
         """Run one trial; where the flow comes home by itself, its outcome is known beforehand."""
         length = float(ready.flow_lengths[start])
@@ -159,19 +146,20 @@ class GridWorld:
         # left, as long as the remembered map holds no wall that is not there.
         if ready.truthful and np.isfinite(length):
             n_steps = int(compiled.flow_reaches(
-                self.truth, ready.headings, *start, *field.goal, self.rules))
+                self.truth, ready.state.headings, *start, *ready.state.goal, self.rules))
             if n_steps <= self.parameters.step_limit:
                 return 0, n_steps, 0, length, 0
-        return self._run(field, ready, start, seed, log)
+        return self._run(ready, start, seed, log)
 
-    def _run(self, field: ControlField, ready: _Ready, start: tuple[int, int], seed: int,
+    def _run(self, ready: _Ready, start: tuple[int, int], seed: int,
              log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
-        parameters = self.parameters
+        state, parameters = ready.state, self.parameters
+        ground = state.ground._replace(known=state.ground.known.copy())
+        trial = new_trial(
+            ground, state.headings, state.goal, state.q.copy(), state.cost.copy())
         result: tuple[int, int, int, float, int] = compiled.run_trial(
-            self.truth, *start, ready.headings, field.known.copy(), ready.q.copy(),
-            ready.cost.copy(), ready.factor, field.goal,
-            (float(parameters.learning_rate), float(parameters.discount)), options_of(parameters),
-            self.rules, parameters.step_limit, np.random.default_rng(seed), log)
+            self.truth, start, trial, options_of(parameters), parameters.step_limit,
+            np.random.default_rng(seed), log)
         return result
 
     def flow_home(self, field: ControlField) -> npt.NDArray[np.bool_]:

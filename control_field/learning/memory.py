@@ -7,6 +7,7 @@ from control_field.drives.loops import loop_erased
 from control_field.grid import Grid
 from control_field.headings import heading_from_step, N_HEADINGS
 from control_field.kernels import compiled
+from control_field.kernels.decision import Transition
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Kind, Outcome, Prototypes, Trial
 from control_field.robot.policy import rules_of
@@ -113,24 +114,25 @@ class Memory:
                 raise ValueError(f'a trial holds a decision whose {name} is not 0 to {n - 1}')
 
     def _apply_online(self, rows: npt.NDArray[np.void]) -> None:
-        rules = rules_of(self.parameters)
         for row in rows[rows['reward'] != 0]:
-            compiled.backup(
-                self.q, self.known, int(row['row']), int(row['col']), int(row['action']),
-                float(row['reward']), int(row['next_row']), int(row['next_col']),
-                float(self.parameters.learning_rate), float(self.parameters.discount), rules)
+            self._backup(Transition(
+                int(row['row']), int(row['col']), int(row['action']), int(row['next_row']),
+                int(row['next_col']), float(row['reward'])))
+
+    def _backup(self, transition: Transition) -> None:
+        parameters = self.parameters
+        compiled.backup(self.q, self.known, transition, float(parameters.learning_rate),
+                        float(parameters.discount), rules_of(parameters))
 
     def _carry_back(self, cells: npt.NDArray[np.int32], reward: float) -> None:
         """Give R_goal to the last step of a path and carry it back by eq. 6."""
-        rules = rules_of(self.parameters)
         for i in range(len(cells) - 2, -1, -1):
             (row, col), (next_row, next_col) = cells[i].tolist(), cells[i + 1].tolist()
             if max(abs(next_row - row), abs(next_col - col)) != 1:
                 continue
-            compiled.backup(
-                self.q, self.known, row, col, heading_from_step(next_row - row, next_col - col),
-                reward if i == len(cells) - 2 else 0.0, next_row, next_col,
-                float(self.parameters.learning_rate), float(self.parameters.discount), rules)
+            self._backup(Transition(
+                row, col, heading_from_step(next_row - row, next_col - col), next_row, next_col,
+                reward if i == len(cells) - 2 else 0.0))
 
     def _learn_path(self, cells: npt.NDArray[np.int32], stamps: npt.NDArray[np.float64],
                     episode: int, shown: bool) -> None:

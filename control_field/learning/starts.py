@@ -5,6 +5,8 @@ import numpy.typing as npt
 
 from control_field.headings import headings_from_vectors, UNIT
 from control_field.kernels import compiled
+from control_field.kernels.interpolation import Sums
+from control_field.kernels.steps import Ground, no_preference, StepRules
 from control_field.learning.memory import Memory
 from control_field.records import ControlField
 from control_field.robot.policy import rules_of
@@ -49,11 +51,10 @@ def curious_field(memory: Memory, field: ControlField) -> ControlField:
     parameters, rules = memory.parameters, rules_of(memory.parameters)
     share = np.minimum(n_unseen_around(memory.known), _ENOUGH_UNSEEN) / _ENOUGH_UNSEEN
     factor = 1.0 - parameters.curiosity * share
-    none = np.full(field.grid.shape, -1, dtype=np.int8)
-    nothing = np.zeros(field.grid.shape)
-    cost = compiled.cost_to_go(memory.known, *field.goal, none, nothing, factor, rules)
-    q = compiled.q_from_cost(memory.known, cost, none, nothing, factor, parameters.discount, rules)
-    headings = compiled.pull_from_cost(memory.known, cost, factor, nothing, nothing, rules)
+    ground, none = Ground(memory.known, factor, rules), no_preference(field.grid.shape)
+    cost = compiled.cost_to_go(ground, field.goal, none)
+    q = compiled.q_from_cost(ground, cost, none, parameters.discount)
+    headings = compiled.pull_from_cost(ground, cost, Sums.none(field.grid.shape))
     vx, vy = (np.where(headings >= 0, UNIT[headings, axis], 0.0) for axis in (0, 1))
     return ControlField(
         grid=field.grid, revision=field.revision, goal=field.goal, vx=vx.astype(np.float32),
@@ -61,8 +62,9 @@ def curious_field(memory: Memory, field: ControlField) -> ControlField:
         q=q.astype(np.float32), known=field.known.copy(), flags=field.flags.copy())
 
 
-def promise(field: ControlField, driven: ControlField, rules: tuple[bool, bool, int],
-            ) -> npt.NDArray[np.float64]:
+def promise(
+    field: ControlField, driven: ControlField, rules: StepRules,
+) -> npt.NDArray[np.float64]:
     """
     Return what a trial from each cell promises to show.
 
@@ -75,8 +77,7 @@ def promise(field: ControlField, driven: ControlField, rules: tuple[bool, bool, 
         The field whose flows shall come home.
     driven : ControlField
         The field the trial would follow.
-    rules : tuple
-        ``(corner_cutting, unknown_is_blocked, moves)``.
+    rules : StepRules
 
     Returns
     -------

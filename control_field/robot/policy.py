@@ -8,8 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import headings_from_vectors, STEP_COL, STEP_ROW
-from control_field.kernels import decision as trial_kernels
-from control_field.kernels.steps import allowed_steps, remember_local_grid
+from control_field.kernels.decision import (
+    decide, LOGGED, n_rewards, new_trial, Options, Transition, TrialState, write_decision,
+    write_row)
+from control_field.kernels.steps import allowed_steps, Ground, remember_local_grid, StepRules
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
 
@@ -74,21 +76,76 @@ def caution_factor(
     return np.where(known < 0, 1.0 + parameters.caution, 1.0)
 
 
-def rules_of(parameters: Parameters) -> tuple[bool, bool, int]:
+def rules_of(parameters: Parameters) -> StepRules:
     """
-    Return the rules of a step on the remembered map, as the kernels take them.
+    Return the rules of a step on the remembered map.
 
     Ground that was never seen counts as free there, or no way around would ever be found; what a
     robot keeps out of is what its local grid calls unknown when it is about to enter it.
     """
-    return parameters.corner_cutting, False, parameters.moves
+    return StepRules(parameters.corner_cutting, False, parameters.moves)
 
 
-def options_of(parameters: Parameters) -> tuple[bool, float, float, int, int]:
-    """Return the options of a choice as the kernels take them."""
-    rehearsed = parameters.profile == 'full' and parameters.rehearsal
-    return (rehearsed, parameters.effective_window, parameters.power,
-            parameters.oscillation_limit, N_ONLINE_BACKUPS)
+def ground_of(known: npt.NDArray[np.int8], parameters: Parameters) -> Ground:
+    """Return what a way over a remembered map is planned on."""
+    return Ground(known, caution_factor(known, parameters), rules_of(parameters))
+
+
+def options_of(parameters: Parameters) -> Options:
+    """Return how a trial decides."""
+    return Options(
+        parameters.profile == 'full' and parameters.rehearsal, float(parameters.effective_window),
+        float(parameters.power), parameters.oscillation_limit, N_ONLINE_BACKUPS,
+        float(parameters.learning_rate), float(parameters.discount))
+
+
+def trial_on(
+    field: ControlField, known: npt.NDArray[np.int8], parameters: Parameters,
+) -> TrialState:
+    """
+    Return the state of a trial on a field before its first decision.
+
+    Parameters
+    ----------
+    field : ControlField
+    known : ndarray of int8, shape (n_rows, n_cols)
+        Remembered map; decisions write into it.
+    parameters : Parameters
+
+    """
+    q = field.q.astype(np.float64)
+    if options_of(parameters).rehearsed:
+        cost = cost_from_q(q, parameters.discount)
+        cost[field.goal] = 0.0
+    else:
+        cost = np.zeros(field.grid.shape)
+    return new_trial(ground_of(known, parameters), headings_from_vectors(field.vx, field.vy),
+                     field.goal, q, cost)
+
+
+def decisions_from_log(
+    log: npt.NDArray[np.int32], trial: int, revision: int,
+) -> npt.NDArray[np.void]:
+    """
+    Return the decisions of a log as a table; a decision's stamp is its step.
+
+    Parameters
+    ----------
+    log : ndarray of int32, shape (n, 9)
+        Columns of `LOGGED`.
+    trial, revision : int
+        Number of the trial, and of the field.
+
+    Returns
+    -------
+    ndarray of DECISION_DTYPE, shape (n,)
+
+    """
+    table = np.zeros(len(log), dtype=DECISION_DTYPE)
+    for index, name in enumerate(LOGGED):
+        table[name] = log[:, index]
+    table['trial'], table['revision'], table['stamp'] = trial, revision, table['step']
+    return table
 
 
 class TrialPolicy:
@@ -113,29 +170,15 @@ class TrialPolicy:
 
     def __init__(self, field: ControlField, parameters: Parameters, rng: np.random.Generator,
                  trial: int) -> None:
+        self.field = field
         self._parameters = parameters
+        self._options = options_of(parameters)
         self._rng = rng
         self._trial = trial
-        shape = field.grid.shape
-        self._known = field.known.copy()
-        self._counts = np.zeros((*shape, 8), dtype=np.int32)
-        self._entered = np.zeros(shape, dtype=np.int32)
-        self._punished = np.zeros(shape, dtype=np.uint8)
+        self.state = trial_on(field, field.known.copy(), parameters)
         self.n_steps = 0
         self.n_reinforcements = 0
         self.n_decisions = 0
-        self._take(field)
-
-    def _take(self, field: ControlField) -> None:
-        self.field = field
-        self._headings = headings_from_vectors(field.vx, field.vy)
-        self._q = field.q.astype(np.float64)
-        rehearsed = options_of(self._parameters)[0]
-        self._factor = caution_factor(self._known, self._parameters)
-        self._cost = cost_from_q(self._q, self._parameters.discount) if rehearsed else (
-            np.zeros(field.grid.shape))
-        if rehearsed:
-            self._cost[field.goal] = 0.0
 
     def replace_field(self, field: ControlField) -> None:
         """
@@ -149,9 +192,12 @@ class TrialPolicy:
         """
         if field.grid != self.field.grid:
             raise ValueError(f'the field is of grid {field.grid}, the trial of {self.field.grid}')
-        fresh = (self._known < 0) & (field.known >= 0)
-        self._known[fresh] = field.known[fresh]
-        self._take(field)
+        state, known = self.state, self.state.ground.known
+        fresh = (known < 0) & (field.known >= 0)
+        known[fresh] = field.known[fresh]
+        self.field = field
+        self.state = trial_on(field, known, self._parameters)._replace(
+            counts=state.counts, entered=state.entered, punished=state.punished)
 
     def at_goal(self, row: int, col: int) -> bool:
         """Tell whether a cell is the goal."""
@@ -184,22 +230,18 @@ class TrialPolicy:
             raise ValueError(f'cell ({row}, {col}) lies outside the workspace')
         if self.n_steps >= self._parameters.step_limit:
             return self._give_up(f'the step limit of {self._parameters.step_limit} is reached')
-        parameters = self._parameters
         # Kept out of until it is seen, which it may be from another cell.
-        kept_out = blocked | unknown if parameters.unknown_is_blocked else blocked
-        heading, kind, occupied, reward = trial_kernels.decide(
-            row, col, kept_out, unknown & ~kept_out, self._headings, self._known, self._q,
-            self._cost, self._factor, self._counts, self._entered, self._punished, self.field.goal,
-            (parameters.learning_rate, parameters.discount), options_of(parameters),
-            rules_of(parameters), self._rng)
-        rows = []
-        if occupied >= 0:
-            rows.append(self._row(row, col, occupied, -1, Kind.BLOCKED, blocked, unknown, stamp))
-        if heading < 0:
+        kept_out = blocked | unknown if self._parameters.unknown_is_blocked else blocked
+        decision = decide(
+            row, col, kept_out, unknown & ~kept_out, self.state, self._options, self._rng)
+        log = self._empty_log()
+        n = write_decision(log, 0, row, col, decision, blocked, self.n_steps)
+        rows = self._publish(log[:n], unknown, stamp)
+        self.n_reinforcements += n_rewards(decision)
+        if decision.heading < 0:
             return self._give_up('no way to the goal is left on the remembered map', rows)
-        rows.append(self._row(row, col, heading, reward, Kind(kind), blocked, unknown, stamp))
         self.n_steps += 1
-        return Choice(int(heading), Kind(kind), '', self._publish(rows))
+        return Choice(int(decision.heading), Kind(decision.kind), '', rows)
 
     def taught(self, row: int, col: int, heading: int, blocked: int, unknown: int,
                stamp: float) -> npt.NDArray[np.void]:
@@ -212,28 +254,30 @@ class TrialPolicy:
             The row to publish.
 
         """
-        remember_local_grid(self._known, row, col, blocked, unknown)
+        remember_local_grid(self.state.ground.known, row, col, blocked, unknown)
         self.n_steps += 1
-        return self._publish(
-            [self._row(row, col, heading, 0, Kind.TAUGHT, blocked, unknown, stamp)])
+        log = self._empty_log()
+        n = write_row(log, 0, Transition(row, col, heading, row + STEP_ROW[heading],
+                                         col + STEP_COL[heading], 0.0),
+                      Kind.TAUGHT, blocked, self.n_steps)
+        return self._publish(log[:n], unknown, stamp)
 
     def allowed(self, row: int, col: int) -> int:
         """Return the mask of the steps that local grid and remembered map allow from a cell."""
-        return int(allowed_steps(self._known, row, col, rules_of(self._parameters)))
+        return int(allowed_steps(self.state.ground.known, row, col, self.state.ground.rules))
 
-    def _row(self, row: int, col: int, action: int, reward: int, kind: Kind, blocked: int,
-             unknown: int, stamp: float) -> tuple[object, ...]:
-        moved = kind != Kind.BLOCKED
-        next_row = row + int(STEP_ROW[action]) * moved
-        next_col = col + int(STEP_COL[action]) * moved
-        return (stamp, self._trial, self.n_steps, self.field.revision, row, col, next_row,
-                next_col, action, reward, kind, blocked, unknown)
+    @staticmethod
+    def _empty_log() -> npt.NDArray[np.int32]:
+        return np.zeros((2, len(LOGGED)), dtype=np.int32)
 
-    def _publish(self, rows: list[tuple[object, ...]]) -> npt.NDArray[np.void]:
-        table = np.array(rows, dtype=DECISION_DTYPE)
+    def _publish(
+        self, log: npt.NDArray[np.int32], unknown: int, stamp: float,
+    ) -> npt.NDArray[np.void]:
+        table = decisions_from_log(log, self._trial, self.field.revision)
+        table['unknown'], table['stamp'] = unknown, stamp
         self.n_decisions += len(table)
-        self.n_reinforcements += int((table['reward'] != 0).sum())
         return table
 
-    def _give_up(self, reason: str, rows: list[tuple[object, ...]] | None = None) -> Choice:
-        return Choice(-1, Kind.AVOID, reason, self._publish(rows or []))
+    def _give_up(self, reason: str, rows: npt.NDArray[np.void] | None = None) -> Choice:
+        rows = np.zeros(0, dtype=DECISION_DTYPE) if rows is None else rows
+        return Choice(-1, Kind.AVOID, reason, rows)

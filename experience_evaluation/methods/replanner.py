@@ -7,6 +7,8 @@ import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels import compiled
+from control_field.kernels.interpolation import Sums
+from control_field.kernels.steps import plain_ground
 from control_field.learning.grid_world import GridWorld, Runs
 from control_field.records import Demonstration
 from experience_evaluation.methods.method import Notes, Practice, Task
@@ -51,10 +53,8 @@ class Replanner:
         return GridWorld(np.maximum(known, 0), self.task.parameters).cost_to(self.task.goal)
 
     def _headings(self, known: Known) -> npt.NDArray[np.int8]:
-        cost, ones = self._cost(known), np.ones(known.shape)
-        still = np.zeros(known.shape)
         headings: npt.NDArray[np.int8] = compiled.pull_from_cost(
-            known, cost, ones, still, still, self.task.world.rules)
+            plain_ground(known, self.task.world.rules), self._cost(known), Sums.none(known.shape))
         return headings
 
     def _run(self, known: Known, start: tuple[int, int],

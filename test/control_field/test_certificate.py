@@ -6,10 +6,14 @@ import pytest
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, UNIT
 from control_field.kernels import compiled
-from control_field.kernels.steps import is_occupied, step_allowed
+from control_field.kernels.interpolation import Sums
+from control_field.kernels.steps import (
+    is_occupied, no_preference, plain_ground, step_allowed, StepRules)
 from control_field.learning.certificate import certify, fidelity_of
 from control_field.records import ControlField
 from strategies import knowns, rules, seeds, steady
+
+BODY = StepRules(False, False, 8)
 
 
 def field_of(known, headings, goal, coherence=None):
@@ -39,19 +43,19 @@ def test_the_certificate_says_what_following_the_field_from_every_cell_shows(
     rng = np.random.default_rng(seed)
     goal = data.draw(st.tuples(*(st.integers(0, n - 1) for n in known.shape)))
     known[goal] = 0
-    none, nothing = np.full(known.shape, -1, np.int8), np.zeros(known.shape)
-    cost = compiled.cost_to_go(known, *goal, none, nothing, nothing + 1.0, rule)
-    sensible = compiled.pull_from_cost(known, cost, nothing + 1.0, nothing, nothing, rule)
+    ground, none = plain_ground(known, rule), no_preference(known.shape)
+    cost = compiled.cost_to_go(ground, goal, none)
+    sensible = compiled.pull_from_cost(ground, cost, Sums.none(known.shape))
     wild = rng.integers(-1, 8, known.shape).astype(np.int8)
     headings = np.where(rng.random(known.shape) < 0.8, sensible, wild).astype(np.int8)
     coherence = rng.random(known.shape).astype(np.float32)
-    certificate = certify(field_of(known, headings, goal, coherence), none, 7, rule)
+    certificate = certify(field_of(known, headings, goal, coherence), none.headings, 7, rule)
 
     counted = [cell for cell in np.ndindex(known.shape)
                if known[cell] == 0 and np.isfinite(cost[cell])]
     home = [comes_home(known, headings, cell, goal, rule) for cell in counted]
-    proven = [comes_home(known, headings, cell, goal, (rule[0], True, rule[2]))
-              for cell in counted]
+    strict = rule._replace(unknown_is_blocked=True)
+    proven = [comes_home(known, headings, cell, goal, strict) for cell in counted]
     assert certificate.n_reachable == len(counted)
     assert certificate.basin == pytest.approx(np.mean(home))
     assert certificate.proven == pytest.approx(np.mean(proven))
@@ -72,7 +76,7 @@ def test_the_certificate_says_what_following_the_field_from_every_cell_shows(
 def test_a_flow_that_ends_in_unseen_ground_has_a_sink_there():
     known = np.array([[0, -1, -1, 0]], np.int8)
     headings = np.array([[0, 0, 4, 0]], np.int8)
-    certificate = certify(field_of(known, headings, (0, 3)), headings, 3, (False, False, 8))
+    certificate = certify(field_of(known, headings, (0, 3)), headings, 3, BODY)
     assert certificate.basin == 0.5
     assert certificate.sinks.tolist() in ([[0, 1]], [[0, 2]])
 
@@ -92,31 +96,28 @@ def test_fidelity_counts_what_is_still_done_of_what_is_still_possible(known, rul
 
 def test_a_perfect_a_useless_and_a_looping_field():
     known = np.zeros((1, 4), np.int8)
-    body = (False, False, 8)
     east = np.zeros((1, 4), np.int8)
-    perfect = certify(field_of(known, east, (0, 3)), east, 3, body)
+    perfect = certify(field_of(known, east, (0, 3)), east, 3, BODY)
     assert (perfect.basin, perfect.proven, len(perfect.sinks)) == (1.0, 1.0, 0)
-    useless = certify(field_of(known, east + 4, (0, 3)), east, 3, body)
+    useless = certify(field_of(known, east + 4, (0, 3)), east, 3, BODY)
     assert useless.basin == 0.25
     assert useless.sinks.tolist() == [[0, 0]]
     assert useless.fidelity == 0.0
-    looping = certify(field_of(known, np.array([[0, 4, 0, 0]], np.int8), (0, 3)), east, 3, body)
+    looping = certify(field_of(known, np.array([[0, 4, 0, 0]], np.int8), (0, 3)), east, 3, BODY)
     assert looping.basin == 0.5
     assert len(looping.sinks) == 1
 
 
 def test_where_nothing_is_known_nothing_is_certified():
     known = np.full((1, 4), -1, np.int8)
-    certificate = certify(field_of(known, 0 * known, (0, 3)), -1 - 0 * known, 0,
-                          (False, False, 8))
+    certificate = certify(field_of(known, 0 * known, (0, 3)), -1 - 0 * known, 0, BODY)
     assert (certificate.basin, certificate.proven, certificate.coherence_min) == (0.0, 0.0, 0.0)
     assert (certificate.n_free, certificate.n_reachable, len(certificate.sinks)) == (0, 0, 0)
 
 
 def test_unseen_ground_counts_for_the_basin_but_not_as_proven():
     known = np.array([[0, -1, 0, 0]], np.int8)
-    certificate = certify(field_of(known, 0 * known, (0, 3)), -1 - 0 * known, 3,
-                          (False, False, 8))
+    certificate = certify(field_of(known, 0 * known, (0, 3)), -1 - 0 * known, 3, BODY)
     assert (certificate.basin, certificate.n_reachable) == (1.0, 3)
     assert certificate.proven == pytest.approx(2 / 3)
     assert not is_occupied(known, 0, 1, False)
@@ -124,7 +125,7 @@ def test_unseen_ground_counts_for_the_basin_but_not_as_proven():
 
 def test_the_sentence_is_plain_and_the_numbers_hold_the_rest():
     known = np.zeros((1, 4), np.int8)
-    certificate = certify(field_of(known, 0 * known, (0, 3)), 0 * known, 3, (False, False, 8))
+    certificate = certify(field_of(known, 0 * known, (0, 3)), 0 * known, 3, BODY)
     assert certificate.sentence() == (
         'From all 4 places seen so far the robot gets to the goal.')
     for part in ('basin 100.0% of 4 known free cells', '0 sinks', 'fidelity 100.0%',
@@ -134,24 +135,22 @@ def test_the_sentence_is_plain_and_the_numbers_hold_the_rest():
 
 def test_the_sentence_does_not_round_up_to_all():
     known = np.zeros((1, 4), np.int8)
-    certificate = certify(field_of(known, np.array([[4, 0, 0, 0]], np.int8), (0, 3)), 0 * known, 3,
-                          (False, False, 8))
+    field = field_of(known, np.array([[4, 0, 0, 0]], np.int8), (0, 3))
+    certificate = certify(field, 0 * known, 3, BODY)
     assert certificate.sentence() == (
         'From 3 of 4 places seen so far the robot gets to the goal.')
 
 
 def test_the_sentence_says_how_many_known_cells_are_cut_off():
     known = np.array([[0, 0, 100, 0, 0, 0]], np.int8)
-    certificate = certify(field_of(known, 0 * known, (0, 5)), -1 - 0 * known, 1,
-                          (False, False, 8))
+    certificate = certify(field_of(known, 0 * known, (0, 5)), -1 - 0 * known, 1, BODY)
     assert (certificate.n_free, certificate.n_reachable) == (5, 3)
     assert certificate.sentence().endswith('There is no way to it from 2 more.')
 
 
 def test_no_place_with_a_way_to_the_goal_is_said_so():
     known = np.array([[0, 0, 100, 100, 0, -1]], np.int8)
-    certificate = certify(field_of(known, 0 * known, (0, 2)), -1 - 0 * known, 1,
-                          (False, False, 8))
+    certificate = certify(field_of(known, 0 * known, (0, 2)), -1 - 0 * known, 1, BODY)
     assert certificate.n_reachable == 0
     assert certificate.sentence() == (
         'From none of the places seen so far there is a way to the goal.')

@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 from control_field.headings import heading_from_vector, STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
-from control_field.kernels import interpolation as field_kernels
-from control_field.kernels import repair as mending_kernels
+from control_field.kernels import interpolation, repair
 from control_field.kernels import steps as kernels
+from control_field.kernels.interpolation import Pull, Sums
+from control_field.kernels.steps import plain_ground, StepRules
 from kernel_scenes import Scene
 from oracles import turn_between
 from strategies import knowns, rules, seeds, steady
 
-BODY = (False, False, 8)
+BODY = StepRules(False, False, 8)
 
 
 def steps(known, cell, rule):
@@ -27,16 +28,16 @@ def steps(known, cell, rule):
 @steady
 def test_the_pull_is_the_cheapest_step_and_of_equals_the_nearest_to_the_course(known, rule, seed):
     scene = Scene(known, rule, seed)
-    pull = field_kernels.pull_from_cost(known, scene.cost, scene.factor, *scene.totals[:2], rule)
+    pull = interpolation.pull_from_cost(scene.ground, scene.cost, scene.sums)
     for cell in np.ndindex(known.shape):
-        ways = {h: scene.cost[to] + STEP_LENGTH[h] * scene.factor[to]
+        ways = {h: scene.cost[to] + STEP_LENGTH[h] * scene.ground.factor[to]
                 for h, to in steps(known, cell, rule) if np.isfinite(scene.cost[to])}
         if kernels.is_occupied(known, *cell, rule[1]) or scene.cost[cell] == 0.0 or not ways:
             assert pull[cell] == -1
             continue
         cheapest = [h for h, cost in ways.items() if cost <= min(ways.values()) + 1e-9]
         assert pull[cell] in cheapest
-        course = heading_from_vector(scene.totals[0][cell], scene.totals[1][cell])
+        course = heading_from_vector(scene.sums.x[cell], scene.sums.y[cell])
         assert turn_between(int(pull[cell]), course) == min(
             turn_between(h, course) for h in cheapest)
 
@@ -45,7 +46,7 @@ def test_the_pull_is_the_cheapest_step_and_of_equals_the_nearest_to_the_course(k
 @steady
 def test_without_rehearsal_the_pull_points_straight_to_the_nearest_centre(known, rule, seed):
     scene = Scene(known, rule, seed)
-    pull = field_kernels.pull_to_nearest(known, scene.cells, rule)
+    pull = interpolation.pull_to_nearest(known, scene.cells, rule)
     for row, col in np.ndindex(known.shape):
         off = scene.cells - (row, col)
         d_row, d_col = off[int(np.hypot(*off.T).argmin())]
@@ -58,23 +59,21 @@ def test_without_rehearsal_the_pull_points_straight_to_the_nearest_centre(known,
 @steady
 def test_the_pull_is_one_more_voice_in_the_average(known, seed):
     scene = Scene(known, BODY, seed)
-    weights = scene.totals[2] + 1.0
+    sums = scene.sums._replace(weight=scene.sums.weight + 1.0)
     for cell in np.ndindex(known.shape):
-        vector = np.array([scene.totals[0][cell], scene.totals[1][cell]])
-        weight, heading = weights[cell], scene.headings[cell]
+        vector = np.array([sums.x[cell], sums.y[cell]])
+        weight, heading = sums.weight[cell], scene.headings[cell]
         if heading >= 0:
             vector, weight = vector + 2.5 * UNIT[heading], weight + 2.5
-        assert field_kernels.course_at(
-            *cell, *scene.totals[:2], weights, scene.headings, 2.5) == pytest.approx(
-            tuple(vector / weight))
+        assert interpolation.course_at(
+            *cell, sums, Pull(scene.headings, 2.5)) == pytest.approx(tuple(vector / weight))
 
 
 def test_where_nobody_has_a_say_there_is_no_course():
-    nothing = np.zeros((1, 2))
-    silent = np.full((1, 2), -1, np.int8)
-    assert field_kernels.course_at(0, 0, nothing, nothing, nothing, silent, 2.0) == (0.0, 0.0)
+    nothing, silent = Sums.none((1, 2)), Pull(np.full((1, 2), -1, np.int8), 2.0)
+    assert interpolation.course_at(0, 0, nothing, silent) == (0.0, 0.0)
     centre = np.array([[3, -1]], np.int8)
-    vx, vy, headings = field_kernels.courses(nothing, nothing, nothing, centre, silent, 2.0)
+    vx, vy, headings = interpolation.courses(nothing, centre, silent)
     assert headings.tolist() == [[3, -1]]
     assert (vx[0, 0], vy[0, 0]) == tuple(UNIT[3])
     assert (vx[0, 1], vy[0, 1]) == (0.0, 0.0)
@@ -85,20 +84,19 @@ def test_where_nobody_has_a_say_there_is_no_course():
 def test_a_window_holds_what_is_near_and_in_sight_and_what_is_taken_away_is_gone(known, seed):
     scene = Scene(known, BODY, seed)
     for visible in (False, True):
-        totals = tuple(np.zeros(known.shape) for _ in range(3))
-        field_kernels.spread(*totals, known, scene.row, scene.col, scene.heading, 0.7,
-                             scene.window, 2.0, visible)
+        sums, window = Sums.none(known.shape), scene.window._replace(visible=visible)
+        place = scene.row, scene.col, scene.heading
+        interpolation.spread(sums, known, *place, 0.7, window)
         for row, col in np.ndindex(known.shape):
             d = math.hypot(row - scene.row, col - scene.col)
-            reached = 0.0 < d <= scene.window and not (
-                visible and not field_kernels.sees(known, scene.row, scene.col, row, col))
+            reached = 0.0 < d <= window.radius and not (
+                visible and not interpolation.sees(known, scene.row, scene.col, row, col))
             weight = 0.7 / d ** 2 if reached else 0.0
-            assert totals[2][row, col] == pytest.approx(weight)
-            assert (totals[0][row, col], totals[1][row, col]) == pytest.approx(
+            assert sums.weight[row, col] == pytest.approx(weight)
+            assert (sums.x[row, col], sums.y[row, col]) == pytest.approx(
                 tuple(weight * UNIT[scene.heading]))
-        field_kernels.spread(*totals, known, scene.row, scene.col, scene.heading, -0.7,
-                             scene.window, 2.0, visible)
-        assert not any(total.any() for total in totals)
+        interpolation.spread(sums, known, *place, -0.7, window)
+        assert not any(part.any() for part in sums)
 
 
 @pytest.mark.parametrize(('course', 'expected'), [(0, 0), (2, 2), (1, 0), (7, 0), (3, 2), (-1, 0)])
@@ -108,7 +106,7 @@ def test_of_two_ways_of_one_length_the_one_nearer_to_the_course_is_taken(course,
     known[1, 1] = 100
     cost = np.full((3, 3), 5.0)
     cost[0, 1] = cost[1, 0] = 1.0
-    assert kernels.best_step(known, cost, np.ones((3, 3)), 0, 0, course, BODY) == expected
+    assert kernels.best_step(plain_ground(known, BODY), cost, 0, 0, course) == expected
 
 
 def loops_from(cell, known, headings, rule):
@@ -126,11 +124,10 @@ def loops_from(cell, known, headings, rule):
 
 @given(knowns, rules, seeds)
 @steady
-def test_what_is_mended_is_a_occupied_course_or_a_cell_of_a_loop(known, rule, seed):
+def test_what_is_mended_is_an_occupied_course_or_a_cell_of_a_loop(known, rule, seed):
     scene = Scene(known, rule, seed)
     headings, state = scene.headings, scene.state
-    mended = mending_kernels.mending_cells(
-        known, scene.cost, scene.factor, headings, state, scene.fixed, rule)
+    mended = repair.mending_cells(scene.ground, scene.cost, headings, state, scene.fixed)
     chosen = [tuple(cell) for cell in np.argwhere(mended).tolist()]
     failing = [cell for cell in np.ndindex(known.shape)
                if state[cell] >= 2 and np.isfinite(scene.cost[cell])]

@@ -6,7 +6,7 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels.decision import see
-from control_field.kernels.steps import allowed_steps, remember_local_grid
+from control_field.kernels.steps import allowed_steps, remember_local_grid, StepRules
 from control_field.local_grid import (
     BLOCKED, crop_neighbourhood, FREE, masks_from_neighbourhood, UNKNOWN)
 from oracles import allowed_from_blocked, neighbourhood_from_masks
@@ -61,7 +61,7 @@ def test_local_grid_and_map_allow_the_same_steps(blocked, cutting):
     known = np.full((3, 3), UNKNOWN, np.int8)
     remember_local_grid(known, 1, 1, blocked, 0)
     assert allowed_from_blocked(blocked, cutting) == allowed_steps(
-        known, 1, 1, (cutting, False, 8))
+        known, 1, 1, StepRules(cutting, False, 8))
 
 
 @given(masks)

@@ -5,13 +5,14 @@ import numpy as np
 from control_field.grid import Grid
 from control_field.headings import headings_from_vectors
 from control_field.kernels import compiled
+from control_field.kernels.steps import StepRules
 from control_field.learning.learner import Learner
 from control_field.parameters import Parameters
 from control_field.records import Demonstration
 
 #: A detour over the top of an open workspace, from (1, 0) to (1, 6).
 DETOUR = [(1, 0), (2, 0), (3, 1), (3, 2), (3, 3), (3, 4), (3, 5), (2, 6), (1, 6)]
-RULES = (False, False, 8)
+RULES = StepRules(False, False, 8)
 
 
 def refreshed():

@@ -7,7 +7,8 @@ import pytest
 
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, UNIT
-from control_field.kernels import decision as trial_kernels
+from control_field.kernels.decision import backup, Transition
+from control_field.kernels.steps import StepRules
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
@@ -127,7 +128,7 @@ def test_equation_6_looks_ahead_over_the_steps_that_the_map_allows():
     known = np.array([[0, 0, 100]], np.int8)
     q = np.zeros((1, 3, 8))
     q[0, 1, EAST], q[0, 1, WEST] = 5.0, -0.5
-    trial_kernels.backup(q, known, 0, 0, EAST, -1.0, 0, 1, 0.5, 0.9, (False, False, 8))
+    backup(q, known, Transition(0, 0, EAST, 0, 1, -1.0), 0.5, 0.9, StepRules(False, False, 8))
     assert q[0, 0, EAST] == pytest.approx(0.5 * (-1.0 + 0.9 * -0.5))
 
 
@@ -276,7 +277,7 @@ def test_circling_at_a_wall_never_pays(learnt_bag, seed):
 
 def test_circling_at_a_wall_on_purpose_never_pays():
     policy = policy_of(field_of(heading=EAST), learning_rate=1.0, discount=0.9)
-    total, q = 0, policy._q
+    total, q = 0, policy.state.q
     for _ in range(50):
         for row, col in ((1, 2), (2, 2), (3, 2), (3, 1), (2, 1), (1, 1)):
             blocked = 1 << EAST if col == 2 else 0
@@ -338,4 +339,4 @@ def test_the_learner_arrives_at_the_Q_matrix_the_robot_had(learnt_bag, seed):
             break
         row, col = row + int(STEP_ROW[choice.heading]), col + int(STEP_COL[choice.heading])
     learner.memory._apply_online(np.concatenate(tables))
-    assert np.allclose(learner.memory.q, policy._q, atol=1e-6)
+    assert np.allclose(learner.memory.q, policy.state.q, atol=1e-6)

@@ -7,24 +7,16 @@ import numpy as np
 import pytest
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
-from control_field.kernels import compiled
-from control_field.kernels import decision as trial_kernels
-from control_field.kernels import interpolation as field_kernels
-from control_field.kernels import local_search as rehearsal_kernels
-from control_field.kernels import repair as mending_kernels
-from control_field.kernels import rollout as flow_kernels
+from control_field.kernels import compiled, decision, interpolation, local_search, repair, rollout
 from control_field.kernels import steps as kernels
+from control_field.kernels.interpolation import Sums
+from control_field.kernels.steps import no_preference, StepRules
 from control_field.learning.interpolation import interpolate
 from kernel_scenes import Scene
 from strategies import few, knowns, rules, seeds, steady
 
-BODY = (False, False, 8)
-
-
-#: Rehearsal stands in two of them; the robot's own comes first.
-MODULES = (kernels, flow_kernels, trial_kernels, field_kernels, mending_kernels, rehearsal_kernels)
-#: Not worth its time to compile: the learner's side has `look_around` in its stead.
-ROBOTS_OWN = {'look_ahead'}
+BODY = StepRules(False, False, 8)
+MODULES = (kernels, rollout, local_search, decision, interpolation, repair)
 
 
 def same(first, second):
@@ -37,12 +29,10 @@ def same(first, second):
         return first.bit_generator.state == second.bit_generator.state
     if isinstance(first, float) and math.isnan(first):
         return math.isnan(second)
-    if hasattr(first, 'items'):
-        return dict(first) == dict(second)
     return first == second
 
 
-@pytest.mark.parametrize('name', sorted(set(compiled._ALL) - ROBOTS_OWN))
+@pytest.mark.parametrize('name', sorted(compiled._ALL))
 @given(knowns, rules, seeds)
 @steady
 def test_compiled_and_plain_python_agree_to_the_bit(name, known, rule, seed):
@@ -58,7 +48,7 @@ def test_no_other_kernel_is_there():
         compiled.plan  # noqa: B018
 
 
-def graph_of(known, rule, factor, preferred=None, spared=None):
+def graph_of(known, rule, factor, preference):
     """Return the steps the map allows as a graph, each with its cost."""
     graph = nx.DiGraph()
     graph.add_nodes_from(np.ndindex(known.shape))
@@ -69,8 +59,8 @@ def graph_of(known, rule, factor, preferred=None, spared=None):
             if naively_allowed(known, row, col, heading, rule):
                 to = row + int(STEP_ROW[heading]), col + int(STEP_COL[heading])
                 cost = STEP_LENGTH[heading] * factor[to]
-                if preferred is not None and preferred[row, col] == heading:
-                    cost *= 1.0 - spared[row, col]
+                if preference.headings[row, col] == heading:
+                    cost *= 1.0 - preference.spared[row, col]
                 graph.add_edge((row, col), to, cost=cost, heading=heading)
     return graph
 
@@ -106,7 +96,7 @@ def test_steps_are_allowed_as_the_words_say(known, rule):
 @steady
 def test_the_cost_to_go_is_dijkstras(known, rule, seed):
     scene = Scene(known, rule, seed)
-    graph = graph_of(known, rule, scene.factor, scene.headings, scene.spared)
+    graph = graph_of(known, rule, scene.ground.factor, scene.preference)
     expected = np.full(known.shape, np.inf)
     for cell, cost in nx.single_source_dijkstra_path_length(
             graph.reverse(), scene.goal, weight='cost').items():
@@ -114,7 +104,7 @@ def test_the_cost_to_go_is_dijkstras(known, rule, seed):
     assert np.allclose(scene.cost, expected, atol=1e-9)
 
 
-def swept(known, goal, factor, preferred, spared, discount, rule):
+def swept(known, goal, factor, preference, discount, rule):
     """
     Run eq. 6 over every transition until nothing changes, learning rate 1.
 
@@ -122,7 +112,7 @@ def swept(known, goal, factor, preferred, spared, discount, rule):
     discounts by ``discount ** l``.
     """
     q = np.zeros((*known.shape, 8))
-    graph = graph_of(known, rule, factor, preferred, spared)
+    graph = graph_of(known, rule, factor, preference)
     while True:
         before = q.copy()
         for cell, to, edge in graph.edges(data=True):
@@ -138,12 +128,9 @@ def swept(known, goal, factor, preferred, spared, discount, rule):
 def test_the_cost_to_go_is_the_fixed_point_of_equation_6(known, rule, seed):
     scene = Scene(known, rule, seed)
     known[scene.goal] = 0
-    cost = compiled.cost_to_go(
-        known, *scene.goal, scene.headings, scene.spared, scene.factor, rule)
-    q = compiled.q_from_cost(
-        known, cost, scene.headings, scene.spared, scene.factor, 0.9, rule)
-    expected = swept(
-        known, scene.goal, scene.factor, scene.headings, scene.spared, 0.9, rule)
+    cost = compiled.cost_to_go(scene.ground, scene.goal, scene.preference)
+    q = compiled.q_from_cost(scene.ground, cost, scene.preference, 0.9)
+    expected = swept(known, scene.goal, scene.ground.factor, scene.preference, 0.9, rule)
     assert np.allclose(np.maximum(q, 0.0), expected, atol=1e-12)
     for row, col in np.argwhere(known == 0).tolist():
         occupied = [not naively_allowed(known, row, col, h, rule) for h in range(8)]
@@ -152,9 +139,9 @@ def test_the_cost_to_go_is_the_fixed_point_of_equation_6(known, rule, seed):
 
 def test_a_way_however_long_keeps_a_value_that_float32_can_hold():
     known = np.zeros((1, 400), np.int8)
-    none, nothing, factor = np.full((1, 400), -1, np.int8), np.zeros((1, 400)), np.ones((1, 400))
-    cost = compiled.cost_to_go(known, 0, 0, none, nothing, factor, BODY)
-    q = compiled.q_from_cost(known, cost, none, nothing, factor, 0.5, BODY)
+    ground, none = kernels.plain_ground(known, BODY), no_preference(known.shape)
+    cost = compiled.cost_to_go(ground, (0, 0), none)
+    q = compiled.q_from_cost(ground, cost, none, 0.5)
     assert (q.astype(np.float32)[0, 1:, 4] > 0.0).all()
 
 
@@ -163,14 +150,11 @@ def test_a_way_however_long_keeps_a_value_that_float32_can_hold():
 def test_rehearsal_around_the_robot_with_enough_backups_is_the_whole_recomputation(
         known, rule, seed):
     scene = Scene(known, rule, seed)
-    none, nothing = np.full(known.shape, -1, np.int8), np.zeros(known.shape)
-    whole = compiled.cost_to_go(known, *scene.goal, none, nothing, scene.factor, rule)
+    whole = compiled.cost_to_go(scene.ground, scene.goal, no_preference(known.shape))
     stale = np.where(np.random.default_rng(seed).random(known.shape) < 0.5, np.inf, 3.0)
     stale[scene.goal] = 0.0
-    compiled.rehearse_locally(
-        known, stale, scene.factor, scene.row, scene.col, *scene.goal, 10_000, rule)
-    course = compiled.best_step(
-        known, stale, scene.factor, scene.row, scene.col, -1, rule)
+    compiled.rehearse_locally(scene.ground, stale, scene.row, scene.col, scene.goal, 10_000)
+    course = compiled.best_step(scene.ground, stale, scene.row, scene.col, -1)
     if kernels.is_occupied(known, scene.row, scene.col, rule[1]):
         return
     here = scene.row, scene.col
@@ -180,38 +164,38 @@ def test_rehearsal_around_the_robot_with_enough_backups_is_the_whole_recomputati
         return
     r, c = here[0] + STEP_ROW[course], here[1] + STEP_COL[course]
     assert whole[here] == pytest.approx(
-        whole[r, c] + STEP_LENGTH[course] * scene.factor[r, c], abs=1e-9)
+        whole[r, c] + STEP_LENGTH[course] * scene.ground.factor[r, c], abs=1e-9)
 
 
 @given(knowns, rules, seeds, st.integers(0, 30))
 @steady
 def test_rehearsal_looks_at_no_more_cells_than_it_may(known, rule, seed, n_backups):
     scene = Scene(known, rule, seed)
-    looked = kernels.look_ahead(
-        known, scene.factor, scene.row, scene.col, *scene.goal, n_backups, rule)
-    assert sum(looked.values()) <= n_backups
+    arguments = scene.row, scene.col, scene.goal, n_backups
+    noted, _, top, left = compiled.look_around(scene.ground, *arguments)
+    looked = {(row + top, col + left) for row, col in np.argwhere(noted >= 0).tolist()}
+    assert len(looked) <= n_backups
     before = scene.cost.copy()
-    compiled.rehearse_locally(
-        known, scene.cost, scene.factor, scene.row, scene.col, *scene.goal, n_backups, rule)
+    compiled.rehearse_locally(scene.ground, scene.cost, *arguments)
     for cell in np.ndindex(known.shape):
-        assert scene.cost[cell] == before[cell] or looked.get(cell, False)
+        assert scene.cost[cell] == before[cell] or cell in looked
 
 
 @given(knowns, rules, seeds)
 @steady
 def test_the_windows_of_equation_7_sum_up_what_interpolation_averages(known, rule, seed):
     scene = Scene(known, rule, seed)
-    totals = tuple(np.zeros(known.shape) for _ in range(3))
-    compiled.add_windows(*totals, known, scene.cells, scene.proto, scene.weights, scene.window,
-                         2.0, False)
+    sums, centres = Sums.none(known.shape), scene.centres
+    window = scene.window._replace(visible=False)
+    compiled.add_windows(sums, known, centres, window)
     free_of_centres = scene.centre < 0
-    points = np.argwhere(free_of_centres & (totals[2] > 0.0)).astype(float)
+    points = np.argwhere(free_of_centres & (sums.weight > 0.0)).astype(float)
     if len(points):
-        expected = interpolate(points, scene.cells.astype(float), UNIT[scene.proto],
-                               scene.weights, 2.0, scene.window)
+        expected = interpolate(points, centres.cells.astype(float), UNIT[centres.headings],
+                               centres.weights, 2.0, window.radius)
         at = tuple(points.astype(int).T)
-        assert np.allclose(totals[0][at] / totals[2][at], expected[:, 0], atol=1e-12)
-        assert np.allclose(totals[1][at] / totals[2][at], expected[:, 1], atol=1e-12)
+        assert np.allclose(sums.x[at] / sums.weight[at], expected[:, 0], atol=1e-12)
+        assert np.allclose(sums.y[at] / sums.weight[at], expected[:, 1], atol=1e-12)
 
 
 def test_a_window_does_not_reach_through_any_cell_the_line_crosses():
@@ -224,7 +208,7 @@ def test_a_window_does_not_reach_through_any_cell_the_line_crosses():
 
 
 def sees(known, here, there):
-    return field_kernels.sees(known, *here, *there)
+    return interpolation.sees(known, *here, *there)
 
 
 @pytest.mark.parametrize(('fixed', 'known', 'expected'), [
@@ -234,11 +218,9 @@ def sees(known, here, there):
     ([], 0, (0, 1)), ([(0, 1), (1, 0), (1, 1)], 0, (0, 1))])
 def test_a_loop_is_mended_where_nothing_was_shown_if_it_can_be(fixed, known, expected):
     loop = np.array([[0, 2], [6, 4]], np.int8)
-    cost, chosen = np.arange(4.0).reshape(2, 2), np.zeros((2, 2), bool)
     shown = np.zeros((2, 2), bool)
     for cell in fixed:
         shown[cell] = True
-    mending_kernels.mend_loop(
-        np.full((2, 2), known, np.int8), cost, np.ones((2, 2)), loop, shown,
-        np.zeros((2, 2), np.int64), chosen, 1, 1, 1, (False, False, 8))
-    assert list(map(tuple, np.argwhere(chosen).tolist())) == [expected]
+    ground = kernels.plain_ground(np.full((2, 2), known, np.int8), BODY)
+    assert repair.cheapest_of_loop(
+        ground, np.arange(4.0).reshape(2, 2), loop, shown, 1, 1) == expected
