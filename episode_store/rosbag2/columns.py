@@ -19,8 +19,6 @@ from msgs_bridge.messages.cdr import CdrError, DESCRIBED, Fields, Layout, layout
 
 #: Layouts that are looked for among all messages; what has none of them is parsed one by one.
 MAX_LAYOUTS: Final = 16
-#: Bytes between two spans that are fetched along rather than left out.
-_NEAR: Final = 64
 
 
 @dataclass
@@ -115,24 +113,22 @@ class Group:
         Of all of them.
     rows : ndarray of int64, shape (n,)
         Which ones.
-    blocks : list of (int, ndarray of uint8, shape (n, k))
-        Offset and bytes of the spans of interest.
+    heads : ndarray of uint8, shape (n, k)
+        Their first bytes, up to the last of interest.
 
     """
 
     layout: Layout
     rows: npt.NDArray[np.int64]
-    blocks: list[tuple[int, npt.NDArray[np.uint8]]]
+    heads: npt.NDArray[np.uint8]
 
     def numbers(self, name: str) -> npt.NDArray[Any]:
         """Return a field's numbers, shape (n,) or (n, k)."""
         place = self.layout.places[name]
         scalar = np.dtype(self.layout.order + place.scalar)
-        numbers: npt.NDArray[Any] = np.zeros((len(self.rows), 0), dtype=scalar)
-        for start, block in self.blocks:
-            if place.n and start <= place.offset < start + block.shape[1]:
-                numbers = np.ndarray((len(block), place.n), scalar, block, place.offset - start,
-                                     (block.shape[1], scalar.itemsize))
+        numbers: npt.NDArray[Any] = np.ndarray(
+            (len(self.rows), place.n), scalar, self.heads, place.offset,
+            (self.heads.shape[1], scalar.itemsize))
         return numbers[:, 0] if place.n == 1 else numbers
 
 
@@ -162,50 +158,27 @@ def groups(
             rest = rest[1:]
             continue
         alone = len(columns.layouts) >= MAX_LAYOUTS
-        group, same = _alike(messages, layout, rest[:1] if alone else rest, names)
-        rest = rest[1:] if alone else rest[~same]
+        group = _alike(messages, layout, rest[:1] if alone else rest, names)
         columns.layout[group.rows] = len(columns.layouts)
         columns.layouts.append(layout)
+        rest = rest[columns.layout[rest] < 0]
         yield group
 
 
 def _alike(
     messages: RawMessages, layout: Layout, rows: npt.NDArray[np.int64], names: Iterable[str],
-) -> tuple[Group, npt.NDArray[np.bool_]]:
+) -> Group:
     """Find the messages that have the layout of the first one, and fetch their bytes."""
-    same = messages.sizes[rows] == messages.sizes[rows[0]]
-    alike = rows[same]
-    frozen = [(0, 2), *layout.frozen]
-    blocks = [(start, messages.bytes_at(alike, start, end - start))
-              for start, end in _spans(layout, frozen, names)]
-    equal = np.ones(len(alike), dtype=np.bool_)
-    for first, block in blocks:
-        shaping = np.zeros(block.shape[1], dtype=np.bool_)
-        for start, end in frozen:
-            if first <= start < first + block.shape[1]:
-                shaping[start - first:end - first] = True
-        shape = block[:, shaping]
-        equal &= (shape == shape[:1]).all(axis=1)
-    if not equal.all():
-        same[same] = equal
-        blocks = [(start, block[equal]) for start, block in blocks]
-    return Group(layout, rows[same], blocks), same
-
-
-def _spans(
-    layout: Layout, frozen: list[tuple[int, int]], names: Iterable[str],
-) -> list[tuple[int, int]]:
-    """Return the spans of bytes to fetch; those that lie close together become one."""
-    wanted = list(frozen)
-    for place in (layout.places[name] for name in names):
-        wanted.append((place.offset, place.offset + int(place.scalar[-1]) * place.n))
-    merged: list[tuple[int, int]] = []
-    for start, end in sorted(wanted):
-        if merged and start <= merged[-1][1] + _NEAR:
-            merged[-1] = merged[-1][0], max(merged[-1][1], end)
-        else:
-            merged.append((start, end))
-    return merged
+    rows = rows[messages.sizes[rows] == messages.sizes[rows[0]]]
+    shaping = np.zeros(layout.size, dtype=np.bool_)
+    for start, end in [(0, 2), *layout.frozen]:
+        shaping[start:end] = True
+    places = [layout.places[name] for name in names]
+    ends = [place.offset + int(place.scalar[-1]) * place.n for place in places]
+    heads = messages.bytes_at(rows, 0, max(int(np.flatnonzero(shaping)[-1]) + 1, *ends, 0))
+    shape = heads[:, shaping[:heads.shape[1]]]
+    equal = (shape == shape[:1]).all(axis=1)
+    return Group(layout, rows[equal], heads if equal.all() else heads[equal])
 
 
 def _empty_columns(

@@ -209,7 +209,7 @@ def _group_decisions(
             return []
     found = []
     for row in group.rows:
-        alone = Group(group.layout, np.array([row]), [])
+        alone = Group(group.layout, np.array([row]), group.heads[:0])
         found += _group_decisions(messages, alone, grid, columns)
     return found
 
