@@ -15,7 +15,7 @@ from sensor_msgs.msg import LaserScan
 from control_field.grid import Grid
 from control_field.local_grid import FREE
 from control_field.records import ControlField, DECISION_DTYPE, Outcome, Prototypes
-from episode_store.episode import read_episode
+from episode_store.episode import Episode
 from episode_store.header import EpisodeHeader
 from episode_store.repair import repair_bag
 from episode_store.rosbag2.columns import read_columns
@@ -278,7 +278,7 @@ def targets() -> dict[str, Target]:
         'raw_decisions': _column_target(rows, lambda raw: decision_table(raw, GRID)),
         'raw_status': _column_target(status, lambda raw: list(statuses(raw))),
         'raw_twist': _column_target(twist_from_velocity(0.1, 0.2), _read_twist),
-        'bag': _bag_target(_read_all, lambda folder: read_episode(folder, GRID)),
+        'bag': _bag_target(_read_all, lambda folder: Episode.at(folder).content),
         'mended_bag': _bag_target(_mend_and_read),
         'notes': Target(_read_notes, (_NOTES,)),
     }

@@ -22,7 +22,7 @@ import numpy as np
 
 from control_field.grid import Grid
 from control_field.records import Trial
-from episode_store.episode import read_episode
+from episode_store.episode import Episode
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.topic_tables import statuses
 from episode_store.task_folder import EpisodeKind, TaskFolder
@@ -165,7 +165,7 @@ def count_decisions(task: TaskFolder) -> tuple[int, int, int, Counter[str]]:
     trials = [episode for episode in task.episodes() if episode.kind is EpisodeKind.TRIAL]
     for episode in trials:
         said = [status for _, status in statuses(BagReader(episode.bag).messages('/trial'))]
-        record = read_episode(episode.path).record
+        record = Episode.at(episode.path).content.record
         assert isinstance(record, Trial)
         counted += max(status.decisions for status in said if status.trial == said[0].trial)
         recorded += len(record.decisions)

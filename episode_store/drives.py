@@ -1,5 +1,6 @@
 """Drives: what the poses and local grids of a bag show, if a robot can have driven so."""
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -11,8 +12,9 @@ from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
 from control_field.records import Demonstration
 from control_field.words import counted
-from episode_store.rosbag2.errors import BagError, NothingToLearnError
-from episode_store.rosbag2.reader import RawMessages
+from episode_store.header import find_topic
+from episode_store.rosbag2.errors import BagError
+from episode_store.rosbag2.reader import Bag
 from episode_store.rosbag2.topic_tables import local_grid_table, pose_table, PoseTable
 from msgs_bridge.sensing.frame_tree import Lost
 
@@ -31,16 +33,35 @@ _ROUNDED: Final = 1e-4
 Drive = tuple[Demonstration, DemonstrationReport, tuple[str, ...]]
 
 
-def read_drive(
-    odometry: RawMessages, neighbourhoods: RawMessages, grid: Grid, number: int,
-    speed_max: float,
-) -> Drive:
+class NoPoseError(ValueError):
     """
-    Turn the messages of a drive into a demonstration.
+    A drive has no pose in it.
 
     Parameters
     ----------
-    odometry, neighbourhoods : RawMessages
+    refusal : str
+        Why the first message is none; empty if there is no message.
+    frame : str
+        The frame that it is in, if that is another one than the workspace's.
+
+    """
+
+    def __init__(self, refusal: str, frame: str) -> None:
+        super().__init__('it has no pose in it' + (f': {refusal}' if refusal else ''))
+        self.frame = frame
+
+
+def read_drive(
+    bag: Bag, names: Mapping[str, str], grid: Grid, number: int, speed_max: float,
+) -> Drive:
+    """
+    Turn the messages of a drive, whoever recorded it, into a demonstration.
+
+    Parameters
+    ----------
+    bag : Bag
+    names : mapping of str to str
+        Topics by role, see `header.find_topic`.
     grid : Grid
     number : int
         Of the episode.
@@ -49,19 +70,22 @@ def read_drive(
 
     Raises
     ------
-    NothingToLearnError
+    BagError
+        If it is not known which topic plays a role.
+    NoPoseError
         If there is no pose.
     ValueError
         If no robot can have driven so, or nothing is left to learn.
 
     """
+    odometry, neighbourhoods = (bag.messages(find_topic(bag.topics, role, names))
+                                for role in ('odom', 'neighbourhood'))
     poses = pose_table(odometry, grid.frame_id)
     local_grids = local_grid_table(neighbourhoods, grid)
     notes = tuple(f'{counted(table.n_refused, "message")} refused, the first: {table.refusal}'
                   for table in (poses, local_grids) if table.n_refused)
     if not len(poses.stamps):
-        raise NothingToLearnError(
-            'has no pose in it' + (f': {poses.refusal}' if poses.refusal else ''))
+        raise NoPoseError(poses.refusal, poses.other_frame)
     _check_ends(poses)
     seen = _in_order(local_grids.stamps)
     record, report = demonstration_from_poses(
@@ -122,11 +146,9 @@ def check_end(what: str, which: str, n: int, seconds: float, refusal: str) -> No
 
     """
     if n > _FEW and seconds > _SOON:
-        # No other frame is the remedy: the drive is in two of them.
-        why = refusal.replace(', must be ', ' and not ')
         raise ValueError(
             f'nobody knows where this drive {what}: its {which} {n} messages ({seconds:.1f} s) '
-            f'are refused, such as: {why}. Let every pose be a sound one, in one frame, and '
+            f'are refused, such as: {refusal}. Let every pose be a sound one, in one frame, and '
             f'show the way again')
 
 

@@ -1,382 +1,365 @@
-"""Episodes: what a bag teaches. The field is a pure function of these, in order."""
+"""A bag of ours, opened: what it says of itself, what it teaches, and what is wrong with it."""
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 import os
 from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
 
 from control_field.drives.demonstration import DemonstrationReport
-from control_field.drives.plausibility import SPEED_MAX
-from control_field.drives.workspace import OutsideWorkspaceError
-from control_field.grid import Grid
-from control_field.records import Demonstration, Outcome, Trial
+from control_field.records import ControlField, Demonstration, Outcome, Prototypes, Trial
 from control_field.words import counted
-from episode_store.drives import Drive, read_drive, remedy_for_external, remedy_for_own
-from episode_store.header import EpisodeHeader
-from episode_store.label import read_label
-from episode_store.rosbag2.any_reader import InLogOrder, notes_on, open_bag
+from episode_store.damage import Damage, find_damage
+from episode_store.drives import NoPoseError, read_drive, remedy_for_own
+from episode_store.errors import NothingToLearnError
+from episode_store.gaps import BagGaps, find_gaps
+from episode_store.header import EpisodeHeader, find_topic
+from episode_store.label import read_label, write_label
 from episode_store.rosbag2.bag_files import storage_files
-from episode_store.rosbag2.errors import BagError, mcap_path, NothingToLearnError
-from episode_store.rosbag2.reader import Bag, BagReader, RawMessages
-from episode_store.rosbag2.topic_tables import decision_table, statuses
+from episode_store.rosbag2.columns import read_columns
+from episode_store.rosbag2.errors import BagError, error_line
+from episode_store.rosbag2.metadata import NAME
+from episode_store.rosbag2.reader import BagReader, RawMessages
+from episode_store.rosbag2.topic_tables import decision_table
 from episode_store.rosbag2.writer import HEADER_NAME
-from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
-from episode_store.trials import doubt_about, judged, own_trial
+from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind
+from episode_store.trials import doubt_about, judged, own_trial, status_of_demonstration
 from msgs_bridge.messages.memory_identity import difference
-from msgs_bridge.messages.trial_status import Label, State, TrialStatus
+from msgs_bridge.messages.raw_cloud import cloud_from_cdr
+from msgs_bridge.messages.tables import field_from_cloud, prototypes_from_cloud
+from msgs_bridge.messages.trial_status import Label, TrialStatus
+
+_Table = TypeVar('_Table', ControlField, Prototypes)
 
 
 @dataclass(frozen=True, eq=False)
-class Episode:
+class Content:
     """
     What a bag teaches.
 
     Parameters
     ----------
-    folder : EpisodeFolder
-        The bag.
-    header : EpisodeHeader
-        What it says of itself.
     record : Demonstration or Trial
-        What the learner is given.
+        What the learner is given; it heeds what a person said.
     report : DemonstrationReport or None
         What of a demonstration was dropped.
     status : TrialStatus or None
         How it ended; None for a trial that was broken off.
     notes : tuple of str
         Sentences on what was passed over.
-    label : Label
-        What a person said of it, under way or afterwards; ``record`` heeds it.
     doubt : str
         Why a trial and its odometry do not belong together; it is as good as aborted then.
 
     """
 
-    folder: EpisodeFolder
-    header: EpisodeHeader
     record: Demonstration | Trial
-    report: DemonstrationReport | None = None
-    status: TrialStatus | None = None
-    notes: tuple[str, ...] = ()
-    label: Label = Label.NONE
+    report: DemonstrationReport | None
+    status: TrialStatus | None
+    notes: tuple[str, ...]
     doubt: str = ''
 
 
-class OutsideDriveError(BagError):
+@dataclass(frozen=True, eq=False)
+class Poses:
     """
-    The drive of a bag leaves the workspace.
+    The odometry of a drive, message by message.
 
     Parameters
     ----------
-    message : str
-    fitting : Grid or None
-        A workspace that holds the whole drive; None if none does.
+    stamps : ndarray, shape (n,), [s]
+    log_times : ndarray of int64, shape (n,), [ns]
+    xyyaw : ndarray, shape (n, 3), [m] and [rad]
 
     """
 
-    def __init__(self, message: str, fitting: Grid | None) -> None:
-        """Keep both."""
-        super().__init__(message)
-        self.fitting = fitting
+    stamps: npt.NDArray[np.float64]
+    log_times: npt.NDArray[np.int64]
+    xyyaw: npt.NDArray[np.float64]
 
 
-def read_header(folder: Path | str) -> EpisodeHeader:
+class Episode:
     """
-    Read what a bag of ours says of itself.
+    A bag of ours, opened; each part is read when it is asked for, and once.
 
-    Raises
-    ------
-    NothingToLearnError
-        If its recorder was stopped before it wrote anything.
-    BagError
-        If it cannot be read, is of another version, or none of ours.
-
-    """
-    return _header(_reader(mcap_path(Path(folder))))
-
-
-def read_episode(folder: Path | str, grid: Grid | None = None) -> Episode:
-    """
-    Read a bag of ours.
+    Whatever is asked for raises a `BagError` if the bag cannot be read or is none of ours, and a
+    `NothingToLearnError` if its recorder was stopped before it wrote anything.
 
     Parameters
     ----------
-    folder : Path
-        The bag's folder; it may be damaged, what is readable of it counts.
-    grid : Grid, optional
-        The workspace it must have been recorded in.
-
-    Raises
-    ------
-    NothingToLearnError
-        If there is nothing in it to learn from.
-    BagError
-        If it cannot be read, or is of another grid, frame or version.
+    folder : EpisodeFolder
+        Where it is; it may be damaged: what is readable of it counts.
 
     """
-    episode = episode_from_path(Path(folder))
-    bag = _reader(episode.bag)
-    header = _header(bag)
-    if grid is not None:
-        header.check_grid(grid, episode.path)
-    if header.kind is not episode.kind:
-        raise BagError(f'{episode.path} holds a {header.kind}, its name says {episode.kind}')
-    try:
-        read = _demonstration if header.kind is EpisodeKind.DEMO else _trial
-        found = read(episode, bag, header)
-        return replace(found, notes=(*found.notes, *_beside(episode)))
-    except BagError:
-        raise
-    except ValueError as error:
-        raise BagError(f'{episode.path}: {error}') from None
 
+    def __init__(self, folder: EpisodeFolder) -> None:
+        self.folder = folder
 
-def read_task(
-    task: TaskFolder, grid: Grid, say: Callable[[str], None] = lambda line: None,
-) -> Iterator[Episode]:
-    """
-    Read all bags of a task, in order.
+    @classmethod
+    def at(cls, path: Path | str) -> 'Episode':
+        """Return the bag in a folder; BagError if that is not named like one of ours."""
+        return cls(episode_from_path(Path(path)))
 
-    Parameters
-    ----------
-    task : TaskFolder
-    grid : Grid
-        The workspace they must have been recorded in.
-    say : callable, optional
-        Is told in a line of every bag that is passed over because it teaches nothing.
+    @property
+    def path(self) -> Path:
+        """Return its folder."""
+        return self.folder.path
 
-    Raises
-    ------
-    BagError
-        If one cannot be read, or is of another grid, frame or version.
-
-    """
-    for folder in task.episodes():
-        try:
-            yield read_episode(folder.path, grid)
-        except NothingToLearnError as error:
-            say(str(error))
-
-
-def read_external_demonstration(
-    path: Path | str, grid: Grid, topics: Mapping[str, str] | None = None, number: int = 0,
-    speed_max: float = SPEED_MAX,
-) -> Drive:
-    """
-    Learn from a drive that another recorder recorded.
-
-    Parameters
-    ----------
-    path : Path
-        A bag's folder or file: MCAP or sqlite3, compressed or not.
-    grid : Grid
-        The workspace; the poses must be in its frame.
-    topics : mapping of str to str, optional
-        Names of the topics that stand for `odom` (Odometry, PoseStamped or
-        PoseWithCovarianceStamped), `neighbourhood` and `cmd_vel`.
-    number : int
-        Number of the episode it becomes.
-    speed_max : float, [m/s]
-        A robot that drives faster is none.
-
-    Returns
-    -------
-    demonstration : Demonstration
-    report : DemonstrationReport
-        What of it was dropped.
-    notes : tuple of str
-        Sentences on what was passed over.
-
-    Raises
-    ------
-    BagError
-        If it cannot be read, a named topic is not in it, no robot can have driven so, or nothing
-        is left to learn; `OutsideDriveError` if it leaves the workspace.
-
-    """
-    path, names = Path(path), dict(topics or {})
-    bag = open_bag(path)
-    for role, name in names.items():
-        if name not in bag.topics:
-            raise BagError(f'{path} has no topic {name} ({role}), '
-                           f'there are: {", ".join(sorted(bag.topics)) or "none"}')
-    return demonstration_of_bag(bag, path, names, grid, number, notes_on(bag), speed_max)
-
-
-def demonstration_of_bag(
-    bag: Bag, path: Path, names: Mapping[str, str], grid: Grid, number: int,
-    said: tuple[str, ...] = (), speed_max: float = SPEED_MAX, begins: float = 0.0,
-) -> Drive:
-    """
-    Learn from an opened bag of another recorder; see `read_external_demonstration`.
-
-    Parameters
-    ----------
-    bag : Bag
-    path : Path
-        What an error calls it.
-    names : mapping of str to str
-        Topics by role.
-    grid : Grid
-    number : int
-        Number of the episode it becomes.
-    said : tuple of str
-        Sentences on how it was opened; they end the notes, and an error.
-    speed_max : float, [m/s]
-        A robot that drives faster is none.
-    begins : float, [s]
-        Where in the recording the part that is read begins.
-
-    """
-    try:
-        record, report, notes = _read_drive(InLogOrder(bag), names, grid, number, speed_max)
-        return record, report, (*notes, *said)
-    except OutsideWorkspaceError as error:
-        raise OutsideDriveError('; '.join([f'{path}: {error}', *said]), error.fitting) from None
-    except ValueError as error:
-        where = '' if isinstance(error, BagError) else f'{path}: '
-        remedy = remedy_for_external(error, begins)
-        raise BagError('; '.join([f'{where}{error}{remedy}', *said])) from None
-
-
-def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -> str:
-    """
-    Return the topic that plays a role: the one named, else the one whose name ends in it.
-
-    Raises
-    ------
-    BagError
-        If several end in it.
-
-    """
-    if role in names:
-        return names[role]
-    found = sorted(topic for topic in topics if topic.rpartition('/')[2] == role)
-    if len(found) > 1:
-        raise BagError(f'{role} may be {" or ".join(found)}: name one')
-    return found[0] if found else f'/{role}'
-
-
-def _reader(path: Path) -> BagReader:
-    """Open a bag of ours; one whose recorder was stopped before it made the file is no error."""
-    if path.parent.is_dir() and not os.path.lexists(path):
-        others = [file for file in storage_files(path.parent) if file.suffix == '.mcap']
+    @cached_property
+    def bag(self) -> BagReader:
+        """Return the recording."""
+        path = self.folder.bag
+        if not self.path.is_dir() or os.path.lexists(path):
+            return BagReader(path)
+        others = [file.name for file in storage_files(self.path) if file.suffix == '.mcap']
         if others:
-            raise BagError(f'{path.parent} holds {others[0].name} and no {path.name}: give the '
-                           f'folder or the file its name back')
-        raise NothingToLearnError(f'{path.parent} holds no {path.name}: its recorder was stopped '
-                                  f'at once')
-    return BagReader(path)
+            raise BagError(f'{self.path} holds {others[0]} and no {path.name}: give the folder or '
+                           f'the file its name back')
+        raise NothingToLearnError(
+            self.path, f'there is no {path.name}: its recorder was stopped at once')
 
+    @cached_property
+    def header(self) -> EpisodeHeader:
+        """Return what it says of itself."""
+        for name, values in self.bag.metadata:
+            if name == HEADER_NAME:
+                try:
+                    return EpisodeHeader.from_mapping(values)
+                except BagError as error:
+                    raise BagError(f'{self.bag.path}: {error}') from None
+        if self.bag.channels:
+            raise BagError(f'{self.bag.path} is no bag of ours: it does not say on which grid it '
+                           f'was recorded')
+        if self.bag.n_lost_bytes or self.bag.path.with_suffix('.mcap.cut').exists():
+            raise NothingToLearnError(
+                self.path, 'it was cut off so early that no message is left in it')
+        raise NothingToLearnError(self.path, 'it is empty: its recorder was stopped at once')
 
-def _beside(episode: EpisodeFolder) -> Iterator[str]:
-    """Name the recordings beside that of a bag of ours, which holds one."""
-    for file in storage_files(episode.path):
-        if file.name != episode.bag.name:
-            yield f'{file.name} lies beside it and is not read'
+    def messages(self, role: str) -> RawMessages:
+        """Return the messages of a topic by its role, such as `odom`."""
+        return self.bag.messages(find_topic(self.bag.topics, role, self.header.topics))
 
+    @cached_property
+    def status(self) -> TrialStatus | None:
+        """Return how it ended, as it was recorded; None if nobody says."""
+        if self.header.kind is EpisodeKind.DEMO:
+            return status_of_demonstration(self.messages('trial'))
+        return self._own_trial[1]
 
-def _header(bag: BagReader) -> EpisodeHeader:
-    for name, values in bag.metadata:
-        if name == HEADER_NAME:
-            try:
-                return EpisodeHeader.from_mapping(values)
-            except BagError as error:
-                raise BagError(f'{bag.path}: {error}') from None
-    if not bag.channels:
-        raise NothingToLearnError(f'{bag.path} {_why_void(bag)}')
-    raise BagError(f'{bag.path} is no bag of ours: it does not say on which grid it was recorded')
+    @property
+    def recorded_label(self) -> Label:
+        """Return what a person said of it while it was recorded."""
+        return Label.NONE if self.status is None else self.status.label
 
+    @cached_property
+    def label(self) -> Label:
+        """Return what a person said of it last: since it was recorded, else while it was."""
+        since = read_label(self.path)
+        return self.recorded_label if since is None else since
 
-def _why_void(bag: BagReader) -> str:
-    """Say why nothing is in a bag."""
-    if bag.n_lost_bytes or bag.path.with_suffix('.mcap.cut').exists():
-        return 'was cut off so early that no message is left in it'
-    return 'is empty: its recorder was stopped at once'
+    def judge(self, label: Label) -> None:
+        """
+        Keep what a person says of it; nothing that was recorded is changed.
 
+        Parameters
+        ----------
+        label : Label
+            `Label.NONE` takes back what was said. Unless that was said while it was recorded, the
+            folder is then, byte by byte, as it was before anything was said.
 
-def _demonstration(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
-    status = last_of_demonstration(_messages(bag, 'trial', header.topics))
-    label = _label(episode, status)
-    _check_kept(episode, status, label)
-    try:
-        record, report, notes = _read_drive(
-            bag, header.topics, header.grid, episode.number, header.speed_max)
-    except BagError:
-        raise
-    except ValueError as error:
-        remedy = remedy_for_own(error, episode.name)
-        raise NothingToLearnError(f'{episode.path}: {error}{remedy}') from None
-    return Episode(episode, header, record, report, status, notes, label)
+        Raises
+        ------
+        BagError
+            If the label cannot be written, or the bag was not closed.
 
+        """
+        try:
+            is_as_recorded = label is Label.NONE and self.recorded_label is Label.NONE
+        except NothingToLearnError:
+            is_as_recorded = label is Label.NONE
+        write_label(self.path, None if is_as_recorded else label)
+        self.__dict__.pop('label', None)
 
-def last_of_demonstration(messages: RawMessages) -> TrialStatus | None:
-    """Return the last of the learner's own: those of trial 0 are none of the controller's."""
-    return next((status for _, status in statuses(messages, True)
-                 if status.trial == 0 and status.state in (State.RUNNING, State.ENDED)), None)
+    def changes(self) -> list[str]:
+        """Say what people have changed about it since it was recorded."""
+        label = read_label(self.path)
+        return [*(['was cut'] if self.folder.whole.exists() else []),
+                *([f'was labelled {label or "none"}'] if label is not None else [])]
 
+    @property
+    def is_closed(self) -> bool:
+        """Return True unless the bag was not closed, and is to be mended."""
+        path = self.folder.bag
+        try:
+            if not path.exists() or not (self.path / NAME).exists() or not path.stat().st_size:
+                return False
+        except OSError as error:
+            raise BagError(error_line('read', self.path, error)) from None
+        return not self.bag.damage
 
-def _check_kept(episode: EpisodeFolder, last: TrialStatus | None, label: Label) -> None:
-    """
-    Refuse a demonstration that was begun and not kept, unless a person has judged it since.
+    @cached_property
+    def gaps(self) -> BagGaps:
+        """Return what is missing in its middle; what was cut off its end is no gap."""
+        try:
+            return find_gaps(self)
+        except BagError:
+            raise
+        except ValueError as error:
+            raise BagError(f'{self.path}: {error}') from None
 
-    The learner brackets a demonstration by statuses; a bag without any of them counts as kept.
-    """
-    if label is Label.FAILURE:
-        raise NothingToLearnError(f'{episode.path}: a person labelled the demonstration a failure')
-    if last is not None and last.outcome is not Outcome.GOAL and label is not Label.SUCCESS:
-        why = last.reason or 'its recorder was stopped'
-        raise NothingToLearnError(f'{episode.path}: the demonstration was not kept: {why}')
+    @cached_property
+    def damage(self) -> Damage:
+        """Return all that is wrong with it; this raises nothing."""
+        return find_damage(self)
 
+    @cached_property
+    def content(self) -> Content:
+        """
+        Return what it teaches.
 
-def _label(episode: EpisodeFolder, status: TrialStatus | None) -> Label:
-    """Return what a person said last: after the recording, else under way."""
-    label = read_label(episode.path)
-    if label is None:
-        return Label.NONE if status is None else status.label
-    return label
+        Raises
+        ------
+        NothingToLearnError
+            If there is nothing in it to learn from.
+        BagError
+            If it cannot be read, or is of another version.
 
+        """
+        kind = self.header.kind
+        if kind is not self.folder.kind:
+            raise BagError(f'{self.path} holds a {kind}, its name says {self.folder.kind}')
+        try:
+            return self._demonstration() if kind is EpisodeKind.DEMO else self._trial()
+        except BagError:
+            raise
+        except ValueError as error:
+            raise BagError(f'{self.path}: {error}') from None
 
-def _read_drive(
-    bag: Bag, names: Mapping[str, str], grid: Grid, number: int, speed_max: float,
-) -> Drive:
-    try:
-        return read_drive(_messages(bag, 'odom', names), _messages(bag, 'neighbourhood', names),
-                          grid, number, speed_max)
-    except NothingToLearnError as error:
-        raise NothingToLearnError(f'{bag.path} {error}') from None
+    def _demonstration(self) -> Content:
+        self._check_kept()
+        header = self.header
+        try:
+            record, report, notes = read_drive(
+                self.bag, header.topics, header.grid, self.folder.number, header.speed_max)
+        except BagError:
+            raise
+        except ValueError as error:
+            frame = error.frame if isinstance(error, NoPoseError) else ''
+            raise NothingToLearnError(
+                self.path, f'{error}{remedy_for_own(error, self.folder.name)}', frame) from None
+        return Content(record, report, self.status, (*notes, *self._beside()))
 
+    def _check_kept(self) -> None:
+        """
+        Refuse a demonstration that was begun and not kept, unless a person has judged it since.
 
-def _trial(episode: EpisodeFolder, bag: BagReader, header: EpisodeHeader) -> Episode:
-    rows, n_refused, refusal = decision_table(
-        _messages(bag, 'experience', header.topics), header.grid)
-    number, ended = own_trial(_messages(bag, 'trial', header.topics), rows)
-    _check_memory(episode, header, ended)
-    own = rows[rows['trial'] == number]
-    notes = [f'{counted(n_refused, "message")} refused, the first: {refusal}'] if n_refused else []
-    if ended is not None and ended.decisions > len(own):
-        notes.append(f'{ended.decisions - len(own)} of {ended.decisions} decisions are missing')
-    outcome = ended.outcome if ended is not None and ended.outcome else Outcome.ABORTED
-    label = _label(episode, ended)
-    if label:
-        notes.append(f'labelled {label} by a person')
-    doubt = '' if outcome is Outcome.ABORTED else doubt_about(
-        _messages(bag, 'odom', header.topics), header, own, ended,
-        _messages(bag, 'control_field', header.topics))
-    record = Trial(own, Outcome.ABORTED if doubt else judged(outcome, label), episode.number)
-    return Episode(episode, header, record, None, ended, tuple(notes), label, doubt)
+        The learner brackets a demonstration by statuses; a bag without any of them counts as kept.
+        """
+        if self.label is Label.FAILURE:
+            raise NothingToLearnError(self.path, 'a person labelled the demonstration a failure')
+        last = self.status
+        if last is not None and last.outcome is not Outcome.GOAL and (
+                self.label is not Label.SUCCESS):
+            why = last.reason or 'its recorder was stopped'
+            raise NothingToLearnError(self.path, f'the demonstration was not kept: {why}')
 
+    def _trial(self) -> Content:
+        self._check_memory()
+        (_, n_refused, refusal), ended, own = self._decision_table, self.status, self.decisions
+        notes = [f'{counted(n_refused, "message")} refused, the first: {refusal}'] if (
+            n_refused) else []
+        if ended is not None and ended.decisions > len(own):
+            notes.append(f'{ended.decisions - len(own)} of {ended.decisions} decisions are '
+                         f'missing')
+        if self.label:
+            notes.append(f'labelled {self.label} by a person')
+        outcome = ended.outcome if ended is not None and ended.outcome else Outcome.ABORTED
+        doubt = '' if outcome is Outcome.ABORTED else doubt_about(
+            self.messages('odom'), self.header, own, ended, self.messages('control_field'))
+        outcome = Outcome.ABORTED if doubt else judged(outcome, self.label)
+        return Content(Trial(own, outcome, self.folder.number), None, ended,
+                       (*notes, *self._beside()), doubt)
 
-def _check_memory(
-    episode: EpisodeFolder, header: EpisodeHeader, ended: TrialStatus | None,
-) -> None:
-    """Refuse a trial on the field of another memory; old bags do not say which one it was."""
-    if not header.memory or ended is None or ended.outcome is Outcome.ABORTED:
-        return
-    problem = difference(ended.memory, header.memory)
-    if problem:
-        raise NothingToLearnError(f'{episode.path}: the controller {problem}')
+    def _check_memory(self) -> None:
+        """Refuse a trial on the field of another memory; old bags do not say which it was."""
+        ended = self.status
+        if not self.header.memory or ended is None or ended.outcome is Outcome.ABORTED:
+            return
+        problem = difference(ended.memory, self.header.memory)
+        if problem:
+            raise NothingToLearnError(self.path, f'the controller {problem}')
 
+    def _beside(self) -> list[str]:
+        """Name the recordings beside its own."""
+        return [f'{file.name} lies beside it and is not read' for file in storage_files(self.path)
+                if file.name != self.folder.bag.name]
 
-def _messages(bag: Bag, role: str, names: Mapping[str, str]) -> RawMessages:
-    return bag.messages(find_topic(bag.topics, role, names))
+    @cached_property
+    def _decision_table(self) -> tuple[npt.NDArray[np.void], int, str]:
+        return decision_table(self.messages('experience'), self.header.grid)
+
+    @cached_property
+    def _own_trial(self) -> tuple[int, TrialStatus | None]:
+        return own_trial(self.messages('trial'), self._decision_table[0])
+
+    @property
+    def decisions(self) -> npt.NDArray[np.void]:
+        """Return the decisions of the trial that it is about; none for a demonstration."""
+        rows = self._decision_table[0]
+        if self.header.kind is EpisodeKind.DEMO:
+            return rows[:0]
+        return np.asarray(rows[rows['trial'] == self._own_trial[0]])
+
+    @cached_property
+    def poses(self) -> Poses:
+        """Return where the robot was, message by message."""
+        messages = self.messages('odom')
+        if not len(messages):
+            return Poses(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
+        names = ('sec', 'nanosec', 'x', 'y', 'qx', 'qy', 'qz', 'qw')
+        columns = read_columns(messages, dict.fromkeys(names, 1))
+        kept = columns.accepted
+        sec, nanosec, x, y, qx, qy, qz, qw = (columns.values[name][kept] for name in names)
+        yaw = np.arctan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+        return Poses(sec + nanosec * 1e-9, messages.log_times[kept],
+                     np.stack([x, y, yaw], axis=1))
+
+    @property
+    def start(self) -> float:
+        """Return the stamp at which the drive begins, [s]; 0 for a bag without odometry."""
+        return float(self.poses.stamps[0]) if len(self.poses.stamps) else 0.0
+
+    @property
+    def duration(self) -> float:
+        """Return how long the drive lasts, [s]."""
+        stamps = self.poses.stamps
+        return float(stamps[-1] - stamps[0]) if len(stamps) else 0.0
+
+    @property
+    def begun(self) -> float | None:
+        """Return the time of day of the first record, [s] since 1970; None in simulated time."""
+        first = min((int(self.bag.messages(topic).log_times.min())
+                     for topic, n in self.bag.counts.items() if n), default=0) * 1e-9
+        return first if first > 1e9 else None
+
+    def field(self, before: int | None = None) -> ControlField | None:
+        """Return the newest field, at most as new as a log time [ns]; None if there is none."""
+        return self._newest('control_field', field_from_cloud, before)
+
+    def prototypes(self, before: int | None = None) -> Prototypes | None:
+        """Return the newest prototypes, see `field`."""
+        return self._newest('prototypes', prototypes_from_cloud, before)
+
+    def _newest(
+        self, role: str, read: Callable[..., _Table], before: int | None,
+    ) -> _Table | None:
+        messages = self.messages(role)
+        times = messages.log_times
+        found = np.arange(len(times)) if before is None else np.flatnonzero(times <= before)
+        try:
+            return read(cloud_from_cdr(messages[int(found[-1])])) if len(found) else None
+        except ValueError as error:
+            raise BagError(f'{self.path}: {error}') from None

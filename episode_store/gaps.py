@@ -3,27 +3,25 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 import math
-from pathlib import Path
 import re
-from typing import Any, Final
+from typing import Any, Final, TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from control_field.words import counted
-from episode_store.episode import find_topic, read_header
 from episode_store.first_move import first_move
-from episode_store.header import EpisodeHeader, LOST_NAME
-from episode_store.lock import WHOLE
+from episode_store.header import LOST_NAME
 from episode_store.rosbag2.columns import read_columns
-from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.metadata import NAME, with_note, write_atomically
-from episode_store.rosbag2.reader import BagReader, RawMessages
-from episode_store.rosbag2.topic_tables import decision_table, statuses
+from episode_store.rosbag2.reader import RawMessages
+from episode_store.rosbag2.topic_tables import statuses
 from episode_store.task_folder import EpisodeKind
-from episode_store.trials import own_trial
 from msgs_bridge.messages.cdr import DESCRIBED
 from msgs_bridge.untrusted.files import read_text
+
+if TYPE_CHECKING:
+    from episode_store.episode import Episode
 
 #: Keys in rosbag2's ``custom_data``: of what is missing, and of what is missing before the drive.
 KEY: Final = 'experience_incomplete'
@@ -137,32 +135,7 @@ class BagGaps:
                 for hole in self.holes]
 
 
-def gaps_in(folder: Path | str) -> BagGaps:
-    """
-    Find what is missing in a bag of ours.
-
-    Parameters
-    ----------
-    folder : Path
-        The bag's folder. What was cut off its end is no gap; `bag_cut` tells that.
-
-    Raises
-    ------
-    BagError
-        If it cannot be read, or is none of ours.
-
-    """
-    header = read_header(folder)
-    bag = BagReader(mcap_path(Path(folder)))
-    try:
-        return _gaps(bag, header)
-    except BagError:
-        raise
-    except ValueError as error:
-        raise BagError(f'{folder}: {error}') from None
-
-
-def note_gaps(folder: Path | str) -> BagGaps:
+def note_gaps(episode: 'Episode') -> BagGaps:
     """
     Find what is missing in a bag, and keep it in its ``metadata.yaml`` for whoever reads that.
 
@@ -172,10 +145,9 @@ def note_gaps(folder: Path | str) -> BagGaps:
         If it cannot be read or written.
 
     """
-    gaps = gaps_in(folder)
-    path = Path(folder) / NAME
+    gaps, path = episode.gaps, episode.path / NAME
     try:
-        before = read_text(path, within=folder)
+        before = read_text(path, within=episode.path)
     except (OSError, UnicodeDecodeError):
         return gaps  # not closed: said elsewhere
     text = with_note(before, KEY, str(gaps) or None, path)
@@ -185,46 +157,47 @@ def note_gaps(folder: Path | str) -> BagGaps:
     return gaps
 
 
-def _gaps(bag: BagReader, header: EpisodeHeader) -> BagGaps:
-    def messages(role: str) -> RawMessages:
-        return bag.messages(find_topic(bag.topics, role, header.topics))
-
-    stamps = {role: _stamps(messages(role)) for role in _STEADY}
+def find_gaps(episode: 'Episode') -> BagGaps:
+    """Find what is missing in the middle of a bag of ours; see `Episode.gaps`."""
+    stamps = {role: _stamps(episode.messages(role)) for role in _STEADY}
     start = float(stamps['odom'][0]) if len(stamps['odom']) else 0.0
-    rows, said, ended = _decided(messages, header)
-    # What was decided and said bears the stamp of the odometry that it answers; a person who cuts
-    # a drive leaves that as it is.
-    is_cut = bag.path.with_name(bag.path.name + WHOLE).exists()
-    bounds = [] if is_cut else [*rows['stamp'].tolist(), *said]
-    holes = [*_holes('odom', stamps['odom'], start, bounds),
+    is_demo, rows = episode.header.kind is EpisodeKind.DEMO, episode.decisions
+    holes = [*_holes('odom', stamps['odom'], start, _bounds(episode)),
              *_holes('neighbourhood', stamps['neighbourhood'], start,
                      stamps['odom'][[0, -1]].tolist() if len(stamps['odom']) else [])]
     steps = np.unique(rows['step'].astype(np.int64))
     n_missing = int(steps[-1]) + 1 - len(steps) if len(steps) else 0
     # Of the first numbers, as many as there are steps and a few more, a few must be missing.
     missing = np.setdiff1d(np.arange(len(steps) + min(n_missing, _NAMED)), steps)[:_NAMED]
-    lost = {topic: int(n) for name, values in bag.metadata if name == LOST_NAME
-            for topic, n in values.items() if n.isdecimal() and _TOPIC.fullmatch(topic)}
     begins = -math.inf
-    if holes and header.kind is EpisodeKind.DEMO:
-        begins = first_move(messages('odom'), messages('cmd_vel'))
+    if holes and is_demo:
+        begins = first_move(episode.messages('odom'), episode.messages('cmd_vel'))
     before = tuple(hole for hole in holes if start + hole.end <= begins + _TINY)
-    return BagGaps(tuple(hole for hole in holes if hole not in before), n_missing,
-                   tuple(missing.tolist()), len(rows), ended, lost, before)
+    return BagGaps(
+        tuple(hole for hole in holes if hole not in before), n_missing, tuple(missing.tolist()),
+        len(rows), 0 if is_demo or episode.status is None else episode.status.decisions,
+        _lost(episode), before)
 
 
-def _decided(
-    messages: Any, header: EpisodeHeader,
-) -> tuple[npt.NDArray[np.void], list[float], int]:
-    """Return the decisions, the stamps of how the episode stood, and how many were made."""
-    rows = decision_table(messages('experience'), header.grid)[0]
-    if header.kind is EpisodeKind.DEMO:
-        own = [status for _, status in statuses(messages('trial')) if status.trial == 0]
-        return rows[:0], [status.stamp for status in own], 0
-    number, ended = own_trial(messages('trial'), rows)
-    n_decided = ended.decisions if ended is not None else 0
-    said = [ended.stamp] if ended is not None else []
-    return rows[rows['trial'] == number], said, n_decided
+def _bounds(episode: 'Episode') -> list[float]:
+    """
+    Return stamps of odometry that there was, [s]: what was decided and said answers one.
+
+    A person who cuts a drive leaves that as it is: then there are none.
+    """
+    if episode.folder.whole.exists():
+        return []
+    if episode.header.kind is EpisodeKind.DEMO:
+        return [status.stamp for _, status in statuses(episode.messages('trial'))
+                if status.trial == 0]
+    ended = [] if episode.status is None else [episode.status.stamp]
+    return [*episode.decisions['stamp'].tolist(), *ended]
+
+
+def _lost(episode: 'Episode') -> dict[str, int]:
+    """Return how many messages the middleware has lost, by topic."""
+    return {topic: int(n) for name, values in episode.bag.metadata if name == LOST_NAME
+            for topic, n in values.items() if n.isdecimal() and _TOPIC.fullmatch(topic)}
 
 
 def _stamps(messages: RawMessages) -> npt.NDArray[np.float64]:

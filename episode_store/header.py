@@ -10,6 +10,7 @@ from typing import Any, Final
 from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from control_field.parameters import Parameters
+from episode_store.errors import WorkspaceError
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeKind
 
@@ -17,10 +18,6 @@ from episode_store.task_folder import EpisodeKind
 LOST_NAME: Final = 'experience_controller_lost'
 #: Version of the bags' own layout.
 VERSION: Final = 1
-
-
-class WorkspaceError(BagError):
-    """The bag was recorded in another workspace."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +42,10 @@ class EpisodeHeader:
         A drive that is faster is not this robot's; old bags do not say.
     memory : str
         Whose field was in force, see `memory_identity`; empty where nobody says, as in old bags.
+    imported_from : str
+        Name of the bag of another recorder that it was taken over from; empty for one of ours.
+    imported_notes : tuple of str
+        What was made of that bag, and what of it was not read.
 
     """
 
@@ -55,6 +56,8 @@ class EpisodeHeader:
     topics: Mapping[str, str] = field(default_factory=dict)
     speed_max: float = SPEED_MAX
     memory: str = ''
+    imported_from: str = ''
+    imported_notes: tuple[str, ...] = ()
 
     def to_mapping(self) -> dict[str, str]:
         """Return the texts that the MCAP metadata record holds."""
@@ -63,7 +66,9 @@ class EpisodeHeader:
             'grid': json.dumps(asdict(self.grid)), 'topics': json.dumps(dict(self.topics)),
             'parameters': json.dumps(asdict(self.parameters)),
             'speed_max': repr(float(self.speed_max)),
-            **({'memory': self.memory} if self.memory else {})}
+            **({'memory': self.memory} if self.memory else {}),
+            **({'imported_from': self.imported_from,
+                'imported_notes': json.dumps(self.imported_notes)} if self.imported_from else {})}
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, str]) -> 'EpisodeHeader':
@@ -85,7 +90,8 @@ class EpisodeHeader:
                 grid=Grid(**_object(values, 'grid')),
                 parameters=Parameters.from_mapping(_object(values, 'parameters')),
                 topics=_texts(_object(values, 'topics')), speed_max=_speed(values),
-                memory=values.get('memory', ''))
+                memory=values.get('memory', ''), imported_from=values.get('imported_from', ''),
+                imported_notes=_notes(values.get('imported_notes', '[]')))
         except KeyError as error:
             raise BagError(f'the header of the bag has no {error.args[0]}') from None
         except (ValueError, TypeError, RecursionError) as error:
@@ -120,7 +126,35 @@ def _speed(values: Mapping[str, str]) -> float:
     return speed
 
 
+def _notes(text: str) -> tuple[str, ...]:
+    """Return the notes that are texts; they are for people, nothing hangs on them."""
+    try:
+        notes = json.loads(text)
+    except (ValueError, RecursionError):
+        return ()
+    found = notes if isinstance(notes, list) else []
+    return tuple(note for note in found if isinstance(note, str))
+
+
 def _texts(values: dict[str, Any]) -> dict[str, str]:
     if not all(isinstance(value, str) for value in values.values()):
         raise ValueError('topics must be texts')
     return values
+
+
+def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -> str:
+    """
+    Return the topic that plays a role: the one named, else the one whose name ends in it.
+
+    Raises
+    ------
+    BagError
+        If several end in it.
+
+    """
+    if role in names:
+        return names[role]
+    found = sorted(topic for topic in topics if topic.rpartition('/')[2] == role)
+    if len(found) > 1:
+        raise BagError(f'{role} may be {" or ".join(found)}: name one')
+    return found[0] if found else f'/{role}'

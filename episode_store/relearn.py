@@ -1,7 +1,16 @@
-"""What bags have taught, one after the other."""
+"""
+The field as a fold over bags: each teaches in its turn, and nothing else does (ADR 1).
 
+`Relearner` is the fold; it makes no difference whether its bags are learnt from as they are
+recorded or all at once later. Below it stands what has to hold of the bags of one task.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 import math
+import shlex
 from typing import Final
 
 import numpy as np
@@ -14,15 +23,15 @@ from control_field.parameters import Parameters
 from control_field.poses import StartPose
 from control_field.records import ControlField, Demonstration, Outcome, Trial
 from control_field.words import how_it_ended
-from episode_store.episode import Episode, read_episode
-from episode_store.rosbag2.errors import BagError, NothingToLearnError
-from episode_store.task_folder import EpisodeFolder
-from msgs_bridge.messages.frame_hints import with_remedy
+from episode_store.episode import Content, Episode
+from episode_store.errors import NothingToLearnError, WorkspaceError
+from episode_store.header import EpisodeHeader
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import EpisodeFolder, TaskFolder
+from msgs_bridge.messages.frame_hints import remedy_for_frame
 
-#: What a note begins with where a bag taught nothing.
-NOTHING: Final = 'nothing was learnt: '
 #: Places to teach from are at least this many cells apart.
-_APART = 4
+_APART: Final = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,14 +41,16 @@ class LearntBag:
 
     Parameters
     ----------
-    episode : EpisodeFolder
+    folder : EpisodeFolder
         The bag.
-    read : Episode or None
+    content : Content or None
         What it holds; None where that is no use.
     refresh : Refresh or None
         What was made of it; None if nothing was learnt from it.
-    note : str
-        What it was, or why nothing was learnt.
+    said : str
+        What it was; empty if nothing was learnt.
+    why_not : str
+        Why nothing was learnt; empty if something was.
     moved : str
         A sentence on where the goal is now and was before; empty if it is where it was.
     missing : str
@@ -47,19 +58,24 @@ class LearntBag:
 
     """
 
-    episode: EpisodeFolder
-    read: Episode | None
+    folder: EpisodeFolder
+    content: Content | None
     refresh: Refresh | None
-    note: str
+    said: str = ''
+    why_not: str = ''
     moved: str = ''
     missing: str = ''
+
+    @property
+    def note(self) -> str:
+        """Return what it was, or that nothing was learnt and why, and what is missing."""
+        what = f'nothing was learnt: {self.why_not}' if self.why_not else self.said
+        return '; '.join(filter(None, [what, self.missing]))
 
 
 class Relearner:
     """
     The fold over bags: they are learnt from in the order they are given, once each.
-
-    It makes no difference whether that happens as they are recorded or all at once later.
 
     Parameters
     ----------
@@ -76,6 +92,23 @@ class Relearner:
         self.shown_starts: list[StartPose] = []
         self._learner = Learner(grid, parameters)
 
+    @classmethod
+    def for_bags(cls, folders: Sequence[EpisodeFolder]) -> 'Relearner | None':
+        """
+        Return one with workspace and parameters of the last of some bags that holds anything.
+
+        Raises
+        ------
+        BagError
+            If that cannot be read, or is none of ours.
+
+        """
+        for folder in reversed(folders):
+            with suppress(NothingToLearnError):
+                header = Episode(folder).header
+                return cls(header.grid, header.parameters)
+        return None
+
     @property
     def refresh(self) -> Refresh | None:
         """Return what is in force; None before the first demonstration."""
@@ -85,7 +118,7 @@ class Relearner:
         """Return the field for the next trial, see `Learner.trial_field`."""
         return self._learner.trial_field(curious)
 
-    def learn(self, episode: EpisodeFolder) -> LearntBag:
+    def learn(self, episode: Episode) -> LearntBag:
         """
         Learn from one bag.
 
@@ -96,36 +129,40 @@ class Relearner:
 
         """
         try:
-            return self._learn(read_episode(episode.path, self.grid))
+            episode.header.check_grid(self.grid, episode.path)
+            record = episode.content.record
+            if isinstance(record, Trial):
+                return self._learn_trial(episode, record)
+            return self._learn_demonstration(episode, record)
         except NothingToLearnError as error:
-            # The bag is named where this is said.
-            why = str(error).removeprefix(f'{episode.path}: ')
-            return LearntBag(episode, None, None, with_remedy(f'{NOTHING}{why}'))
+            return LearntBag(episode.folder, None, None,
+                             why_not=f'{error.why}{remedy_for_frame(error.frame)}')
         except BagError:
             raise
         except ValueError as error:
             raise BagError(f'{episode.path} cannot be learnt from: {error}') from error
 
-    def _learn(self, read: Episode) -> LearntBag:
-        note = '; '.join([*([str(read.report)] if read.report else []), *read.notes])
-        if isinstance(read.record, Trial):
-            return self._learn_trial(read, read.record, note)
-        before = self.refresh
-        refresh = self._learner.add_demonstration(read.record)
-        self.shown_starts.append(start_of(read.record, self.grid))
-        return LearntBag(read.folder, read, refresh, note, goal_moved(before, refresh))
+    def _learn_demonstration(self, episode: Episode, record: Demonstration) -> LearntBag:
+        before, content = self.refresh, episode.content
+        refresh = self._learner.add_demonstration(record)
+        self.shown_starts.append(start_of(record, self.grid))
+        return LearntBag(episode.folder, content, refresh,
+                         '; '.join([str(content.report), *content.notes]),
+                         moved=goal_moved(before, refresh))
 
-    def _learn_trial(self, read: Episode, trial: Trial, note: str) -> LearntBag:
-        if read.doubt:
-            return LearntBag(read.folder, read, None, f'{NOTHING}{read.doubt}')
-        said = f'{how_it_ended(trial.outcome, trial.n_steps)}' + (f', {note}' if note else '')
+    def _learn_trial(self, episode: Episode, trial: Trial) -> LearntBag:
+        content = episode.content
+        if content.doubt:
+            return LearntBag(episode.folder, content, None, why_not=content.doubt)
+        said = ', '.join(filter(None, [how_it_ended(trial.outcome, trial.n_steps),
+                                       '; '.join(content.notes)]))
         if trial.outcome is Outcome.ABORTED:
-            return LearntBag(read.folder, read, None, f'{NOTHING}it {said}')
+            return LearntBag(episode.folder, content, None, why_not=f'it {said}')
         self.n_trials += 1
         if self.refresh is None:
-            return LearntBag(read.folder, read, None,
-                          f'{NOTHING}no demonstration came before it; it {said}')
-        return LearntBag(read.folder, read, self._learner.add_trial(trial), said)
+            return LearntBag(episode.folder, content, None,
+                             why_not=f'no demonstration came before it; it {said}')
+        return LearntBag(episode.folder, content, self._learner.add_trial(trial), said)
 
     def teach_here(self, n: int) -> list[tuple[float, float]]:
         """Return where one more demonstration would help most, (x, y) [m]; a few cells apart."""
@@ -148,6 +185,46 @@ class Relearner:
         return StartPose(*self.grid.world_from_cell(*cells[min(rank, len(cells) - 1)]))
 
 
+def relearn(folders: Sequence[EpisodeFolder]) -> tuple[Relearner | None, list[LearntBag]]:
+    """
+    Learn from bags in their order, with the parameters of the last one.
+
+    Returns
+    -------
+    relearner : Relearner or None
+        None if no bag can be learnt from at all.
+    each : list of LearntBag
+
+    Raises
+    ------
+    BagError
+        If one cannot be read, or is of another grid, frame or version.
+
+    """
+    relearner = Relearner.for_bags(folders)
+    if relearner is None:
+        return None, []
+    with odd_one_named(folders):
+        return relearner, [relearner.learn(Episode(folder)) for folder in folders]
+
+
+def relearnt(task: TaskFolder) -> Refresh | None:
+    """Return what the bags of a task teach now; None if there is no demonstration in them."""
+    relearner, _ = relearn(task.episodes())
+    return None if relearner is None else relearner.refresh
+
+
+def relearnt_sentence(task: TaskFolder) -> str:
+    """Say what the bags of a task teach now, or which of them keeps it from being learnt."""
+    try:
+        refresh = relearnt(task)
+    except BagError as error:
+        return f'{task.path}: not learnt anew, {error}'
+    if refresh is None:
+        return f'{task.path}: no demonstration is left, there is no field now'
+    return f'{task.path}: learnt anew. {refresh.certificate.sentence()}'
+
+
 def goal_moved(before: Refresh | None, after: Refresh | None) -> str:
     """Say where the goal is now and where it was; empty if it is still there, or was nowhere."""
     if before is None or after is None or before.field.goal == after.field.goal:
@@ -161,3 +238,95 @@ def start_of(demonstration: Demonstration, grid: Grid) -> StartPose:
     (row, col), (next_row, next_col) = demonstration.cells[:2].tolist()
     yaw = heading_from_step(next_row - row, next_col - col) * math.pi / 4
     return StartPose(*grid.world_from_cell(row, col), math.remainder(yaw, math.tau))
+
+
+@contextmanager
+def odd_one_named(folders: Sequence[EpisodeFolder]) -> Iterator[None]:
+    """
+    Let a refusal name the bag that is of another workspace than most, whichever was met first.
+
+    The headers of all bags are read only then.
+
+    Parameters
+    ----------
+    folders : sequence of EpisodeFolder
+        All that are learnt from.
+
+    Raises
+    ------
+    BagError
+        If they are not all of one workspace.
+
+    """
+    try:
+        yield
+    except WorkspaceError:
+        check_workspaces(folders)
+        raise
+
+
+def check_workspaces(folders: Sequence[EpisodeFolder]) -> list[EpisodeHeader]:
+    """
+    Refuse bags of several workspaces; that of most of them counts, of equally many the first.
+
+    Returns
+    -------
+    list of EpisodeHeader
+        Of the bags that hold anything.
+
+    Raises
+    ------
+    BagError
+        If one is of another grid or frame, naming both; or cannot be read, or is of another
+        version.
+
+    """
+    headers = {}
+    for folder in folders:
+        with suppress(NothingToLearnError):
+            headers[folder] = Episode(folder).header
+    grids = Counter(header.grid for header in headers.values())
+    if len(grids) > 1:
+        common = grids.most_common(1)[0][0]
+        usual = [folder for folder, header in headers.items() if header.grid == common]
+        odd, header = next(each for each in headers.items() if each[1].grid != common)
+        more = f' and {len(usual) - 1} more' if len(usual) > 1 else ''
+        raise BagError(
+            f'{odd.path} was recorded on {header.grid}, {usual[0].path}{more} on {common}: what '
+            f'one task has learnt is of one workspace; `experience forget '
+            f'{shlex.quote(str(odd.path))}` takes the odd one out')
+    return list(headers.values())
+
+
+def changes_before(folders: Sequence[EpisodeFolder], number: int) -> list[str]:
+    """
+    Say which bags before one are not as they were when they were recorded.
+
+    Parameters
+    ----------
+    folders : sequence of EpisodeFolder
+        The bags that are learnt from, by number.
+    number : int
+        Of the bag.
+
+    Returns
+    -------
+    list of str
+        Such as ``task1/0001 was cut``, by number.
+
+    Raises
+    ------
+    BagError
+        If a folder cannot be read.
+
+    """
+    there, task = {folder.number: folder for folder in folders}, folders[0].task
+    forgotten = {folder.number for folder in task.forgotten()}
+    found = []
+    for before in range(1, number):
+        if before in there:
+            found += [f'{there[before].name} {what}' for what in Episode(there[before]).changes()]
+        else:
+            what = 'was forgotten' if before in forgotten else 'is not among the bags'
+            found.append(f'{task.task}/{before:04d} {what}')
+    return found

@@ -8,6 +8,7 @@ import re
 from typing import Final
 
 from control_field.words import counted
+from episode_store.episode import Episode
 from episode_store.gaps import note_gaps
 from episode_store.header import LOST_NAME
 from episode_store.rosbag2.errors import BagError, error_line, mcap_path
@@ -17,7 +18,7 @@ from episode_store.rosbag2.metadata import (
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.type_definitions import message_definition
 from episode_store.rosbag2.writer import HEADER_NAME, McapFile, TOPIC
-from episode_store.task_folder import EpisodeFolder, TaskFolder
+from episode_store.task_folder import TaskFolder
 from msgs_bridge.untrusted.files import replacing
 
 #: Ending of the file as it was found, where bytes of it had to be dropped.
@@ -86,26 +87,6 @@ class RepairReport:
                 f'kept in {self.kept.name}')
 
 
-def needs_repair(folder: Path | str) -> bool:
-    """
-    Tell whether a bag was not closed properly.
-
-    Raises
-    ------
-    BagError
-        If it cannot be read.
-
-    """
-    folder = Path(folder)
-    path = mcap_path(folder)
-    try:
-        if not path.exists() or not (folder / NAME).exists() or path.stat().st_size == 0:
-            return True
-    except OSError as error:
-        raise BagError(error_line('read', folder, error)) from None
-    return bool(BagReader(path).damage)
-
-
 def repair_bag(folder: Path | str) -> RepairReport:
     """
     Mend a bag of ours; a whole one is left alone, so that mending again changes nothing.
@@ -144,7 +125,7 @@ def repair_bag(folder: Path | str) -> RepairReport:
         raise BagError(error_line('repair', folder, error)) from None
     if changed:
         with suppress(BagError):  # there may be nothing in it
-            note_gaps(folder)
+            note_gaps(Episode.at(folder))
     return RepairReport(
         folder, changed, reader.damage, reader.complete, summary.count,
         reader.n_lost_bytes, summary.end if summary.count else None, kept)
@@ -165,12 +146,9 @@ def repair_task(task: TaskFolder) -> list[RepairReport]:
         See `repair_bag`.
 
     """
-    reports = [repair_bag(episode.path) for episode in _damaged(task)]
+    damaged = [folder for folder in task.episodes() if not Episode(folder).is_closed]
+    reports = [repair_bag(folder.path) for folder in damaged]
     return [report for report in reports if report.changed]
-
-
-def _damaged(task: TaskFolder) -> list[EpisodeFolder]:
-    return [episode for episode in task.episodes() if needs_repair(episode.path)]
 
 
 def _check_empty(folder: Path) -> None:

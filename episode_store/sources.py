@@ -10,9 +10,8 @@ import numpy.typing as npt
 
 from control_field.records import Kind
 from control_field.words import counted
-from episode_store.recording import Recording
+from episode_store.episode import Episode
 from episode_store.rosbag2.errors import BagError
-from episode_store.rosbag2.topic_tables import decision_table
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 
 
@@ -24,13 +23,13 @@ class _Drive:
     taught: npt.NDArray[np.float64] | None
 
     @classmethod
-    def from_bag(cls, episode: EpisodeFolder) -> '_Drive':
+    def from_bag(cls, folder: EpisodeFolder) -> '_Drive':
         """Read a bag; BagError if that cannot be done."""
-        recording = Recording(episode)
-        if episode.kind is EpisodeKind.DEMO:
-            return cls(recording.start, None)
-        rows = decision_table(recording.messages('experience'), recording.header.grid)[0]
-        return cls(recording.start, rows['stamp'][rows['kind'] == Kind.TAUGHT])
+        episode = Episode(folder)
+        if folder.kind is EpisodeKind.DEMO:
+            return cls(episode.start, None)
+        rows = episode.decisions
+        return cls(episode.start, rows['stamp'][rows['kind'] == Kind.TAUGHT])
 
     def shows(self, stamp: float) -> bool:
         """Tell whether a person drove then."""

@@ -4,8 +4,6 @@ The folders that bags live in: ``bags/<task>/<NNNN>_<demo|trial>/``.
 Nothing here reads a bag; it names, numbers and lists them.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
@@ -15,15 +13,19 @@ import re
 import shutil
 from typing import Final
 
-from episode_store.lock import (
-    IN_USE, is_in_use, LOCK, lock, numbering, open_lock, REMOVED, sweep, taken)
+from episode_store.lock import hold, numbering, REMOVED
 from episode_store.rosbag2.errors import BagError, error_line, mcap_path
-from msgs_bridge.untrusted.files import check_folder, OddFileError
+from msgs_bridge.node.close_names import close_name
+from msgs_bridge.untrusted.files import check_folder
 
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
 _EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
 #: Folder within a task's folder for the bags that were forgotten.
 _FORGOTTEN: Final = '.forgotten'
+#: Ending of the whole recording beside one that was cut; no reader takes it for a bag.
+_WHOLE: Final = '.whole'
+#: What a person does about the name of a learner's task that may be a slip of the keys.
+_REMEDY: Final = 'set task:={}, or new_task:=true if a new one is meant'
 
 
 class EpisodeKind(StrEnum):
@@ -59,6 +61,11 @@ class EpisodeFolder:
         return mcap_path(self.path)
 
     @property
+    def whole(self) -> Path:
+        """Return where the whole recording is kept once the bag was cut."""
+        return self.bag.with_name(self.bag.name + _WHOLE)
+
+    @property
     def name(self) -> str:
         """Return task and number as people type them: ``task1/0003``."""
         return f'{self.task_path.name}/{self.number:04d}'
@@ -69,8 +76,13 @@ class EpisodeFolder:
         return self.path.parent.parent if self.is_forgotten else self.path.parent
 
     @property
+    def task(self) -> 'TaskFolder':
+        """Return its task."""
+        return TaskFolder(self.task_path.parent, self.task_path.name)
+
+    @property
     def is_forgotten(self) -> bool:
-        """Tell whether the bag was taken out of the memory."""
+        """Return True if the bag was taken out of the memory."""
         return self.path.parent.name == _FORGOTTEN
 
 
@@ -144,21 +156,10 @@ class TaskFolder:
             If another process holds it, or the folder cannot be written.
 
         """
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            file = open_lock(self.path)
-        except OddFileError as error:
-            raise BagError(error_line('use', self.path, error)) from None
-        except OSError as error:
-            raise BagError(error_line('record into', self.path, error) + '; set the parameter '
-                           'bags to a folder that can be written') from None
-        if not lock(file):
-            os.close(file)
-            raise BagError(taken(self.path))
+        held = hold(self.path)
         if self._held is not None:
             os.close(self._held)
-        self._held = file
-        sweep(self.path)
+        self._held = held
 
     def episodes(self) -> list[EpisodeFolder]:
         """
@@ -188,6 +189,30 @@ class TaskFolder:
         except OSError as error:
             raise BagError(error_line('use', folder, error)) from None
         return _episodes_in(folder)
+
+    def check_is_meant(self, remedy: str = _REMEDY) -> None:
+        """
+        Refuse a task without bags whose name is close to that of one with bags.
+
+        Parameters
+        ----------
+        remedy : str
+            What a person does; ``{}`` stands for the name that may have been meant.
+
+        Raises
+        ------
+        ValueError
+            With the name that may have been meant.
+
+        """
+        try:
+            is_old = self.episodes() or self.forgotten()
+            meant = None if is_old else close_name(self.task, tasks(self.root))
+        except BagError:
+            return  # whoever records into it says so
+        if meant is not None:
+            raise ValueError(f'there is no task {self.task} in {self.root} yet, but {meant}: '
+                             + remedy.format(meant))
 
     def find(self, number: int) -> EpisodeFolder:
         """
@@ -290,53 +315,6 @@ class TaskFolder:
         except OSError as error:
             raise BagError(error_line(action, episode.path, error)) from None
         return EpisodeFolder(episode.number, episode.kind, path)
-
-
-@contextmanager
-def changing(folder: Path, make: bool = False) -> Iterator[None]:
-    """
-    Keep a task's folder to this process while bags in it are changed; no learner starts meanwhile.
-
-    Where the lock's file cannot be made, as on a read-only disk, nobody can record either.
-
-    Parameters
-    ----------
-    folder : Path
-    make : bool
-        Whether to make the folder if there is none; it goes again if no bag comes into it.
-
-    Raises
-    ------
-    BagError
-        If a learner records into it, or another process changes it.
-
-    """
-    is_new = make and not folder.exists()
-    try:
-        if is_new:
-            folder.mkdir(parents=True)
-        file = open_lock(folder)
-    except OddFileError as error:
-        raise BagError(error_line('use', folder, error)) from None
-    except OSError:
-        file = None
-    try:
-        if is_in_use(folder) if file is None else not lock(file):
-            raise BagError(taken(folder))
-        sweep(folder)
-        yield
-    finally:
-        if is_new and not _episodes_in(folder):
-            _remove_unused(folder)
-        if file is not None:
-            os.close(file)
-
-
-def _remove_unused(folder: Path) -> None:
-    with suppress(OSError):
-        for name in (LOCK, IN_USE):
-            (folder / name).unlink(missing_ok=True)
-        folder.rmdir()
 
 
 def _episodes_in(folder: Path) -> list[EpisodeFolder]:

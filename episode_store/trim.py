@@ -8,7 +8,6 @@ import shutil
 from typing import Final
 
 from episode_store.header import LOST_NAME
-from episode_store.lock import WHOLE
 from episode_store.repair import summary_of_file
 from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.mcap_scan import Channel
@@ -20,11 +19,6 @@ from msgs_bridge.untrusted.files import read_bytes, replacing, sync_folder
 
 #: Topics that say what a drive started from and how it ended: they hold whatever is cut.
 _KEPT: Final = ('control_field', 'prototypes', 'trial')
-
-
-def whole_path(episode: EpisodeFolder) -> Path:
-    """Return where the whole recording of a bag that was cut is kept."""
-    return episode.bag.with_name(episode.bag.name + WHOLE)
 
 
 def cut_copy(episode: EpisodeFolder, folder: Path, first: int, last: int) -> BagSummary:
@@ -123,7 +117,7 @@ def replace_recording(episode: EpisodeFolder, copy: Path, summary: BagSummary) -
         If it cannot; the bag is then as it was.
 
     """
-    whole = whole_path(episode)
+    whole = episode.whole
     try:
         if not whole.exists():
             os.link(episode.bag, whole)
@@ -144,7 +138,7 @@ def restore(episode: EpisodeFolder) -> None:
         If the bag was not cut, or it cannot be written.
 
     """
-    whole = whole_path(episode)
+    whole = episode.whole
     if not whole.exists():
         raise BagError(f'{episode.path} was not cut: there is no {whole.name}')
     summary = summary_of_file(whole, episode.bag.name)

@@ -13,7 +13,7 @@ import os
 import time
 from typing import Final
 
-from episode_store.judgement import judge_bag, recorded_status
+from episode_store.episode import Episode
 from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.messages.trial_status import Label
@@ -68,9 +68,9 @@ def bring_back(task: TaskFolder, number: int | None = None) -> list[EpisodeFolde
 
 def _kept(episode: EpisodeFolder) -> EpisodeFolder:
     with suppress(BagError):  # what cannot be read is said where it is learnt from
-        status = recorded_status(episode.path) if episode.kind is EpisodeKind.DEMO else None
-        if status is not None and status.reason == THROWN_AWAY:
-            judge_bag(episode.path, Label.SUCCESS)
+        bag = Episode(episode)
+        if episode.kind is EpisodeKind.DEMO and bag.status and bag.status.reason == THROWN_AWAY:
+            bag.judge(Label.SUCCESS)
     return episode
 
 

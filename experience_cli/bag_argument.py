@@ -7,8 +7,8 @@ import re
 import shlex
 from typing import Final
 
+from episode_store.episode import Episode
 from episode_store.label import read_label
-from episode_store.repair import needs_repair
 from episode_store.rosbag2.bag_files import is_storage_file, storage_files
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
@@ -162,7 +162,7 @@ def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
 
     """
     episode = find_readable_bag(text, bags)
-    if needs_repair(episode.path):
+    if not Episode(episode).is_closed:
         raise UserError(f'{episode.path} was not closed: it is still being recorded, or was cut '
                         f'off; mend it with `experience repair {shlex.quote(str(episode.path))}`')
     return episode
@@ -301,5 +301,4 @@ def _episodes(path: Path) -> list[EpisodeFolder]:
 
 def episodes_up_to(last: EpisodeFolder) -> list[EpisodeFolder]:
     """Return the bags beside one, up to and with that one, by number."""
-    task = TaskFolder(last.path.parent.parent, last.path.parent.name)
-    return [episode for episode in task.episodes() if episode.number <= last.number]
+    return [episode for episode in last.task.episodes() if episode.number <= last.number]

@@ -1,6 +1,5 @@
 """What there is to say of a bag: in one row, and of what it lacks."""
 
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from datetime import datetime
 import shlex
@@ -9,15 +8,9 @@ from typing import Any
 
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
-from episode_store.cut import has_its_end, missing_of_bag
-from episode_store.episode import Episode, read_episode
-from episode_store.gaps import gaps_in
-from episode_store.label import read_label
-from episode_store.lock import is_in_use
-from episode_store.recording import Recording
-from episode_store.repair import needs_repair
-from episode_store.rosbag2.errors import BagError, error_line, NothingToLearnError
-from episode_store.task_folder import EpisodeFolder
+from episode_store.episode import Content, Episode
+from episode_store.errors import NothingToLearnError
+from episode_store.rosbag2.errors import BagError, error_line
 
 
 @dataclass(frozen=True)
@@ -72,64 +65,65 @@ class Summary:
         return asdict(self)
 
 
-def summary_of(folder: EpisodeFolder) -> Summary:
+def summary_of(episode: Episode) -> Summary:
     """Sum up a bag; one that cannot be read says why in its note."""
+    folder, damage = episode.folder, episode.damage
     about: dict[str, Any] = {
         'bag': folder.name, 'kind': str(folder.kind), 'path': str(folder.path)}
     try:
         about['size'] = folder.bag.stat().st_size if folder.bag.exists() else 0
-        is_cut = needs_repair(folder.path)
-        recording = Recording(folder)
-        about |= {'begun': recording.begun, 'duration': round(recording.duration, 3),
-                  'messages': sum(recording.counts.values()),
-                  'label': str(read_label(folder.path) or '')}
-        about |= _learnt(folder)
-        about |= _missing(folder, about)
+        if damage.unreadable:
+            raise BagError(damage.unreadable)
+        about |= _recorded(episode)
+        about |= _learnt(episode)
     except NothingToLearnError as error:
-        about |= {'state': 'cut' if is_cut else 'not kept', 'note': str(error)}
-        is_cut = False
+        about |= {'state': 'cut' if damage.cut else 'not kept', 'note': str(error)}
+        return Summary(**about | ({'state': 'forgotten'} if damage.is_forgotten else {}))
     except (BagError, OSError) as error:
         note = error_line('read', folder.path, error) if isinstance(error, OSError) else error
-        return Summary(**(about | {'state': 'unreadable', 'note': str(note)}))
-    if is_cut and is_in_use(folder.path.parent):
-        about |= {'state': 'recording', 'note': 'a learner records it just now'}
-    elif is_cut:
-        about |= {'state': 'cut', 'note': f'mend it with `experience repair {folder.path}`'}
-    if folder.is_forgotten:
-        about['state'] = 'forgotten'
-    return Summary(**about)
+        return Summary(**about | {'state': 'unreadable', 'note': str(note)})
+    return Summary(**about | _damaged(episode, about))
 
 
-def _missing(folder: EpisodeFolder, about: dict[str, Any]) -> dict[str, Any]:
-    """Return what changes where messages are missing in the middle of a bag."""
-    gaps = gaps_in(folder.path)
-    if not gaps:
-        return {}
-    note = '; '.join(filter(None, [str(gaps), about['note']]))
-    return {'note': note, 'state': 'incomplete' if about['state'] == 'kept' else about['state']}
+def _recorded(episode: Episode) -> dict[str, Any]:
+    """Return what was recorded."""
+    return {'begun': episode.begun, 'duration': round(episode.duration, 3),
+            'messages': sum(episode.bag.counts.values()), 'label': str(episode.label)}
 
 
-def _learnt(folder: EpisodeFolder) -> dict[str, Any]:
+def _damaged(episode: Episode, about: dict[str, Any]) -> dict[str, Any]:
+    """Return what changes where something is wrong with a bag."""
+    damage, state, note = episode.damage, about['state'], about['note']
+    if damage.gaps:
+        note = '; '.join(filter(None, [str(damage.gaps), note]))
+        state = 'incomplete' if state == 'kept' else state
+    if damage.is_busy:
+        state, note = 'recording', 'a learner records it just now'
+    elif damage.cut:
+        state, note = 'cut', f'mend it with `experience repair {episode.path}`'
+    return {'state': 'forgotten' if damage.is_forgotten else state, 'note': note}
+
+
+def _learnt(episode: Episode) -> dict[str, Any]:
     """Return what the learner makes of a bag."""
     try:
-        episode = read_episode(folder.path)
+        content = episode.content
     except NothingToLearnError as error:
         return {'state': 'not kept', 'note': str(error)}
-    record = episode.record
-    said = {'state': 'kept', 'label': str(episode.label), 'note': '; '.join(
-        [*(episode.report.sentences() if episode.report else []), *episode.notes])}
-    if isinstance(record, Demonstration):
-        return said | {'cells': len(record.cells)}
-    return said | _trial(episode, record)
+    said = {'state': 'kept', 'note': '; '.join(
+        [*(content.report.sentences() if content.report else []), *content.notes])}
+    if isinstance(content.record, Demonstration):
+        return said | {'cells': len(content.record.cells)}
+    return said | _trial(content, content.record)
 
 
-def _trial(episode: Episode, record: Trial) -> dict[str, Any]:
-    ended = episode.status.outcome if episode.status else None
+def _trial(content: Content, record: Trial) -> dict[str, Any]:
+    ended = content.status.outcome if content.status else None
     values: dict[str, Any] = {'steps': record.n_steps, 'outcome': str(ended or Outcome.ABORTED)}
     if record.outcome is Outcome.ABORTED:
-        why = episode.status.reason if episode.status else 'it was broken off'
-        state = 'not kept' if episode.doubt else 'aborted'
-        values |= {'state': state, 'note': episode.doubt or why}
+        why = content.status.reason if content.status else 'it was broken off'
+        state = 'not kept' if content.doubt else 'aborted'
+        values |= {'state': state, 'note': content.doubt or why}
     return values
 
 
@@ -150,39 +144,19 @@ def size_text(size: int) -> str:
     return f'{size / 1e6:.1f} MB' if size >= 1e6 else f'{size / 1e3:.0f} kB'
 
 
-def say_cuts(command: str, episodes: Iterable[EpisodeFolder]) -> None:
-    """
-    Say of each bag that was not closed what is missing, in a line on stderr; nothing is changed.
-
-    Raises
-    ------
-    BagError
-        If one cannot be read.
-
-    """
-    for episode in episodes:
-        if not has_its_end(episode.path):
-            say_cut(command, episode)
+def say_cut(command: str, episode: Episode) -> None:
+    """Say, in a line on stderr, what is missing of a bag that was not closed; change nothing."""
+    damage, path = episode.damage, episode.path
+    if damage.cut:
+        advice = 'it is being recorded or changed just now' if damage.is_busy else (
+            f'`experience repair {shlex.quote(str(path))}` mends it')
+        print(f'experience {command}: {path} was not closed: {damage.cut}; {advice}',
+              file=sys.stderr)
 
 
-def say_cut(command: str, episode: EpisodeFolder) -> None:
-    """Say what is missing of one bag, see `say_cuts`; here its index is looked at, too."""
-    missing = missing_of_bag(episode.path)
-    if not missing:
-        return
-    advice = f'`experience repair {shlex.quote(str(episode.path))}` mends it'
-    if is_in_use(episode.task_path):
-        advice = 'it is being recorded or changed just now'
-    print(f'experience {command}: {episode.path} was not closed: {missing}; {advice}',
-          file=sys.stderr)
-
-
-def say_gaps(command: str, episode: EpisodeFolder) -> bool:
-    """Say, in a line on stderr, what is missing in the middle of a bag; tell whether anything."""
-    try:
-        gaps = gaps_in(episode.path)
-    except BagError:
-        return False  # what cannot be read at all is said where it is learnt from
+def say_gaps(command: str, episode: Episode) -> bool:
+    """Say, in a line on stderr, what is missing in the middle of a bag; return whether any is."""
+    gaps = episode.damage.gaps
     if gaps:
-        print(f'experience {command}: {episode.name}: {gaps}', file=sys.stderr)
+        print(f'experience {command}: {episode.folder.name}: {gaps}', file=sys.stderr)
     return bool(gaps)

@@ -13,12 +13,10 @@ from control_field.learning.provenance import Voices, voices_at
 from control_field.records import ControlField, Kind, Prototypes
 from control_field.robot.collision_monitor import limit_command, local_grid_from_cells, LocalGrid
 from control_field.robot.limits import Limits, STANDSTILL, Velocity
-from episode_store.recording import Recording
+from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.rosbag2.columns import read_columns
 from episode_store.rosbag2.topic_tables import decision_table, local_grid_table, statuses
-from episode_store.rosbag2.writer import HEADER_NAME
-from episode_store.task_folder import TaskFolder
 from experience_cli.errors import UserError
 from msgs_bridge.messages.trial_status import TrialStatus
 
@@ -82,7 +80,7 @@ class Moment:
 
     Parameters
     ----------
-    recording : Recording
+    episode : Episode
     at : float, [s]
         From the first odometry; past the end of the drive, a stamp.
     limits : Limits
@@ -95,14 +93,14 @@ class Moment:
 
     """
 
-    def __init__(self, recording: Recording, at: float, limits: Limits = BURGER) -> None:
-        self.recording = recording
+    def __init__(self, episode: Episode, at: float, limits: Limits = BURGER) -> None:
+        self.episode = episode
         self.limits = limits
-        self.header = recording.header
-        poses = recording.poses
+        self.header = episode.header
+        poses = episode.poses
         if not len(poses.stamps):
-            raise UserError(f'{recording.episode.name} holds no odometry, nothing to explain')
-        stamp = _stamp_of(recording, at)
+            raise UserError(f'{episode.folder.name} holds no odometry, nothing to explain')
+        stamp = _stamp_of(episode, at)
         self._i = int(np.flatnonzero(poses.stamps <= stamp + 1e-6)[-1])
         self.stamp = float(poses.stamps[self._i])
         self.log_time = int(poses.log_times[self._i])
@@ -113,7 +111,7 @@ class Moment:
     @property
     def seconds(self) -> float:
         """Return the time since the drive began, [s]."""
-        return self.stamp - self.recording.start
+        return self.stamp - self.episode.start
 
     @cached_property
     def decisions(self) -> npt.NDArray[np.void]:
@@ -125,7 +123,7 @@ class Moment:
         ndarray of DECISION_DTYPE, shape (0 to 2,)
 
         """
-        rows = decision_table(self.recording.messages('experience'), self.header.grid)[0]
+        rows = decision_table(self.episode.messages('experience'), self.header.grid)[0]
         if len(rows):
             rows = rows[rows['trial'] == rows['trial'][-1]]
         past = rows[rows['stamp'] <= self.stamp + 1e-6]
@@ -146,7 +144,7 @@ class Moment:
     @cached_property
     def status(self) -> TrialStatus | None:
         """Return how the trial stood."""
-        messages = self.recording.messages('trial')
+        messages = self.episode.messages('trial')
         found = None
         for i, status in statuses(messages):
             if messages.log_times[i] <= self.log_time:
@@ -206,13 +204,13 @@ class Moment:
         """Return the command before this one, and the time since, [s]."""
         if not self._i:
             return STANDSTILL, _USUAL_STEP
-        stamps = self.recording.poses.stamps
+        stamps = self.episode.poses.stamps
         dt = float(stamps[self._i] - stamps[self._i - 1])
         return self._command('cmd_vel', self._i - 1) or STANDSTILL, max(dt, 0.0)
 
     def _local_grid(self) -> LocalGrid | None:
         grid = self.header.grid
-        table = local_grid_table(self.recording.messages('neighbourhood'), grid)
+        table = local_grid_table(self.episode.messages('neighbourhood'), grid)
         seen = np.flatnonzero(table.stamps <= self.stamp + 1e-6)
         if not len(seen):
             return None
@@ -228,7 +226,7 @@ class Moment:
 
     def _command(self, role: str, i: int) -> Velocity | None:
         """Return the newest command in answer to the i-th odometry."""
-        messages, poses = self.recording.messages(role), self.recording.poses
+        messages, poses = self.episode.messages(role), self.episode.poses
         if not len(messages):
             return None
         stamped = messages.type_name.endswith('Stamped')
@@ -258,9 +256,9 @@ class Moment:
             If what was recorded cannot be read.
 
         """
-        recording, parameters = self.recording, self.header.parameters
-        end = max(self.log_time, int(recording.poses.log_times[0]))
-        field, prototypes = recording.field(end), recording.prototypes(end)
+        parameters = self.header.parameters
+        end = max(self.log_time, int(self.episode.poses.log_times[0]))
+        field, prototypes = self.episode.field(end), self.episode.prototypes(end)
         if field is None:
             return None
         is_flat = bool(np.isin(field.coherence, (0.0, 1.0)).all())
@@ -273,25 +271,21 @@ class Moment:
     @property
     def no_course(self) -> str:
         """Say why there is no course: there was no field, or just none in the bag."""
-        recording = self.recording
-        origin = next((values['imported_from'] for name, values in recording.reader.metadata
-                       if name == HEADER_NAME and 'imported_from' in values), '')
-        if origin:
-            return f'the bag holds no field: it was taken over from {origin}'
-        folder, number = recording.episode.path.parent, recording.episode.number
-        before = TaskFolder(folder.parent, folder.name).episodes()
-        if len(recording.messages('control_field')) or all(
-                episode.number >= number for episode in before):
+        if self.header.imported_from:
+            return f'the bag holds no field: it was taken over from {self.header.imported_from}'
+        folder = self.episode.folder
+        if len(self.episode.messages('control_field')) or all(
+                other.number >= folder.number for other in folder.task.episodes()):
             return 'there was no field yet'
         return 'the bag holds no field: which one was in force is not known'
 
     def _relearnt(self, field: ControlField, prototypes: Prototypes | None) -> Course | None:
         """Learn from the bags before this one, which says on which map the courses were made."""
-        episode, parameters = self.recording.episode, self.header.parameters
+        folder, parameters = self.episode.folder, self.header.parameters
         relearner, known = Relearner(self.header.grid, parameters), None
-        for before in TaskFolder(episode.path.parent.parent, episode.path.parent.name).episodes():
-            if before.number < episode.number:
-                refresh = relearner.learn(before).refresh
+        for before in folder.task.episodes():
+            if before.number < folder.number:
+                refresh = relearner.learn(Episode(before)).refresh
                 known = refresh.field.known if refresh is not None and refresh.pushed else known
         if relearner.refresh is None:
             return None if prototypes is None else Course(field, prototypes, voices_at(
@@ -305,12 +299,12 @@ class Moment:
             field, made_of, parameters, *self.cell, known), 'relearnt')
 
 
-def _stamp_of(recording: Recording, at: float) -> float:
+def _stamp_of(episode: Episode, at: float) -> float:
     """Return the stamp of a moment that a person names."""
-    start, duration = recording.start, recording.duration
+    start, duration = episode.start, episode.duration
     if 0.0 <= at <= duration + 1e-6:
         return start + at
     if start <= at <= start + duration + 1e-6:
         return at
-    raise UserError(f'--at {at:g}: {recording.episode.name} lasts from 0 to {duration:.2f} s '
+    raise UserError(f'--at {at:g}: {episode.folder.name} lasts from 0 to {duration:.2f} s '
                     f'(stamps {start:.3f} to {start + duration:.3f} s)')

@@ -15,23 +15,21 @@ from typing import Any
 from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from episode_store.episode import OutsideDriveError
+from episode_store.errors import OtherFrameError, OutsideDriveError
 from episode_store.external.drive import ExternalDrive, Reading
 from episode_store.external.span import Span
 from episode_store.external.take_over import check_drive, import_demonstration
 from episode_store.header import EpisodeHeader
+from episode_store.lock import changing
 from episode_store.making import NewBags
+from episode_store.relearn import check_workspaces
 from episode_store.rosbag2.bag_files import storage_files
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.metadata import NAME
-from episode_store.task_folder import (
-    changing, episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder)
-from episode_store.task_names import check_is_meant
-from episode_store.workspace import common_header
+from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
 from experience_cli.arguments import READING, TOPICS, WORKSPACE
 from experience_cli.bag_argument import episodes_from_paths, find_readable_bag, is_external
 from experience_cli.errors import UserError
-from msgs_bridge.messages.frame_hints import other_frame
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.local_grid_from_scan import Body
 
@@ -105,12 +103,9 @@ def remedy_named() -> Iterator[None]:
         yield
     except OutsideDriveError as error:
         raise BagError(f'{error}{_options_that_fit(error.fitting)}') from None
-    except BagError as error:
-        frame = other_frame(str(error))
-        if not frame:
-            raise
-        raise BagError(
-            f'{error}; if that is the right one, learn it with --frame {frame}') from None
+    except OtherFrameError as error:
+        raise BagError(f'{error}; if that is the right one, learn it with --frame '
+                       f'{error.frame}') from None
 
 
 def _options_that_fit(grid: Grid | None) -> str:
@@ -134,8 +129,8 @@ def demo_header(arguments: argparse.Namespace, task: TaskFolder | None) -> Episo
         Whose next demonstration it becomes.
 
     """
-    of_task = None if task is None else common_header(task.episodes())
-    found = of_task if arguments.like is None else common_header(
+    of_task = None if task is None else _common_header(task.episodes())
+    found = of_task if arguments.like is None else _common_header(
         episodes_from_paths([arguments.like]))
     if found is None:
         # A field that it is to be compared with.
@@ -153,6 +148,11 @@ def demo_header(arguments: argparse.Namespace, task: TaskFolder | None) -> Episo
         of_task.check_grid(found.grid, task.path)
     return EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters,
                          speed_max=arguments.max_speed or found.speed_max)
+
+
+def _common_header(folders: list[EpisodeFolder]) -> EpisodeHeader | None:
+    """Return the header of the last of some bags of one workspace; None if none holds anything."""
+    return next(reversed(check_workspaces(folders)), None)
 
 
 def _is_described(arguments: argparse.Namespace) -> bool:
@@ -202,7 +202,7 @@ def import_all(arguments: argparse.Namespace) -> list[tuple[ExternalDrive, Episo
 def _check_is_meant(task: TaskFolder, into: Path) -> None:
     """Refuse a new task whose name is nearly that of an old one beside it."""
     try:
-        check_is_meant(task, f'--into {into.parent}/{{}}, or --new-task if a new one is meant')
+        task.check_is_meant(f'--into {into.parent}/{{}}, or --new-task if a new one is meant')
     except ValueError as error:
         raise UserError(f'--into {into}: {error}') from None
 

@@ -17,8 +17,8 @@ from control_field.learning.certificate import Certificate, certify
 from control_field.parameters import Parameters
 from control_field.records import CellFlag, ControlField, Prototypes
 from control_field.robot.policy import rules_of
-from episode_store.recording import Recording
-from episode_store.relearning import fold
+from episode_store.episode import Episode
+from episode_store.relearn import relearn
 from episode_store.task_folder import EpisodeFolder
 from experience_cli.bag_argument import find_whole_bag, named_path, task_folder
 from experience_cli.bag_summary import grid_text
@@ -109,11 +109,11 @@ def side_from(text: str, bags: Path | None) -> Side:
     task = task_folder(path)
     if task is not None:
         return side_from_bags(text, task.episodes())
-    recording = Recording(find_whole_bag(text, bags))
-    field, prototypes = recording.field(), recording.prototypes()
+    episode = Episode(find_whole_bag(text, bags))
+    field, prototypes = episode.field(), episode.prototypes()
     if field is None or prototypes is None:
         raise UserError(f'{text} holds no field: none was in force when it was recorded')
-    return Side(recording.episode.name, field, prototypes, recording.header.parameters)
+    return Side(episode.folder.name, field, prototypes, episode.header.parameters)
 
 
 def side_from_bags(text: str, episodes: Sequence[EpisodeFolder]) -> Side:
@@ -134,7 +134,7 @@ def side_from_bags(text: str, episodes: Sequence[EpisodeFolder]) -> Side:
         If one cannot be read.
 
     """
-    relearner, _ = fold(episodes)
+    relearner, _ = relearn(episodes)
     if relearner is None or relearner.refresh is None:
         raise UserError(f'{text} holds no demonstration: there is no field to compare')
     return Side(text, relearner.refresh.field, relearner.refresh.prototypes, relearner.parameters)

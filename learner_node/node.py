@@ -17,11 +17,11 @@ from rclpy.task import Future
 from std_msgs.msg import Empty
 
 from control_field.parameters import Parameters
+from episode_store.episode import Episode
 from episode_store.gaps import BagGaps, note_gaps
 from episode_store.relearn import LearntBag
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
-from episode_store.task_names import check_is_meant
 from learner_node import effects as to
 from learner_node.field_in_force import FieldInForce
 from learner_node.hearing import Hearing
@@ -90,7 +90,7 @@ class LearnerNode(Node):
         grid = self._settings.grid
         starts = start_poses_from_list(poses, grid)
         if not self._settings.new_task:
-            check_is_meant(task)
+            task.check_is_meant()
         task.hold()
         self._task_memory = TaskMemory(task, grid, parameters, starts, self._settings.fresh)
         self._task_memory.speed_max = self._settings.speed_max
@@ -262,7 +262,7 @@ class LearnerNode(Node):
 
     def note_gaps(self, episode: EpisodeFolder) -> None:
         """Note what is missing in a bag that is not learnt from."""
-        self._worker.do(partial(note_gaps, episode.path), self._on_noted)
+        self._worker.do(lambda: note_gaps(Episode(episode)), self._on_noted)
 
     def change_trials(self, change: Callable[[float], to.Effects], now: float) -> to.Effects:
         """Begin or stop trials; those from chosen starts drive on a field of their own."""
@@ -309,7 +309,7 @@ class LearnerNode(Node):
             return
         self._learnt()
         sentence = sentence_from_learnt_bag(self._learnt_bag)
-        is_demo = self._learnt_bag.episode.kind is EpisodeKind.DEMO
+        is_demo = self._learnt_bag.folder.kind is EpisodeKind.DEMO
         is_learnt = self._learnt_bag.refresh is not None
         if is_demo and is_learnt:
             sentence += f' {NEXT}'

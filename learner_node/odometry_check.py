@@ -8,7 +8,7 @@ from nav_msgs.msg import Odometry
 from control_field.drives.breaks import place_text
 from control_field.drives.workspace import EDGE
 from control_field.grid import Grid
-from msgs_bridge.messages.frame_hints import with_remedy
+from msgs_bridge.messages.frame_hints import remedy_for_frame
 from msgs_bridge.messages.poses import check_frame, Pose, pose_from_odometry
 from msgs_bridge.messages.serialized import message_from_cdr
 
@@ -51,12 +51,14 @@ class OdometryCheck:
             If it is no pose in the frame of the workspace.
 
         """
-        self._read_at = now
+        self._read_at, frame = now, ''
         try:
             pose = pose_from_odometry(message_from_cdr(cdr, Odometry))
-            check_frame(pose.frame_id, self._grid.frame_id, 'odom')
+            frame = pose.frame_id
+            check_frame(frame, self._grid.frame_id, 'odom')
         except (ValueError, RuntimeError) as error:
-            self.problem = f'odometry arrives but does not count: {with_remedy(str(error))}'
+            self.problem = (f'odometry arrives but does not count: {error}'
+                            f'{remedy_for_frame(frame)}')
             raise
         self.problem = self._outside(pose.x, pose.y)
         return pose

@@ -9,8 +9,8 @@ from control_field.learning.learner import Refresh
 from control_field.parameters import Parameters
 from control_field.records import Trial
 from control_field.words import counted, how_it_ended, sentences
-from episode_store.episode import Episode
-from episode_store.relearn import LearntBag, NOTHING
+from episode_store.episode import Content
+from episode_store.relearn import LearntBag
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from learner_node.phases import Phase
 from learner_node.session import Session
@@ -62,7 +62,7 @@ def diagnostic_from_session(
     values: dict[str, Any] = {
         'task': state.settings.task, 'phase': state.phase,
         'trials_left': session.series.n_left, 'revision': state.revision,
-        'episode': learnt_bag.episode.number if learnt_bag else 0,
+        'episode': learnt_bag.folder.number if learnt_bag else 0,
         'doing': state.describe(), 'heard': ' '.join(sorted(heard)), **places,
         **(certificate_values(refresh) if refresh else {})}
     return DiagnosticStatus(
@@ -98,47 +98,49 @@ def sentence_from_learnt_bag(learnt_bag: LearntBag, name: str = '') -> str:
 
     """
     name = name or name_from_learnt_bag(learnt_bag)
-    refresh, read = learnt_bag.refresh, learnt_bag.read
-    if refresh is None or read is None:
-        why = learnt_bag.note
-        if learnt_bag.episode.kind is EpisodeKind.DEMO:
-            return f'{name} is not learnt: {why.removeprefix(NOTHING)}'
-        return f'{name}: {why}'
+    refresh, content = learnt_bag.refresh, learnt_bag.content
+    if refresh is None or content is None:
+        if learnt_bag.folder.kind is EpisodeKind.DEMO:
+            why = '; '.join(filter(None, [learnt_bag.why_not, learnt_bag.missing]))
+            return f'{name} is not learnt: {why}'
+        return f'{name}: {learnt_bag.note}'
     said = [learnt_bag.moved,
-            *(read.report.sentences() if read.report is not None else ()), *read.notes,
+            *(content.report.sentences() if content.report is not None else ()),
+            *content.notes,
             learnt_bag.missing, refresh.certificate.sentence()]
     if not refresh.pushed:
         said.append(f'The robot keeps its old courses: {refresh.reason}')
-    return sentences([f'{name} {_what_was_done(read)}',
+    return sentences([f'{name} {_what_was_done(content)}',
                       *(part[:1].upper() + part[1:] for part in said)])
 
 
 def name_from_learnt_bag(learnt_bag: LearntBag) -> str:
     """Name an episode: a drive, or a trial by the controller's number and by its bag's."""
-    if learnt_bag.episode.kind is EpisodeKind.DEMO:
-        return f'Drive {learnt_bag.episode.number:04d}'
-    trial, bag = trial_number(learnt_bag), learnt_bag.episode.name
+    if learnt_bag.folder.kind is EpisodeKind.DEMO:
+        return f'Drive {learnt_bag.folder.number:04d}'
+    trial, bag = trial_number(learnt_bag), learnt_bag.folder.name
     return f'Trial {trial} ({bag})' if trial else f'Trial {bag}'
 
 
 def trial_number(learnt_bag: LearntBag) -> int:
     """Return the number by which the controller counts a trial; 0 where that is not known."""
-    status = learnt_bag.read.status if learnt_bag.read is not None else None
-    return status.trial if status is not None else 0
+    status = None if learnt_bag.content is None else learnt_bag.content.status
+    return 0 if status is None else status.trial
 
 
-def _what_was_done(read: Episode) -> str:
-    if isinstance(read.record, Trial):
-        return how_it_ended(read.record.outcome, read.record.n_steps)
-    steps = read.report.n_steps if read.report is not None else len(read.record.cells) - 1
+def _what_was_done(content: Content) -> str:
+    record, report = content.record, content.report
+    if isinstance(record, Trial):
+        return how_it_ended(record.outcome, record.n_steps)
+    steps = report.n_steps if report is not None else len(record.cells) - 1
     return f'kept: {counted(steps, "step")}'
 
 
 def numbers_from_learnt_bag(learnt_bag: LearntBag) -> str:
     """Return what an episode taught in numbers, for who wants to know more."""
-    if learnt_bag.refresh is None or learnt_bag.read is None:
+    if learnt_bag.refresh is None or learnt_bag.content is None:
         return ''
-    report = learnt_bag.read.report
+    report = learnt_bag.content.report
     return '; '.join([*([report.numbers()] if report is not None else []),
                       f'{counted(learnt_bag.refresh.reinforcements, "reinforcement")} learnt',
                       learnt_bag.refresh.certificate.numbers()])

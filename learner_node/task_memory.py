@@ -11,10 +11,9 @@ from control_field.parameters import Parameters
 from control_field.poses import StartPose
 from control_field.records import ControlField
 from control_field.words import counted, sentences
-from episode_store.episode import read_header
+from episode_store.episode import Episode
 from episode_store.gaps import note_gaps
 from episode_store.header import EpisodeHeader
-from episode_store.judgement import judge_bag
 from episode_store.relearn import goal_moved, LearntBag, Relearner
 from episode_store.repair import repair_task
 from episode_store.rosbag2.errors import BagError, error_line
@@ -115,14 +114,14 @@ class TaskMemory:
         lines += self._mend()
         self._compare()
         fold = Relearner(self.grid, self.relearner.parameters)
-        learnt_bags = [fold.learn(episode) for episode in self.task.episodes()]
+        learnt_bags = [fold.learn(Episode(folder)) for folder in self.task.episodes()]
         # Only now: until all of them are learnt from, and if that fails, the field stays.
         self.relearner, self._n_asked = fold, 0
         self._name_memory()
-        lines += [f'{learnt_bag.episode.name}: {learnt_bag.note}'
+        lines += [f'{learnt_bag.folder.name}: {learnt_bag.note}'
                   for learnt_bag in learnt_bags if learnt_bag.refresh is None]
         if learnt_bags:
-            kinds = [learnt_bag.episode.kind
+            kinds = [learnt_bag.folder.kind
                      for learnt_bag in learnt_bags if learnt_bag.refresh is not None]
             n_demos = kinds.count(EpisodeKind.DEMO)
             lines.append(f'{self.task.path}: relearnt from {counted(n_demos, "demonstration")} '
@@ -147,7 +146,7 @@ class TaskMemory:
         self._has_compared = True
         for episode in reversed(self.task.episodes()):
             try:
-                theirs = asdict(read_header(episode.path).parameters)
+                theirs = asdict(Episode(episode).header.parameters)
             except BagError:  # said where it is learnt from
                 continue
             ours = asdict(self.relearner.parameters)
@@ -158,14 +157,14 @@ class TaskMemory:
                                    f'are learnt anew with those set now: {", ".join(changes)}')
             return
 
-    def learn(self, episode: EpisodeFolder) -> LearntBag:
+    def learn(self, folder: EpisodeFolder) -> LearntBag:
         """Learn from a bag that was just recorded (`Relearner.learn`); note what is missing."""
         self._n_asked = 0
-        gaps = note_gaps(episode.path)
+        episode = Episode(folder)
+        gaps = note_gaps(episode)
         learnt_bag = self.relearner.learn(episode)
         self._name_memory()
-        return replace(learnt_bag, note='; '.join(filter(None, [learnt_bag.note, str(gaps)])),
-                       missing=str(gaps))
+        return replace(learnt_bag, missing=str(gaps))
 
     def _name_memory(self) -> None:
         refresh = self.refresh
@@ -220,7 +219,7 @@ class TaskMemory:
 
         """
         last = self._last()
-        judge_bag(last.path, label)
+        Episode(last).judge(label)
         return self._relearn_after(f'{last.name} is labelled {label}')
 
     def _relearn_after(self, change: str) -> str:

@@ -15,6 +15,7 @@ from rclpy.serialization import serialize_message
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.records import CellFlag, ControlField, DECISION_DTYPE, Outcome, Prototypes
+from episode_store.episode import Content, Episode
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.rosbag2.writer import BagWriter
@@ -160,6 +161,11 @@ def demonstration_bag(root: Path, n: int = 200, rate: float = 20.0) -> Path:
         bag.write('/trial', STATUS, raw_status(State.ENDED, 0, Outcome.GOAL),
                   nanoseconds(n / rate))
     return bag.folder
+
+
+def content_of(folder: Path) -> Content:
+    """Return what the bag in a folder teaches."""
+    return Episode.at(folder).content
 
 
 #: Cells of a drive that ends where it began.

@@ -8,9 +8,16 @@ from rosbags.rosbag2 import CompressionFormat, StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
 
 from bridge_helpers import nanoseconds, ODOMETRY, raw_odometry
+from episode_store.external.drive import open_drive, Reading
+from episode_store.external.take_over import learnt_from
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 EXTERNAL = {'odom': '/wheel/odometry', 'cmd_vel': '/cmd_vel'}
+
+
+def external_demonstration(path, grid, topics=None, number=0):
+    """Return what a bag of others teaches alone, what was dropped of it, and notes."""
+    return learnt_from(open_drive(path, grid, Reading(names=topics or {})), grid, number)
 
 
 @cache

@@ -7,7 +7,7 @@ from typing import Any
 
 from control_field.learning.learner import Refresh
 from episode_store.making import start_bag
-from episode_store.relearning import relearnt
+from episode_store.relearn import relearnt
 from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import episode_from_path, EpisodeFolder, TaskFolder
 from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes

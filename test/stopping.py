@@ -15,8 +15,10 @@ import shutil
 import signal
 import sys
 
+from episode_store.episode import Episode
+from episode_store.lock import changing
 from episode_store.rosbag2 import writer as bag_file
-from episode_store.task_folder import changing, TaskFolder
+from episode_store.task_folder import TaskFolder
 from experience_cli.bag_summary import summary_of
 from experience_cli.commands import (  # noqa: F401 - so that no child has to load them
     forget, label, learn, repair, trim)
@@ -33,7 +35,7 @@ def state_of(root: Path) -> dict[str, str]:
     for task in sorted(path.name for path in root.iterdir() if path.name[0] != '.'):
         folder = TaskFolder(root, task)
         for episode in [*folder.episodes(), *folder.forgotten()]:
-            about = summary_of(episode)
+            about = summary_of(Episode(episode))
             found[str(episode.path.relative_to(root))] = (
                 f'{about.state} {about.messages} {about.duration} {about.cells} {about.label}')
     return found

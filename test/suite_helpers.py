@@ -7,7 +7,7 @@ from pathlib import Path
 from sensor_msgs.msg import PointCloud2
 
 from control_field.grid import Grid
-from episode_store.episode import read_header
+from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.task_folder import TaskFolder
 from experience_cli.demo.client_node import DemoNode
@@ -118,8 +118,8 @@ def running_suite(folder: Path, domain: int, **learner) -> Iterator[Suite]:
 
 def relearnt(task):
     """Return what the bags of a task teach when they are read anew, in order."""
-    header = read_header(task.episodes()[0].path)
+    header = Episode.at(task.episodes()[0].path).header
     relearner = Relearner(header.grid, header.parameters)
     for episode in task.episodes():
-        relearner.learn(episode)
+        relearner.learn(Episode(episode))
     return relearner

@@ -15,7 +15,7 @@ import tempfile
 from typing import Final
 
 from control_field.grid import Grid
-from episode_store.relearning import relearnt
+from episode_store.relearn import relearnt
 from episode_store.task_folder import TaskFolder, tasks
 from experience_cli.demo.client_node import DemoNode
 from experience_cli.demo.path_follower import Driver, points_from_cells

@@ -134,13 +134,13 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
 
     """
     bag, reading = open_bag(path), reading or Reading()
-    roles = _Roles(bag, grid, reading)
     made: dict[str, RawMessages] = {}
     try:
+        roles = _Roles(bag, grid, reading)
         poses = roles.find_poses(made)
         times = roles.span_of(poses, is_made=bool(made))
     except BagError as error:
-        raise BagError(f'{path}: {str(error).removeprefix(f"{bag.path}: ")}') from None
+        raise BagError('; '.join([f'{path}: {error}', *notes_on(bag)])) from None
     if roles.wants_scan:
         roles.make_local_grid(made, poses)
     topics = {role: topic for role, topic in roles.topics.items() if role != 'scan'}
@@ -222,7 +222,7 @@ class _Roles:
         topic, frame_id = self.topics['odom'], self.grid.frame_id
         if self.bag.topics[topic] == TF_TYPE:
             if not self._tf:
-                raise BagError(f'{self.bag.path}: {self._no_frames}, name one with --odom-topic')
+                raise BagError(f'{self._no_frames}, name one with --odom-topic')
             found, notes = poses_from_frames(
                 self.tree, self.reading.base_frame, frame_id, topic)
             if n := self.tree.n_refused:

@@ -1,18 +1,21 @@
 """Drives that other recorders recorded, taken over as demonstrations of a task."""
 
 from collections.abc import Mapping
-import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from control_field.drives.plausibility import SPEED_MAX
+from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
-from episode_store.drives import Drive
-from episode_store.episode import demonstration_of_bag
+from episode_store.drives import Drive, NoPoseError, read_drive, remedy_for_external
+from episode_store.errors import OtherFrameError, OutsideDriveError
 from episode_store.external.drive import ExternalDrive, open_drive, Reading
 from episode_store.header import EpisodeHeader
 from episode_store.making import NewBags
+from episode_store.rosbag2.any_reader import InLogOrder
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import Bag
 from episode_store.rosbag2.writer import BagWriter
 
@@ -21,24 +24,47 @@ def learnt_from(
     drive: ExternalDrive, grid: Grid, number: int = 0, speed_max: float = SPEED_MAX,
 ) -> Drive:
     """
-    Return what a external drive teaches in a workspace, what of it was dropped, and notes.
+    Return what an external drive teaches in a workspace, what of it was dropped, and notes.
+
+    Parameters
+    ----------
+    drive : ExternalDrive
+    grid : Grid
+    number : int
+        Number of the episode it becomes.
+    speed_max : float, [m/s]
+        A robot that drives faster is none.
 
     Raises
     ------
+    OutsideDriveError
+        If it leaves the workspace.
+    OtherFrameError
+        If its poses are in another frame.
     BagError
-        If nothing is left to learn.
+        If it cannot be read, no robot can have driven so, or nothing is left to learn.
 
     """
-    return demonstration_of_bag(
-        drive.bag, drive.path, drive.topics, grid, number, drive.notes, speed_max,
-        drive.begins)
+    try:
+        record, report, notes = read_drive(
+            InLogOrder(drive.bag), drive.topics, grid, number, speed_max)
+        return record, report, (*notes, *drive.notes)
+    except ValueError as error:
+        where = '' if isinstance(error, BagError) else f'{drive.path}: '
+        said = '; '.join([f'{where}{error}{remedy_for_external(error, drive.begins)}',
+                          *drive.notes])
+        if isinstance(error, OutsideWorkspaceError):
+            raise OutsideDriveError(said, error.fitting) from None
+        if isinstance(error, NoPoseError) and error.frame:
+            raise OtherFrameError(said, error.frame) from None
+        raise BagError(said) from None
 
 
 def check_drive(
     path: Path | str, grid: Grid, reading: Reading, speed_max: float = SPEED_MAX,
 ) -> ExternalDrive:
     """
-    Make sure that a external bag teaches something in a workspace.
+    Make sure that an external bag teaches something in a workspace.
 
     Parameters
     ----------
@@ -63,14 +89,14 @@ def check_drive(
 
 def import_demonstration(drive: ExternalDrive, bags: NewBags, header: EpisodeHeader) -> None:
     """
-    Write what matters of a external bag into the next bag of a task.
+    Write what matters of an external bag into the next bag of a task.
 
     What was recorded keeps its bytes; what was made of it (poses from `/tf`, local grid from
     scans) is written as it was made, so that the field stays a function of this bag.
 
     Parameters
     ----------
-    drive : ForeignDrive
+    drive : ExternalDrive
         Was checked in the header's workspace.
     bags : NewBags
         Those in the making; it is one of the task once they are kept.
@@ -83,12 +109,10 @@ def import_demonstration(drive: ExternalDrive, bags: NewBags, header: EpisodeHea
         If it cannot be read any more, or not be written.
 
     """
-    values = EpisodeHeader(
-        header.kind, header.task, header.grid, header.parameters, drive.topics,
-        header.speed_max).to_mapping()
-    _copy(drive.bag, drive.topics,
-          bags.begin(header.kind, {**values, 'imported_from': drive.path.name,
-                                   'imported_notes': json.dumps(drive.notes)}))
+    values = replace(
+        header, topics=drive.topics, memory='', imported_from=drive.path.name,
+        imported_notes=drive.notes).to_mapping()
+    _copy(drive.bag, drive.topics, bags.begin(header.kind, values))
 
 
 def _copy(bag: Bag, topics: Mapping[str, str], writer: BagWriter) -> None:

@@ -50,10 +50,10 @@ def roles_of_topics(
         if len(picked) == 1:
             found[role] = picked[0]
         elif role == 'odom' and fitting:
-            raise BagError(f'{bag.path}: which topic is odom? Name one of {_choices(bag, role)} '
+            raise BagError(f'which topic is odom? Name one of {_choices(bag, role)} '
                            f'with --odom-topic')
         elif role == 'odom':
-            raise BagError(f'{bag.path}: no topic is odom, there are {_choices(bag, role)}')
+            raise BagError(f'no topic is odom, there are {_choices(bag, role)}')
     return found
 
 
@@ -81,13 +81,13 @@ def _likely(bag: Bag, topics: list[str]) -> list[str]:
 def _named(bag: Bag, role: str, name: str) -> str:
     topic = name if name in bag.topics else f'/{name.lstrip("/")}'
     if topic not in bag.topics:
-        raise BagError(f'{bag.path} has no topic {name} ({role}), there are '
+        raise BagError(f'it has no topic {name} ({role}), there are '
                        f'{_choices(bag, role)}')
     if not bag.counts[topic]:
-        raise BagError(f'{bag.path}: there is no message on {topic} ({role}), there are '
+        raise BagError(f'there is no message on {topic} ({role}), there are '
                        f'{_choices(bag, role)}')
     if bag.topics[topic] not in ROLES[role]:
-        raise BagError(f'{bag.path}: {topic} is {bag.topics[topic]}, {role} must be '
+        raise BagError(f'{topic} is {bag.topics[topic]}, {role} must be '
                        f'{" or ".join(ROLES[role])}; there are {_choices(bag, role)}')
     return topic
 

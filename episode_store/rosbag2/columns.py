@@ -36,6 +36,8 @@ class Columns:
         With the texts that go with the rows.
     refusal : str
         Why the first refused message was refused; empty if none was.
+    other_frame : str
+        The frame that it is in, if that is why.
 
     """
 
@@ -43,6 +45,7 @@ class Columns:
     layout: npt.NDArray[np.int32]
     layouts: list[Layout] = field(default_factory=list)
     refusal: str = ''
+    other_frame: str = ''
 
     @property
     def accepted(self) -> npt.NDArray[np.bool_]:

@@ -25,7 +25,3 @@ def error_line(action: str, path: Path, error: OSError) -> str:
         path = Path(error.filename)
         return f'cannot {action} {path}: {error.strerror}'
     return f'cannot {action} {path}: {(error.strerror or str(error)).lower()}'
-
-
-class NothingToLearnError(BagError):
-    """The bag is readable, but there is nothing in it to learn from."""

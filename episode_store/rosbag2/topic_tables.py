@@ -45,6 +45,8 @@ class PoseTable:
         long, [s].
     motion : Motion or None
         What else they say of how the robot moved.
+    other_frame : str
+        The frame of the first that was left out, if that is why.
 
     """
 
@@ -55,6 +57,7 @@ class PoseTable:
     before: tuple[int, float] = (0, 0.0)
     after: tuple[int, float] = (0, 0.0)
     motion: Motion | None = None
+    other_frame: str = ''
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +113,7 @@ def pose_table(messages: RawMessages, frame_id: str) -> PoseTable:
     kept = columns.accepted
     return PoseTable(_seconds(values)[kept], np.stack([values['x'], values['y']], axis=1)[kept],
                      int((~kept).sum()), columns.refusal, *_at_the_ends(messages, kept),
-                     _motion(values, is_odometry).at(kept))
+                     _motion(values, is_odometry).at(kept), columns.other_frame)
 
 
 def _motion(values: dict[str, npt.NDArray[Any]], is_odometry: bool) -> Motion:
@@ -274,6 +277,7 @@ def _checked(messages: RawMessages, names: dict[str, int], frame_id: str) -> Col
     columns = read_columns(messages, names)
     for number, frame in enumerate(columns.texts('frame_id')):
         if frame.lstrip('/') != frame_id.lstrip('/'):
+            columns.other_frame = columns.other_frame or ('' if columns.refusal else frame[:80])
             _refuse(columns, columns.layout == number,
                     f'{messages.topic}: frame is {frame[:80]!r}, must be {frame_id!r}')
     values = columns.values

@@ -12,7 +12,7 @@ from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.records import Demonstration
-from episode_store.episode import OutsideDriveError
+from episode_store.errors import OutsideDriveError
 from episode_store.external.drive import open_drive
 from episode_store.external.take_over import learnt_from
 from experience_cli.arguments import READING

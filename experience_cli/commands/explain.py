@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Mapping
 import json
 import math
-import sys
 from typing import Any, Final
 
 from control_field.headings import heading_from_vector
@@ -12,12 +11,11 @@ from control_field.learning.provenance import vector_at, Voices
 from control_field.records import Kind
 from control_field.robot.limits import Limits
 from control_field_node.settings import Settings
-from episode_store.gaps import BagGaps, gaps_in
-from episode_store.recording import COMPASS, compass, DIRECTIONS, Recording
+from episode_store.episode import Episode
 from episode_store.sources import Sources
-from episode_store.task_folder import TaskFolder
 from experience_cli.arguments import LIMITS
-from experience_cli.bag_summary import say_cut
+from experience_cli.bag_summary import say_cut, say_gaps
+from experience_cli.compass import COMPASS, compass, DIRECTIONS
 from experience_cli.errors import UserError
 from experience_cli.explanation import Course, Moment
 from experience_cli.external_bags import bag_of
@@ -45,27 +43,24 @@ def run(arguments: argparse.Namespace) -> int:
     if not math.isfinite(arguments.at):
         raise UserError(f'--at {arguments.at}: must be a number of seconds')
     limits = _limits(arguments)
-    with bag_of(arguments) as episode:
-        recording = Recording(episode)
-        gaps = _gaps(recording, arguments.at)
-        about = about_moment(Moment(recording, arguments.at, limits))
+    with bag_of(arguments) as folder:
+        episode = Episode(folder)
+        _check_recorded(episode, arguments.at)
+        about = about_moment(Moment(episode, arguments.at, limits))
         say_cut('explain', episode)
-        if gaps:
-            print(f'experience explain: {episode.name}: {gaps}', file=sys.stderr)
+        say_gaps('explain', episode)
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 1 if about['course'] and not about['course']['adds_up'] else 0
 
 
-def _gaps(recording: Recording, at: float) -> BagGaps:
-    """Return what is missing in a bag; UserError if that is just what is asked for."""
-    gaps = gaps_in(recording.episode.path)
+def _check_recorded(episode: Episode, at: float) -> None:
+    """Refuse a moment at which nothing was recorded."""
     # What lies past the end of the drive may be a stamp.
-    second = at if at <= recording.duration + 1e-6 else at - recording.start
-    hole = gaps.hole_at(second)
+    second = at if at <= episode.duration + 1e-6 else at - episode.start
+    hole = episode.gaps.hole_at(second)
     if hole is not None:
-        raise UserError(f'{recording.episode.name} at {second:.2f} s: there is nothing to '
+        raise UserError(f'{episode.folder.name} at {second:.2f} s: there is nothing to '
                         f'explain, the recording is incomplete: {hole}')
-    return gaps
 
 
 def _limits(arguments: argparse.Namespace) -> Limits:
@@ -89,7 +84,7 @@ def about_moment(moment: Moment) -> dict[str, Any]:
     """
     status = moment.status
     return {
-        'bag': moment.recording.episode.name, 'kind': str(moment.recording.episode.kind),
+        'bag': moment.episode.folder.name, 'kind': str(moment.episode.folder.kind),
         'at': round(moment.seconds, 6), 'stamp': moment.stamp, 'pose': list(moment.pose),
         'robot_cell': list(moment.robot_cell), 'cell': list(moment.cell),
         'place': list(moment.header.grid.world_from_cell(*moment.cell)),
@@ -118,7 +113,7 @@ def _finite(velocity: tuple[float, float] | None) -> list[float | None] | None:
 def _row(row: Any, moment: Moment) -> dict[str, Any]:
     return {
         'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
-        'reward': int(row['reward']), 'at': round(float(row['stamp']) - moment.recording.start, 6),
+        'reward': int(row['reward']), 'at': round(float(row['stamp']) - moment.episode.start, 6),
         'cell': [int(row['row']), int(row['col'])],
         'place': list(moment.header.grid.world_from_cell(int(row['row']), int(row['col']))),
         'next_cell': [int(row['next_row']), int(row['next_col'])],
@@ -148,8 +143,7 @@ def _course(moment: Moment) -> dict[str, Any] | None:
 
 
 def _voices(moment: Moment, course: Course, voices: Voices) -> list[dict[str, Any]]:
-    folder = moment.recording.episode.path.parent
-    sources = Sources(TaskFolder(folder.parent, folder.name))
+    sources = Sources(moment.episode.folder.task)
     table, found = course.prototypes, []
     for i, distance, weight, share in zip(
             voices.indices.tolist(), voices.distances.tolist(), voices.weights.tolist(),

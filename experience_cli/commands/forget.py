@@ -3,8 +3,9 @@
 import argparse
 from pathlib import Path
 
-from episode_store.relearning import relearnt_sentence
-from episode_store.task_folder import changing, TaskFolder
+from episode_store.lock import changing
+from episode_store.relearn import relearnt_sentence
+from episode_store.task_folder import TaskFolder
 from episode_store.undo import bring_back, names_of, take_away
 from experience_cli.arguments import BAGS
 from experience_cli.bag_argument import find_whole_bag, named, task_folder, task_of

@@ -5,10 +5,11 @@ from functools import partial
 from pathlib import Path
 
 from control_field.drives.breaks import place_text
-from episode_store.relearning import fold
+from episode_store.episode import Episode
+from episode_store.relearn import relearn
 from episode_store.task_folder import EpisodeFolder
 from experience_cli.bag_argument import episodes_from_paths, episodes_up_to, named_path
-from experience_cli.bag_summary import say_cuts, say_gaps
+from experience_cli.bag_summary import say_cut, say_gaps
 from experience_cli.errors import UserError
 from experience_cli.external_bags import borrowed, is_borrowed
 from experience_cli.figures.inspection_figure import inspection_figure
@@ -31,13 +32,13 @@ def run(arguments: argparse.Namespace) -> int:
 def _inspect(arguments: argparse.Namespace, last: EpisodeFolder, beside: Path) -> None:
     """Draw what the bags up to one have taught, and say it."""
     episodes = episodes_up_to(last)
-    relearner, each = fold(episodes)
-    say_cuts('inspect', episodes)
-    for episode in episodes:
+    relearner, each = relearn(episodes)
+    for episode in map(Episode, episodes):
+        say_cut('inspect', episode)
         say_gaps('inspect', episode)
     if relearner is None or relearner.refresh is None:
         raise UserError(f'{arguments.bag}: nothing was learnt up to there')
-    learnt_bag = [learnt_bag for learnt_bag in each if learnt_bag.read is not None][-1]
+    learnt_bag = [learnt_bag for learnt_bag in each if learnt_bag.content is not None][-1]
     out = arguments.out or beside
     write_output(out, partial(inspection_figure(learnt_bag, relearner).savefig, format='png'))
     certificate = relearner.refresh.certificate

@@ -14,18 +14,15 @@ from control_field.headings import UNIT
 from control_field.learning.learner import Learner, Refresh
 from control_field.records import ControlField
 from control_field.words import counted, sentences
-from episode_store.changes import changes_before
-from episode_store.episode import find_topic
+from episode_store.episode import Episode
+from episode_store.errors import NothingToLearnError
 from episode_store.external.drive import open_drive
 from episode_store.external.take_over import learnt_from
-from episode_store.relearn import goal_moved, LearntBag, Relearner
-from episode_store.relearning import last_header
+from episode_store.relearn import changes_before, goal_moved, LearntBag, odd_one_named, Relearner
 from episode_store.rosbag2.errors import BagError
-from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import EpisodeFolder
-from episode_store.workspace import odd_one_named
 from experience_cli.bag_argument import episodes_from_paths, is_external, named_path
-from experience_cli.bag_summary import say_cuts, say_gaps
+from experience_cli.bag_summary import say_cut, say_gaps
 from experience_cli.errors import UserError
 from experience_cli.external_bags import (
     check_one_cut, demo_header, guessed, import_all, reading_of, remedy_named, there,
@@ -103,20 +100,19 @@ def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
         episodes = episodes_from_paths(paths)
     except BagError as error:
         raise UserError(f'{error}; bags of other recorders are learnt with --odom-topic') from None
-    header = last_header(episodes)
-    if header is None:
+    relearner = Relearner.for_bags(episodes)
+    if relearner is None:
         raise UserError(f'nothing was learnt: {episodes[-1].path} holds nothing to learn from')
-    relearner = Relearner(header.grid, header.parameters)
     differing, n_compared, n_gaps = [], 0, 0
     with odd_one_named(episodes):
-        for episode in _with_progress(episodes):
-            if arguments.check and episode.bag.exists():
+        for episode in map(Episode, _with_progress(episodes)):
+            if arguments.check:
                 differs = recorded_differs(episode, relearner)
                 n_compared += differs is not None
                 if differs:
-                    differing.append(episode)
+                    differing.append(episode.folder)
             learnt_bag = relearner.learn(episode)
-            say_cuts('learn', [episode])
+            say_cut('learn', episode)
             n_gaps += say_gaps('learn', episode)
             if not arguments.quiet:
                 tqdm.write(text_from_learnt_bag(learnt_bag, arguments.verbose))
@@ -172,7 +168,7 @@ def _with_progress(episodes: list[EpisodeFolder]) -> Iterator[EpisodeFolder]:
 
 def text_from_learnt_bag(learnt_bag: LearntBag, verbose: bool = False) -> str:
     """Say what a bag taught, in numbers, too, where that is asked for."""
-    episode, number = learnt_bag.episode, trial_number(learnt_bag)
+    episode, number = learnt_bag.folder, trial_number(learnt_bag)
     name = f'{episode.name} {episode.kind}' + (f' {number}' if number else '')
     said = sentence_from_learnt_bag(learnt_bag, name)
     numbers = numbers_from_learnt_bag(learnt_bag) if verbose else ''
@@ -189,14 +185,16 @@ def digest(field: ControlField) -> str:
     return hashlib.sha256(field_bytes(field)).hexdigest()
 
 
-def recorded_differs(episode: EpisodeFolder, relearner: Relearner) -> bool | None:
+def recorded_differs(episode: Episode, relearner: Relearner) -> bool | None:
     """
     Return whether a bag begins with another field than the one its predecessors have taught.
 
     None for one that holds no field, such as a drive that others recorded.
     """
-    bag = BagReader(episode.bag)
-    recorded = bag.messages(find_topic(bag.topics, 'control_field', {}))
+    try:
+        recorded = episode.messages('control_field')
+    except NothingToLearnError:
+        return None
     if not len(recorded):
         return None
     if relearner.refresh is None:

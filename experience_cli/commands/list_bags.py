@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 import sys
 
+from episode_store.episode import Episode
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import episode_from_path, EpisodeFolder, task_folders
 from experience_cli.arguments import BAGS
@@ -22,8 +23,8 @@ _RIGHT = (4, 5, 6, 9)
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     problems: list[str] = []
-    episodes = episodes_in(named_path(arguments.folder), problems)
-    summaries = [summary_of(episode) for episode in episodes]
+    folders = episodes_in(named_path(arguments.folder), problems)
+    summaries = [summary_of(Episode(folder)) for folder in folders]
     if arguments.json:
         print(json.dumps([summary.to_json() for summary in summaries], indent=2))
     else:

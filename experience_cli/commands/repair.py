@@ -2,8 +2,8 @@
 
 import argparse
 
+from episode_store.lock import changing
 from episode_store.repair import repair_bag
-from episode_store.task_folder import changing
 from experience_cli.bag_argument import episodes_of_all, named_path
 
 

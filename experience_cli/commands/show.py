@@ -13,13 +13,11 @@ from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Kind, Trial
 from control_field.words import counted, how_it_ended
-from episode_store.episode import read_episode
-from episode_store.gaps import gaps_in
-from episode_store.recording import compass, DIRECTIONS, Recording
-from episode_store.rosbag2.errors import NothingToLearnError
-from episode_store.rosbag2.writer import HEADER_NAME
-from episode_store.task_folder import EpisodeFolder
+from episode_store.episode import Episode
+from episode_store.errors import NothingToLearnError
+from episode_store.header import EpisodeHeader
 from experience_cli.bag_summary import grid_text, say_cut, size_text, summary_of, time_text
+from experience_cli.compass import compass, DIRECTIONS
 from experience_cli.external_bags import bag_of, is_borrowed
 from experience_cli.terminal import table_lines
 
@@ -32,7 +30,8 @@ _DONE: Final[Mapping[str, str]] = {
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    with bag_of(arguments) as episode:
+    with bag_of(arguments) as folder:
+        episode = Episode(folder)
         about = about_bag(episode)
         say_cut('show', episode)
     if is_borrowed(arguments, Path(arguments.bag)):
@@ -41,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def about_bag(folder: EpisodeFolder) -> dict[str, Any]:
+def about_bag(episode: Episode) -> dict[str, Any]:
     """
     Return all there is to say of a bag, ready for JSON.
 
@@ -51,41 +50,34 @@ def about_bag(folder: EpisodeFolder) -> dict[str, Any]:
         If it cannot be read.
 
     """
-    recording = Recording(folder)
-    header, gaps = recording.header, gaps_in(folder.path)
+    header, gaps = episode.header, episode.gaps
     return {
-        **summary_of(folder).to_json(), 'start': recording.start,
+        **summary_of(episode).to_json(), 'start': episode.start,
         'holes': gaps.to_json(), 'before_the_drive': gaps.before_the_drive(),
         'grid': asdict(header.grid), 'parameters': asdict(header.parameters),
-        'imported': _imported(recording.reader.metadata),
-        'topics': [{'topic': topic, 'type': recording.reader.topics[topic], 'messages': n}
-                   for topic, n in recording.counts.items()],
-        **_content(folder, recording.start)}
+        'imported': _imported(header),
+        'topics': [{'topic': topic, 'type': episode.bag.topics[topic], 'messages': n}
+                   for topic, n in episode.bag.counts.items()],
+        **_content(episode)}
 
 
-def _imported(metadata: list[tuple[str, dict[str, str]]]) -> str:
+def _imported(header: EpisodeHeader) -> str:
     """Say from which bag of another recorder a bag was taken over, and what was made of it."""
-    values = next((values for name, values in metadata if name == HEADER_NAME), {})
-    if 'imported_from' not in values:
+    if not header.imported_from:
         return ''
-    try:
-        notes = json.loads(values.get('imported_notes', '[]'))
-    except (ValueError, RecursionError):
-        notes = []
-    said = [note for note in notes if isinstance(note, str)] if isinstance(notes, list) else []
-    return '; '.join([f'from {values["imported_from"]}', *said])
+    return '; '.join([f'from {header.imported_from}', *header.imported_notes])
 
 
-def _content(folder: EpisodeFolder, start: float) -> dict[str, Any]:
+def _content(episode: Episode) -> dict[str, Any]:
     try:
-        episode = read_episode(folder.path)
+        content = episode.content
     except NothingToLearnError:
         return {}
     grid = episode.header.grid
-    if isinstance(episode.record, Demonstration):
-        assert episode.report is not None  # every demonstration has one
-        return {'demonstration': _demonstration(episode.record, episode.report, grid)}
-    return {'decisions': _decisions(episode.record, start, grid)}
+    if isinstance(content.record, Demonstration):
+        assert content.report is not None  # every demonstration has one
+        return {'demonstration': _demonstration(content.record, content.report, grid)}
+    return {'decisions': _decisions(content.record, episode.start, grid)}
 
 
 def _demonstration(

@@ -7,13 +7,13 @@ import numpy as np
 
 from control_field.records import Demonstration
 from control_field.words import counted, sentences
-from episode_store.episode import read_episode
+from episode_store.episode import Episode
+from episode_store.errors import NothingToLearnError
 from episode_store.gaps import note_gaps
-from episode_store.lock import TRIM
-from episode_store.recording import Recording
-from episode_store.relearning import relearnt_sentence
-from episode_store.rosbag2.errors import BagError, error_line, NothingToLearnError
-from episode_store.task_folder import changing, EpisodeFolder, EpisodeKind, TaskFolder
+from episode_store.lock import changing, TRIM
+from episode_store.relearn import relearnt_sentence
+from episode_store.rosbag2.errors import BagError, error_line
+from episode_store.task_folder import EpisodeFolder, EpisodeKind
 from episode_store.trim import cut_copy, drop_draft, replace_recording, restore
 from experience_cli.bag_argument import find_whole_bag, named
 from experience_cli.errors import UserError
@@ -28,16 +28,15 @@ def run(arguments: argparse.Namespace) -> int:
     if episode.kind is not EpisodeKind.DEMO:
         raise UserError(f'{episode.name} is a trial: only a demonstration can be cut (`experience '
                         f'forget` un-teaches a trial)')
-    task = TaskFolder(episode.path.parent.parent, episode.path.parent.name)
-    with changing(task.path):
+    with changing(episode.task_path):
         if arguments.undo:
             print(_restored(episode))
         else:
             print(f'{trim(episode, arguments.first, arguments.last)} The whole recording is kept '
                   f'beside it; `experience trim --undo {named(arguments.bag, arguments.bags)}` '
                   f'puts it back.')
-        note_gaps(episode.path)
-        print(relearnt_sentence(task))
+        note_gaps(Episode(episode))
+        print(relearnt_sentence(episode.task))
     return 0
 
 
@@ -70,18 +69,18 @@ def trim(episode: EpisodeFolder, first: float | None, last: float | None) -> str
     try:
         _make(draft)
         summary = cut_copy(episode, draft, *span)
-        left = read_episode(draft)
+        cut = Episode.at(draft)
+        left = cut.content
         replace_recording(episode, draft / episode.bag.name, summary)
     except NothingToLearnError as error:
-        why = str(error).replace(f'{draft}: ', '')
-        raise UserError(f'{episode.name} is left as it was, so cut it teaches nothing: {why}'
-                        ) from None
+        raise UserError(f'{episode.name} is left as it was, so cut it teaches nothing: '
+                        f'{error.why}') from None
     finally:
         drop_draft(draft.parent)
     # Only demonstrations are cut, and of those there is a report.
     assert isinstance(left.record, Demonstration)
     assert left.report is not None
-    grid = left.header.grid
+    grid = cut.header.grid
     start, goal = ('({:.2f}, {:.2f})'.format(*grid.world_from_cell(*cell))
                    for cell in left.record.cells[[0, -1]].tolist())
     steps = counted(left.report.n_steps, 'step')
@@ -98,7 +97,7 @@ def _make(folder: Path) -> None:
 
 def _span(episode: EpisodeFolder, first: float | None, last: float | None) -> tuple[int, int]:
     """Return the log times of the first and last odometry within a span of seconds."""
-    recording = Recording(episode)
+    recording = Episode(episode)
     low = 0.0 if first is None else first
     high = recording.duration if last is None else last
     if not 0.0 <= low < high or low >= recording.duration:

@@ -13,12 +13,11 @@ from control_field.learning.grid_world import GridWorld
 from control_field.learning.learner import Refresh
 from control_field.records import ControlField, Kind, Outcome, Trial
 from control_field.words import counted
-from episode_store.episode import find_topic, read_header
+from episode_store.episode import Episode
 from episode_store.relearn import LearntBag, Relearner
 from episode_store.rosbag2.errors import BagError
-from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.topic_tables import pose_table, PoseTable
-from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
+from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_cli.output import write_output
 from experience_cli.terminal import table_lines
 from world_maps.world import World
@@ -156,29 +155,30 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
         If the bags cannot be read, or hold no demonstration.
 
     """
-    episodes = task.episodes()
-    if not episodes:
+    folders = task.episodes()
+    if not folders:
         raise BagError(f'{task.path} holds no bags')
-    header = read_header(episodes[0].path)
+    header = Episode(folders[0]).header
     relearner = Relearner(header.grid, header.parameters)
-    learnt_bags = [relearner.learn(episode) for episode in episodes]
+    learnt_bags = [relearner.learn(Episode(folder)) for folder in folders]
     demonstrated = next((bag for bag in learnt_bags if bag.refresh is not None), None)
     if demonstrated is None:
         raise BagError(f'{task.path} holds no demonstration that was kept')
     truth = GridWorld(world.occupancy, relearner.parameters)
     trials: list[TrialReport] = []
     for bag in learnt_bags:
-        if bag.episode.kind is EpisodeKind.TRIAL and bag.refresh is not None:
+        if bag.folder.kind is EpisodeKind.TRIAL and bag.refresh is not None:
             trials.append(_trial_report(len(trials) + 1, bag, truth))
     assert demonstrated.refresh is not None
     assert relearner.refresh is not None
-    n_aborted = sum(bag.episode.kind is EpisodeKind.TRIAL and bag.refresh is None
+    n_aborted = sum(bag.folder.kind is EpisodeKind.TRIAL and bag.refresh is None
                     for bag in learnt_bags)
     start = header.grid.cell_from_world(*trials[0].path[0]) if trials else (0, 0)
     field = relearner.refresh.field
     return TaskReport(
-        task.task, demonstrated.refresh, relearner.refresh, driven_path(demonstrated.episode)[1],
-        truth.flow_home(demonstrated.refresh.field), places_of(truth, field), trials, n_aborted,
+        task.task, demonstrated.refresh, relearner.refresh,
+        driven_path(Episode(demonstrated.folder))[1], truth.flow_home(demonstrated.refresh.field),
+        places_of(truth, field), trials, n_aborted,
         other_starts(field, relearner, world, start, seed), world)
 
 
@@ -190,11 +190,12 @@ def places_of(truth: GridWorld, field: ControlField) -> npt.NDArray[np.bool_]:
 
 
 def _trial_report(number: int, bag: LearntBag, truth: GridWorld) -> TrialReport:
-    assert bag.read is not None
+    assert bag.content is not None
     assert bag.refresh is not None
-    trial, status = bag.read.record, bag.read.status
+    trial, status = bag.content.record, bag.content.status
     assert isinstance(trial, Trial)
-    stamps, path = driven_path(bag.episode)
+    episode = Episode(bag.folder)
+    stamps, path = driven_path(episode)
     if status is not None:
         # The robot's last tick may come before or after the word that the trial is over.
         driven = stamps <= status.stamp
@@ -203,29 +204,25 @@ def _trial_report(number: int, bag: LearntBag, truth: GridWorld) -> TrialReport:
     cells = np.stack([blocked['row'], blocked['col']], axis=1)
     return TrialReport(
         number, trial.n_steps, len(bag.refresh.prototypes), bag.refresh.reinforcements,
-        n_contacts(bag.episode), str(trial.outcome),
+        n_contacts(episode), str(trial.outcome),
         round(float(stamps[-1] - stamps[0]), 3) if len(stamps) else 0.0, path,
         bag.refresh.field.grid.world_from_cells(cells), truth.flow_home(bag.refresh.field))
 
 
-def driven_path(episode: EpisodeFolder) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def driven_path(episode: Episode) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return stamps (n,) [s] and positions (n, 2) [m] of the odometry in a bag of ours."""
     poses = driven_poses(episode)
     return poses.stamps, poses.xy
 
 
-def driven_poses(episode: EpisodeFolder) -> PoseTable:
+def driven_poses(episode: Episode) -> PoseTable:
     """Return the odometry in a bag of ours."""
-    bag, header = BagReader(episode.bag), read_header(episode.path)
-    return pose_table(
-        bag.messages(find_topic(bag.topics, 'odom', header.topics)), header.grid.frame_id)
+    return pose_table(episode.messages('odom'), episode.header.grid.frame_id)
 
 
-def n_contacts(episode: EpisodeFolder) -> int:
+def n_contacts(episode: Episode) -> int:
     """Return how often the robot of a bag of ours ran into something."""
-    bag = BagReader(episode.bag)
-    topic = find_topic(bag.topics, 'contact', {})
-    return sum(message[4] for message in bag.messages(topic))
+    return sum(message[4] for message in episode.messages('contact'))
 
 
 def other_starts(

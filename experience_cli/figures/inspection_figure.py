@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 import numpy as np
 
 from control_field.drives.plausibility import DriveLimits, whole_drive
+from episode_store.episode import Episode
 from episode_store.relearn import LearntBag, Relearner
 from experience_cli.demo.report import driven_poses
 from experience_cli.figures import drawing
@@ -26,7 +27,7 @@ def inspection_figure(learnt_bag: LearntBag, relearner: Relearner) -> Figure:
     assert refresh is not None
     figure = drawing.new_figure(13.0, 8.0)
     left, right = figure.subplots(1, 2)
-    newest = learnt_bag.episode
+    newest = learnt_bag.folder
     drawing.draw_frame(left, grid, f'Field after {newest.name} ({newest.kind})')
     drawing.draw_frame(right, grid, 'Remembered map and prototypes')
     drawing.draw_basin(left, refresh.field, relearner.parameters)
@@ -46,19 +47,18 @@ def inspection_figure(learnt_bag: LearntBag, relearner: Relearner) -> Figure:
 
 def _draw_drive(axes: Axes, learnt_bag: LearntBag) -> None:
     """Draw where the robot drove, and in a style of its own what of that is not learnt."""
-    poses, read = driven_poses(learnt_bag.episode), learnt_bag.read
+    episode, content = Episode(learnt_bag.folder), learnt_bag.content
+    poses, label = driven_poses(episode), f'driven in {learnt_bag.folder.name}'
     stamps, path = poses.stamps, poses.xy
-    label = f'driven in {learnt_bag.episode.name}'
-    if read is None or read.report is None:
+    if content is None or content.report is None:
         drawing.draw_path(axes, path, label)
         return
-    header = read.header
-    limits = DriveLimits(header.grid.resolution, header.speed_max)
+    limits = DriveLimits(episode.header.grid.resolution, episode.header.speed_max)
     kept = whole_drive(stamps, path, limits, poses.motion).kept
     left_out = np.delete(path, kept, axis=0)
     stamps, path = stamps[kept], path[kept]
     loops = np.zeros(len(stamps), dtype=np.bool_)
-    for loop in read.report.loops:
+    for loop in content.report.loops:
         loops |= (stamps >= loop.first) & (stamps <= loop.last)
     # The last pose of a loop is the first of what goes on from there, so that no gap is drawn.
     goes_on = loops & ~np.append(loops[1:], False)

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
+from bridge_helpers import content_of
 from control_field.records import Outcome
-from episode_store.episode import read_episode
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_cli.main import main
 from ros_helpers import Process, start_node
@@ -33,7 +33,7 @@ def start_nodes(stack, folder, namespace, lockstep):
 
 def whole(task):
     """Return the kinds of a task's bags, but for trials that were broken off and run again."""
-    read = [read_episode(episode.path) for episode in task.episodes()]
+    read = [content_of(episode.path) for episode in task.episodes()]
     return [episode.folder.kind for episode in read
             if getattr(episode.record, 'outcome', None) is not Outcome.ABORTED]
 

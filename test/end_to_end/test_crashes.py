@@ -6,7 +6,7 @@ import time
 import pytest
 
 from control_field.records import Outcome
-from episode_store.episode import read_episode
+from episode_store.episode import Episode
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
 from suite_helpers import relearnt, running_suite
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.slow
 
 
 def outcomes(task):
-    return [read_episode(episode.path).record.outcome for episode in task.episodes()
+    return [Episode.at(episode.path).content.record.outcome for episode in task.episodes()
             if episode.kind is EpisodeKind.TRIAL]
 
 

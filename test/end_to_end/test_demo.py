@@ -10,7 +10,7 @@ import sys
 from PIL import Image
 import pytest
 
-from episode_store.episode import read_header
+from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.task_folder import TaskFolder
 from experience_cli.commands.learn import digest
@@ -73,9 +73,9 @@ def test_both_tasks_start_from_the_same_demonstrated_field(shown):
     digests = []
     for name in ('task1', 'task2'):
         task = TaskFolder(shown[0] / 'bags', name)
-        header = read_header(task.find(1).path)
+        header = Episode.at(task.find(1).path).header
         relearner = Relearner(header.grid, header.parameters)
-        relearner.learn(task.find(1))
+        relearner.learn(Episode(task.find(1)))
         digests.append(digest(relearner.field()))
     assert digests[0] == digests[1]
 

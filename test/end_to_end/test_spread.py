@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from control_field.records import Outcome
-from episode_store.episode import find_topic, read_episode, read_header
+from episode_store.episode import Episode
 from episode_store.relearn import LearntBag, Relearner
-from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import EpisodeFolder, EpisodeKind
 from experience_cli.commands.learn import field_bytes
 from msgs_bridge.messages.cdr import POINT_CLOUD, struct_from_cdr
@@ -43,7 +42,7 @@ def spread(ros_domain, tmp_path_factory):
 
 def fold(task):
     """Learn the bags anew; yield each, with the fields and the starts that there were before."""
-    header = read_header(task.episodes()[0].path)
+    header = Episode.at(task.episodes()[0].path).header
     relearner = Relearner(header.grid, header.parameters)
     for episode in task.episodes():
         fields, starts = (b'', b''), []
@@ -51,7 +50,7 @@ def fold(task):
             fields = field_bytes(relearner.field(curious=True)), field_bytes(relearner.field())
             starts = [relearner.promising_start(rank) for rank in range(400)]
         cells = [relearner.grid.cell_from_world(start.x, start.y) for start in starts]
-        yield Step(episode, *fields, cells, relearner.learn(episode))
+        yield Step(episode, *fields, cells, relearner.learn(Episode(episode)))
 
 
 @pytest.fixture(scope='module')
@@ -78,7 +77,7 @@ def test_the_known_share_of_the_workspace_grows(steps):
 def test_every_start_is_the_best_one_that_is_free(trials):
     occupancy = load_world(find_world('task1')).occupancy
     for step in trials:
-        first = step.learnt.read.record.decisions[0]
+        first = step.learnt.content.record.decisions[0]
         start = int(first['row']), int(first['col'])
         rank = step.starts.index(start)
         # Whatever was proposed before it lies in what the learner did not know of.
@@ -88,14 +87,13 @@ def test_every_start_is_the_best_one_that_is_free(trials):
 
 def test_every_trial_drives_on_the_curious_field(trials):
     for step in trials:
-        bag = BagReader(step.episode.bag)
-        recorded = bag.messages(find_topic(bag.topics, 'control_field', {}))
+        recorded = Episode(step.episode).messages('control_field')
         assert struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes() == step.curious
     assert any(step.curious != step.plain for step in trials)
 
 
 def test_no_trial_collides(trials):
-    outcomes = [step.learnt.read.status.outcome for step in trials]
+    outcomes = [step.learnt.content.status.outcome for step in trials]
     assert len(outcomes) == N_TRIALS
     assert Outcome.COLLISION not in outcomes
 
@@ -111,5 +109,5 @@ def test_a_start_in_an_obstacle_gives_way_to_the_next(ros_domain, tmp_path):
         suite.demonstrate()
         suite.node.ask('learner_node/run_trials')
         suite.wait_for_revision(2)
-    first = read_episode(suite.task.find(2).path).record.decisions[0]
+    first = Episode.at(suite.task.find(2).path).content.record.decisions[0]
     assert (first['row'], first['col']) == (3, 3)

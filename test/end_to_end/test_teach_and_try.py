@@ -5,7 +5,7 @@ import time
 import pytest
 
 from control_field.records import Outcome
-from episode_store.episode import read_header
+from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
@@ -44,15 +44,15 @@ def test_the_same_run_twice_gives_the_same_bytes(taught):
 
 def test_it_learns_the_task(taught):
     for task, _, said, _ in taught:
-        header = read_header(task.episodes()[0].path)
+        header = Episode.at(task.episodes()[0].path).header
         relearner = Relearner(header.grid, header.parameters)
-        learnt_bags = [relearner.learn(episode) for episode in task.episodes()]
-        kinds = [learnt_bag.episode.kind for learnt_bag in learnt_bags]
+        learnt_bags = [relearner.learn(Episode(episode)) for episode in task.episodes()]
+        kinds = [learnt_bag.folder.kind for learnt_bag in learnt_bags]
         assert kinds == [EpisodeKind.DEMO, EpisodeKind.TRIAL, EpisodeKind.TRIAL]
         assert '0001' in said
         demo, *trials = learnt_bags
-        assert demo.read.record.cells[-1].tolist() == [16, 15]
-        assert [trial.read.record.outcome for trial in trials] == [Outcome.GOAL] * 2
+        assert demo.content.record.cells[-1].tolist() == [16, 15]
+        assert [trial.content.record.outcome for trial in trials] == [Outcome.GOAL] * 2
         assert trials[0].refresh.reinforcements > 0
         assert trials[1].refresh.reinforcements == 0
 

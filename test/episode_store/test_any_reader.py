@@ -10,12 +10,11 @@ import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from bridge_helpers import demonstration_bag, GRID
-from episode_store.episode import read_external_demonstration
 from episode_store.rosbag2.any_reader import missing_from, open_bag
 from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.mcap_scan import CHUNK_OP, DATA_END_OP, MAGIC, RECORD, START
 from episode_store.rosbag2.writer import McapFile
-from external_bags import EXTERNAL, external_bag
+from external_bags import EXTERNAL, external_bag, external_demonstration
 
 
 @pytest.mark.parametrize('storage', list(StoragePlugin), ids=str)
@@ -25,11 +24,11 @@ def test_metadata_may_be_missing_or_broken(tmp_path, storage, compression, metad
     if compression is not None and storage is StoragePlugin.SQLITE3:
         pytest.skip('sqlite3 has no chunks')
     path = external_bag(tmp_path / 'bag', storage, compression)
-    whole = read_external_demonstration(path, GRID, EXTERNAL)[0]
+    whole = external_demonstration(path, GRID, EXTERNAL)[0]
     (path / 'metadata.yaml').unlink()
     if metadata is not None:
         (path / 'metadata.yaml').write_text(metadata)
-    again = read_external_demonstration(path, GRID, EXTERNAL)[0]
+    again = external_demonstration(path, GRID, EXTERNAL)[0]
     np.testing.assert_array_equal(again.cells, whole.cells)
     np.testing.assert_array_equal(again.stamps, whole.stamps)
 
@@ -62,7 +61,7 @@ def test_the_order_in_the_file_does_not_matter(tmp_path):
         channel, log_time, publish_time, message = records[place]
         file.add(channel.topic, message, log_time, publish_time)
     file.finish('shuffled.mcap')
-    cells = [read_external_demonstration(path, GRID)[0].cells
+    cells = [external_demonstration(path, GRID)[0].cells
              for path in (bag.path, tmp_path / 'shuffled.mcap')]
     np.testing.assert_array_equal(*cells)
 
@@ -70,13 +69,13 @@ def test_the_order_in_the_file_does_not_matter(tmp_path):
 def test_of_a_file_that_is_cut_it_is_said_that_something_is_missing(tmp_path):
     folder = demonstration_bag(tmp_path)
     (folder / 'metadata.yaml').unlink()
-    assert read_external_demonstration(folder, GRID)[2] == ()
+    assert external_demonstration(folder, GRID)[2] == ()
     bag = mcap_path(folder)
     bag.write_bytes(bag.read_bytes()[:bag.stat().st_size // 2])
-    [note] = read_external_demonstration(folder, GRID)[2]
+    [note] = external_demonstration(folder, GRID)[2]
     assert note.startswith('what is not readable of 0001_demo_0.mcap is missing: the chunk at')
     shutil.copyfile(bag, folder / '0001_demo_1.mcap')
-    assert note in read_external_demonstration(folder, GRID)[2]
+    assert note in external_demonstration(folder, GRID)[2]
 
 
 def packed_file(path, compression):
@@ -123,7 +122,7 @@ def test_of_a_compressed_file_that_is_cut_its_whole_chunks_are_read(tmp_path, co
         assert 20 < len(found) < len(whole)
         assert list(found) == list(whole)[:len(found)]
         np.testing.assert_array_equal(found.log_times, whole.log_times[:len(found)])
-        record, _, [note] = read_external_demonstration(path, GRID)
+        record, _, [note] = external_demonstration(path, GRID)
         assert len(record.cells) > 1
         assert note.startswith('what is not readable of bag.mcap is missing: ')
         there = f'the chunk at byte {start} is cut, {n_bytes - start} of {end - start} bytes'
@@ -146,9 +145,9 @@ def test_a_chunk_that_would_fill_the_memory_is_not_unpacked(tmp_path, compressio
 @pytest.mark.parametrize('n', [1, 8, 40])
 def test_a_compressed_file_that_lost_no_more_than_its_end_lacks_nothing(tmp_path, compression, n):
     path = packed_file(tmp_path / 'bag.mcap', compression)
-    record, _, notes = read_external_demonstration(path, GRID)
+    record, _, notes = external_demonstration(path, GRID)
     path.write_bytes(path.read_bytes()[:-n])
-    again, _, again_notes = read_external_demonstration(path, GRID)
+    again, _, again_notes = external_demonstration(path, GRID)
     np.testing.assert_array_equal(again.cells, record.cells)
     assert notes == again_notes == ()
 
@@ -161,7 +160,7 @@ def test_a_chunk_that_cannot_be_unpacked_is_left_out_of_a_cut_file(tmp_path):
     data[start + 80:end] = bytes(end - start - 80)
     path.write_bytes(data)
     assert 0 < len(open_bag(path).messages('/odom')) < whole
-    [note] = read_external_demonstration(path, GRID)[2]
+    [note] = external_demonstration(path, GRID)[2]
     assert note.endswith(f'the chunk at byte {start} cannot be unpacked')
 
 
@@ -206,10 +205,10 @@ def test_messages_compressed_one_by_one_are_read_up_to_a_cut(tmp_path):
 @pytest.mark.parametrize('storage', list(StoragePlugin), ids=str)
 def test_messages_compressed_one_by_one_say_that_metadata_is_needed(tmp_path, storage):
     path = external_bag(tmp_path / 'bag', storage, CompressionMode.MESSAGE)
-    assert read_external_demonstration(path, GRID, EXTERNAL)[2] == ()
+    assert external_demonstration(path, GRID, EXTERNAL)[2] == ()
     (path / 'metadata.yaml').unlink()
     with pytest.raises(BagError, match=r'compressed one by one \(zstd\).* put the metadata.yaml'):
-        read_external_demonstration(path, GRID, EXTERNAL)
+        external_demonstration(path, GRID, EXTERNAL)
 
 
 @pytest.mark.parametrize('n_bytes', [0, 4, 8, 20, 30, 60])
@@ -226,7 +225,7 @@ def test_an_empty_last_file_does_not_take_the_others_away(tmp_path):
     folder = external_bag(tmp_path / 'bag', StoragePlugin.MCAP)
     (folder / 'metadata.yaml').unlink()
     (folder / 'z_1.mcap').touch()
-    assert read_external_demonstration(folder, GRID, EXTERNAL)[2] == (
+    assert external_demonstration(folder, GRID, EXTERNAL)[2] == (
         'what is not readable of z_1.mcap is missing: it is empty',)
 
 
@@ -236,5 +235,5 @@ def test_where_no_pose_is_left_what_is_missing_is_said_too(tmp_path):
     bag = mcap_path(folder)
     first = int(open_bag(folder).messages('/odom').starts[0])
     bag.write_bytes(bag.read_bytes()[:first])
-    with pytest.raises(BagError, match=r'has no pose in it; what is not readable of .* is'):
-        read_external_demonstration(folder, GRID)
+    with pytest.raises(BagError, match=r'no topic is odom, .*; what is not readable of .* is'):
+        external_demonstration(folder, GRID)

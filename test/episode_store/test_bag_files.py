@@ -11,10 +11,9 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from bridge_helpers import GRID
-from episode_store.episode import read_external_demonstration
 from episode_store.rosbag2.any_reader import notes_on, open_bag
 from episode_store.rosbag2.errors import BagError
-from external_bags import EXTERNAL, external_bag, ros1_bag
+from external_bags import EXTERNAL, external_bag, external_demonstration, ros1_bag
 
 ODOM = EXTERNAL['odom']
 
@@ -63,7 +62,7 @@ def killed(tmp_path, mode, n_kept=301):
 class TestSqlite:
     def test_the_newest_messages_are_read_from_the_log(self, tmp_path):
         folder = killed(tmp_path, 'WAL')
-        whole = read_external_demonstration(
+        whole = external_demonstration(
             next((tmp_path / 'whole').rglob('*.db3')).parent, GRID, EXTERNAL)[0]
         before = {path.name: path.read_bytes() for path in folder.iterdir()}
         for name in (folder, folder / 'run.db3'):
@@ -72,7 +71,7 @@ class TestSqlite:
             assert note == ('run.db3 was not closed by its recorder: 99 of 400 messages are read '
                             'from run.db3-wal')
             assert len(bag.messages(ODOM)) == bag.counts[ODOM] == 200
-            record, _, notes = read_external_demonstration(name, GRID, EXTERNAL)
+            record, _, notes = external_demonstration(name, GRID, EXTERNAL)
             assert notes == notes_on(bag)
             assert record.stamps[-1] > whole.stamps[-1] - 1.0
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
@@ -280,7 +279,7 @@ class TestRos1:
         bag = open_bag(path)
         assert bag.topics == {'/odom': 'nav_msgs/msg/Odometry'}
         assert bag.counts == {'/odom': 100}
-        record, _, notes = read_external_demonstration(path, GRID)
+        record, _, notes = external_demonstration(path, GRID)
         assert notes == ()
         assert record.cells[0].tolist() == [2, 2]
         assert record.cells[-1].tolist() == [2, 9]

@@ -5,9 +5,9 @@ import shutil
 import pytest
 
 from bridge_helpers import demonstration_bag
-from episode_store.cut import has_its_end, missing_of_bag
+from episode_store.episode import Episode
 from episode_store.repair import repair_bag
-from episode_store.rosbag2.errors import BagError, mcap_path
+from episode_store.rosbag2.errors import mcap_path
 from episode_store.rosbag2.metadata import NAME
 
 
@@ -17,8 +17,8 @@ def folder(tmp_path):
 
 
 def test_of_a_whole_bag_nothing_is_missing(folder):
-    assert has_its_end(folder)
-    assert missing_of_bag(folder) == ''
+    assert Episode.at(folder).is_closed
+    assert Episode.at(folder).damage.cut == ''
 
 
 def test_at_every_byte_of_the_last_4_kib_it_is_said_what_is_missing(tmp_path):
@@ -27,8 +27,8 @@ def test_at_every_byte_of_the_last_4_kib_it_is_said_what_is_missing(tmp_path):
     whole = path.read_bytes()
     for n in range(1, 4097):
         path.write_bytes(whole[:-n])
-        assert not has_its_end(folder)
-        said = missing_of_bag(folder)
+        assert not Episode.at(folder).is_closed
+        said = Episode.at(folder).damage.cut
         assert 'it ends without its index' in said or 'is cut' in said
         assert 'message is missing' in said or 'cannot be read' in said or 'came after' in said
         assert path.stat().st_size == len(whole) - n
@@ -39,7 +39,7 @@ def test_it_is_what_mending_says(folder, part):
     path = mcap_path(folder)
     n_recorded = repair_bag(folder).n_messages
     path.write_bytes(path.read_bytes()[:int(part * path.stat().st_size)])
-    said = missing_of_bag(folder)
+    said = Episode.at(folder).damage.cut
     report = repair_bag(folder)
     assert said.startswith(report.damage)
     if report.n_messages < n_recorded:
@@ -51,19 +51,19 @@ def test_it_is_what_mending_says(folder, part):
 
 def test_a_bag_without_its_metadata_or_file_or_with_an_empty_one(folder, tmp_path):
     (folder / NAME).rename(tmp_path / NAME)
-    assert not has_its_end(folder)
-    assert missing_of_bag(folder) == 'metadata.yaml is missing; no message is missing'
+    assert not Episode.at(folder).is_closed
+    assert Episode.at(folder).damage.cut == 'metadata.yaml is missing; no message is missing'
     shutil.copyfile(tmp_path / NAME, folder / NAME)
     for content in (b'', None):
         mcap_path(folder).unlink()
         if content is not None:
             mcap_path(folder).write_bytes(content)
-        assert not has_its_end(folder)
-        assert missing_of_bag(folder) == 'it is empty: its recorder was stopped at once'
+        assert not Episode.at(folder).is_closed
+        assert Episode.at(folder).damage.cut == 'it is empty: its recorder was stopped at once'
 
 
 def test_what_is_no_bag_is_said_to_be_none(folder):
     mcap_path(folder).write_bytes(b'something else, and long enough to look at')
-    assert not has_its_end(folder)
-    with pytest.raises(BagError, match='it is no MCAP file'):
-        missing_of_bag(folder)
+    damage = Episode.at(folder).damage
+    assert 'it is no MCAP file' in damage.unreadable
+    assert damage.state == 'unreadable'

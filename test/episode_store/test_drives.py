@@ -7,22 +7,23 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from bridge_helpers import (
-    CLOUD, GRID, nanoseconds, OCCUPANCY, ODOMETRY, raw_decisions, raw_local_grid, raw_odometry,
-    raw_status, STATUS)
+    CLOUD, content_of, GRID, nanoseconds, OCCUPANCY, ODOMETRY, raw_decisions, raw_local_grid,
+    raw_odometry, raw_status, STATUS)
 from control_field.headings import heading_from_step
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind, Outcome
 from control_field.robot.policy import TrialPolicy
-from episode_store.episode import OutsideDriveError, read_episode, read_external_demonstration
+from episode_store.episode import Episode
+from episode_store.errors import NothingToLearnError, OutsideDriveError
 from episode_store.external.take_over import check_drive
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.relearn import Relearner
-from episode_store.rosbag2.errors import BagError, NothingToLearnError
-from episode_store.task_folder import episode_from_path, TaskFolder
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import TaskFolder
 from experience_cli.bag_summary import summary_of
 from experience_cli.main import main
-from external_bags import STORE
+from external_bags import external_demonstration, STORE
 from msgs_bridge.messages.serialized import cdr_from_message
 from msgs_bridge.messages.tables import cloud_from_field
 from msgs_bridge.messages.trial_status import State
@@ -84,8 +85,8 @@ def test_a_broken_drive_is_refused_whoever_recorded_it(tmp_path, change):
     said = BROKEN[change]
     folder, theirs = own_bag(tmp_path, change), external_bag(tmp_path / 'bag', change)
     with pytest.raises(NothingToLearnError, match=said):
-        read_episode(folder, GRID)
-    for read in (lambda: read_external_demonstration(theirs, GRID),
+        content_of(folder)
+    for read in (lambda: external_demonstration(theirs, GRID),
                  lambda: check_drive(theirs, GRID, {})):
         with pytest.raises(BagError, match=said):
             read()
@@ -94,9 +95,9 @@ def test_a_broken_drive_is_refused_whoever_recorded_it(tmp_path, change):
 @pytest.mark.parametrize('change', BROKEN, ids=lambda change: change.__name__)
 def test_the_learner_says_it_and_its_field_stays(tmp_path, change):
     relearner = Relearner(GRID, Parameters())
-    relearner.learn(episode_from_path(own_bag(tmp_path, whole)))
+    relearner.learn(Episode.at(own_bag(tmp_path, whole)))
     before = relearner.field()
-    learnt_bag = relearner.learn(episode_from_path(own_bag(tmp_path, change)))
+    learnt_bag = relearner.learn(Episode.at(own_bag(tmp_path, change)))
     assert learnt_bag.refresh is None
     assert learnt_bag.note.startswith('nothing was learnt: ')
     assert BROKEN[change] in learnt_bag.note
@@ -106,17 +107,17 @@ def test_the_learner_says_it_and_its_field_stays(tmp_path, change):
 def test_what_lies_on_one_side_of_a_break_can_be_kept_by_a_person(tmp_path):
     with pytest.raises(NothingToLearnError, match=(
             r'`experience trim task1/0001 --to 7.45`\) or after it \(--from 7.50\)')):
-        read_episode(own_bag(tmp_path, reset), GRID)
+        content_of(own_bag(tmp_path, reset))
 
 
 def test_a_spike_is_left_out_and_nothing_is_remembered_of_it(tmp_path):
     relearner = Relearner(GRID, Parameters())
-    learnt_bag = relearner.learn(episode_from_path(own_bag(tmp_path, spike)))
+    learnt_bag = relearner.learn(Episode.at(own_bag(tmp_path, spike)))
     assert ('1 pose is far off the others at 6.00 s, at (4.40, 0.30), and is left out'
             in learnt_bag.note)
-    cells = {tuple(cell) for cell in learnt_bag.read.record.cells.tolist()}
+    cells = {tuple(cell) for cell in learnt_bag.content.record.cells.tolist()}
     assert cells <= {tuple(cell) for cell in GRID.cells_from_world(WAY).tolist()}
-    assert learnt_bag.read.report.n_filled == 0
+    assert learnt_bag.content.report.n_filled == 0
     assert relearner.field().known[GRID.cell_from_world(4.4, 0.3)] == -1
 
 
@@ -131,7 +132,7 @@ def test_what_was_seen_from_where_the_robot_was_not_is_not_remembered(tmp_path):
             at = GRID.cell_from_world(x, y)
             bag.write('/neighbourhood', OCCUPANCY, raw_local_grid(
                 stamp, *at, all_blocked if x > 4.0 else np.zeros((3, 3))), nanoseconds(stamp))
-    episode = read_episode(bag.folder, GRID)
+    episode = content_of(bag.folder)
     assert '6.00 s' in str(episode.report)
     assert not episode.record.blocked.any()
     assert not episode.record.unknown.any()
@@ -148,17 +149,17 @@ def test_the_part_that_a_person_keeps_is_learnt(tmp_path, capsys):
     own_bag(tmp_path, reset)
     assert main(['trim', '--bags', str(tmp_path), 'task1/0001', '--to', '7.45']) == 0
     assert 'robot gets to the goal' in capsys.readouterr().out
-    cells = read_episode(tmp_path / 'task1' / '0001_demo', GRID).record.cells
+    cells = content_of(tmp_path / 'task1' / '0001_demo').record.cells
     assert tuple(cells[-1].tolist()) == GRID.cell_from_world(*WAY[149])
 
 
 def test_the_workspace_that_is_named_holds_the_drive(tmp_path):
     theirs = external_bag(tmp_path / 'bag', out_and_back)
     with pytest.raises(OutsideDriveError) as caught:
-        read_external_demonstration(theirs, GRID)
-    assert len(read_external_demonstration(theirs, caught.value.fitting)[0].cells) > 10
+        external_demonstration(theirs, GRID)
+    assert len(external_demonstration(theirs, caught.value.fitting)[0].cells) > 10
     with pytest.raises(NothingToLearnError, match=r'cols:=\d+ origin_x:=0 origin_y:=-1.25'):
-        read_episode(own_bag(tmp_path, out_and_back), GRID)
+        content_of(own_bag(tmp_path, out_and_back))
 
 
 def forged_trials(root, n, topics, decides):
@@ -183,13 +184,13 @@ def forged_trials(root, n, topics, decides):
 @pytest.mark.parametrize('decides', [2, 9], ids=['from where it is', 'from elsewhere'])
 def test_trials_that_were_made_up_teach_nothing_and_count_for_nothing(tmp_path, decides):
     relearner = Relearner(GRID, Parameters())
-    relearner.learn(episode_from_path(own_bag(tmp_path, whole)))
+    relearner.learn(Episode.at(own_bag(tmp_path, whole)))
     before = relearner.field()
     for folder in forged_trials(tmp_path, 5, {'odom': '/odom'}, decides):
-        learnt = relearner.learn(episode_from_path(folder))
+        learnt = relearner.learn(Episode.at(folder))
         assert learnt.refresh is None
         assert 'nothing was learnt: its decisions do not fit where the robot was' in learnt.note
-        summary = summary_of(episode_from_path(folder))
+        summary = summary_of(Episode.at(folder))
         assert summary.state == 'not kept'
         assert 'do not fit where the robot was' in summary.note
     assert relearner.field() is before
@@ -213,7 +214,7 @@ def test_a_trial_that_was_driven_is_learnt_and_a_goal_was_reached(
             bag.write('/odom', ODOMETRY, raw_odometry(100.0 + i / 20.0, x, 0.6), i)
         bag.write('/trial', STATUS, raw_status(
             State.ENDED, 1, Outcome.GOAL, decisions=4, stamp=stamp), 999)
-    episode = read_episode(bag.folder, GRID)
+    episode = content_of(bag.folder)
     assert bool(episode.doubt) is is_doubted
     assert episode.record.outcome is (Outcome.ABORTED if is_doubted else Outcome.GOAL)
 
@@ -236,7 +237,7 @@ def driven_trial(root, rows, ends, *, memory=MEMORY):
                 100.0 + i / 20.0, 0.625 + 0.0125 * i, 0.6), i)
         bag.write('/trial', STATUS, raw_status(
             State.ENDED, 1, **{'decisions': 4, 'stamp': 104.4, 'memory': memory, **ends}), 999)
-    return read_episode(bag.folder, GRID)
+    return content_of(bag.folder)
 
 
 def decisions_of_the_drive():
@@ -300,13 +301,13 @@ def test_a_bag_that_does_not_say_by_whose_field_it_was_driven_is_read_as_ever(tm
 
 def test_a_trial_whose_odometry_nobody_heard_is_not_learnt(tmp_path):
     [folder] = forged_trials(tmp_path, 1, {'odom': '/elsewhere/odom'}, 2)
-    assert 'no odometry was recorded with it' in read_episode(folder, GRID).doubt
+    assert 'no odometry was recorded with it' in content_of(folder).doubt
 
 
 def test_how_fast_the_robot_is_stands_in_the_bag(tmp_path):
-    read_episode(own_bag(tmp_path, whole), GRID)
+    content_of(own_bag(tmp_path, whole))
     with pytest.raises(NothingToLearnError, match=r'it drives .* gets .* m at most'):
-        read_episode(own_bag(tmp_path, whole, speed_max=0.05), GRID)
+        content_of(own_bag(tmp_path, whole, speed_max=0.05))
 
 
 def written(path, frames):
@@ -323,20 +324,20 @@ def written(path, frames):
 def test_a_drive_that_goes_on_in_another_frame_has_no_goal(tmp_path, capsys, other):
     path = written(tmp_path / 'theirs', lambda i: 'odom' if i < 150 else other)
     with pytest.raises(BagError, match=r'where this drive ends: its last 150 messages \(7\.5 s\)'):
-        read_external_demonstration(path, GRID)
+        external_demonstration(path, GRID)
     assert main(['learn', str(path), '--into', str(tmp_path / 'bags' / 'task')]) == 2
     error = capsys.readouterr().err
     assert 'are refused, such as: /odom: ' in error
     assert '--frame' not in error
     path = written(tmp_path / 'began', lambda i: other if i < 150 else 'odom')
     with pytest.raises(BagError, match=r'where this drive begins: its first 150 messages'):
-        read_external_demonstration(path, GRID)
+        external_demonstration(path, GRID)
 
 
 @pytest.mark.parametrize('frames', [
     lambda i: 'map' if i % 3 == 0 else 'odom', lambda i: None if i < 3 or i > 297 else 'odom'],
     ids=['another node says the same in its frame', 'none at the very ends'])
 def test_messages_in_between_that_are_no_poses_are_left_out_and_said(tmp_path, frames):
-    record, _, [note] = read_external_demonstration(written(tmp_path / 'theirs', frames), GRID)
+    record, _, [note] = external_demonstration(written(tmp_path / 'theirs', frames), GRID)
     assert GRID.cells_from_world(WAY[[3, -5]]).tolist() == record.cells[[0, -1]].tolist()
     assert 'messages refused, the first: /odom: ' in note

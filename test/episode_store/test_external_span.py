@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
+from bridge_helpers import content_of
 from control_field.grid import Grid
-from episode_store.episode import read_episode
 from episode_store.external.drive import open_drive, Reading
 from episode_store.external.span import Span
 from episode_store.external.take_over import learnt_from
@@ -45,7 +45,7 @@ def test_the_part_that_a_refusal_names_is_learnt_alone(broken, tmp_path, capsys,
     assert main(['learn', str(broken), '--into', str(task), option, seconds]) == 0
     assert 'is read (seconds count from there' in capsys.readouterr().out
     [episode] = TaskFolder(task.parent, 'task').episodes()
-    record = read_episode(episode.path).record
+    record = content_of(episode.path).record
     at = np.array([place(i)[1:3] for i in range(first, last)]) + (
         (-0.5, 1.0) if first else (0.0, 0.0))
     assert record.cells[[0, -1]].tolist() == GRID.cells_from_world(at[[0, -1]]).tolist()

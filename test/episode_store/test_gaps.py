@@ -12,8 +12,8 @@ from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_status, STATUS, TWIS
 from control_field.parameters import Parameters
 from control_field.records import Outcome
 from episode_store import gaps as bag_gaps
-from episode_store.episode import read_header
-from episode_store.gaps import gaps_in, KEY, KEY_BEFORE, note_gaps
+from episode_store.episode import Episode
+from episode_store.gaps import KEY, KEY_BEFORE, note_gaps
 from episode_store.header import EpisodeHeader, LOST_NAME
 from episode_store.making import start_bag
 from episode_store.repair import repair_bag
@@ -50,14 +50,14 @@ def lose(folder: Path, topic: str, first: float, last: float):
 def test_whole_bags_have_no_gaps(task):
     for episode in task.episodes():
         before = (episode.path / 'metadata.yaml').read_bytes()
-        assert not note_gaps(episode.path)
+        assert not note_gaps(Episode.at(episode.path))
         assert (episode.path / 'metadata.yaml').read_bytes() == before
 
 
 def test_a_hole_in_the_odometry_is_found_where_it_is(task):
     folder = task.find(2).path
     lose(folder, '/odom', 5.0, 8.0)
-    [hole] = gaps_in(folder).holes
+    [hole] = Episode.at(folder).gaps.holes
     assert hole.role == 'odom'
     assert hole.start == pytest.approx(4.9, abs=0.11)
     assert hole.end == pytest.approx(8.1, abs=0.11)
@@ -67,13 +67,13 @@ def test_a_hole_in_the_odometry_is_found_where_it_is(task):
 def test_what_is_missing_at_an_end_is_known_from_what_was_decided_and_said(task, first, last):
     folder = task.find(2).path
     lose(folder, '/odom', first, last)
-    assert gaps_in(folder).holes
+    assert Episode.at(folder).gaps.holes
 
 
 def test_a_decision_that_is_missing_is_told_by_its_number(task):
     folder = task.find(3).path
     lose(folder, '/experience', 5.0, 7.0)
-    gaps = gaps_in(folder)
+    gaps = Episode.at(folder).gaps
     assert gaps.n_missing > 0
     assert f'of {gaps.n_decided} decisions are missing' in str(gaps)
     assert f'number {gaps.missing[0]}' in str(gaps)
@@ -82,7 +82,7 @@ def test_a_decision_that_is_missing_is_told_by_its_number(task):
 def test_everybody_calls_it_incomplete(task, capsys):
     folder = task.find(2).path
     lose(folder, '/odom', 5.0, 8.0)
-    note_gaps(folder)
+    note_gaps(Episode.at(folder))
     said = 'nothing on odom from 4.'
     assert said in custom_data((folder / 'metadata.yaml').read_text())[KEY]
     assert main(['list', str(task.path)]) == 0
@@ -108,7 +108,7 @@ def test_nothing_is_explained_within_a_hole(task, capsys):
     assert main(['explain', str(folder), '--at', '6.5']) == 2
     [line] = capsys.readouterr().err.splitlines()
     assert 'nothing on odom from 4.' in line
-    stamp = read_header(folder) and 20.6 + 6.5
+    stamp = Episode.at(folder).header and 20.6 + 6.5
     assert main(['explain', str(folder), '--at', str(stamp)]) == 2
     assert main(['explain', str(folder), '--at', '9.5']) == 0
     assert 'incomplete' in capsys.readouterr().err
@@ -126,7 +126,7 @@ def test_a_demonstration_is_not_learnt_across_a_hole(task, capsys):
 def test_the_learner_says_what_is_missing_of_what_it_has_recorded(task):
     episode = task.find(2)
     lose(episode.path, '/odom', 5.0, 8.0)
-    header = read_header(episode.path)
+    header = Episode.at(episode.path).header
     task_memory = TaskMemory(task, header.grid, header.parameters)
     task_memory.learn(task.find(1))
     assert 'the recording is incomplete: nothing on odom' in task_memory.learn(episode).note
@@ -141,11 +141,11 @@ def test_what_the_middleware_lost_is_in_the_bag_and_stays_there(task):
         for channel, log, sent, message in old.records():
             bag.write(channel.topic, channel.schema.name, message, log, sent)
         bag.note(LOST_NAME, {'/trial': '9', '/odom': '2'})
-    assert '9 messages lost on /trial' in str(gaps_in(folder))
+    assert '9 messages lost on /trial' in str(Episode.at(folder).gaps)
     path = mcap_path(folder)
     path.write_bytes(path.read_bytes()[:-60])
     assert repair_bag(folder).changed
-    assert gaps_in(folder).lost == {'/trial': 9, '/odom': 2}
+    assert Episode.at(folder).gaps.lost == {'/trial': 9, '/odom': 2}
 
 
 class TestHoles:
@@ -203,7 +203,7 @@ class TestBeforeTheDrive:
     def test_odometry_that_paused_before_it_is_stated_and_the_drive_is_whole(
             self, tmp_path, capsys, late):
         folder = self.bag(tmp_path, late)
-        gaps = note_gaps(folder)
+        gaps = note_gaps(Episode.at(folder))
         assert not gaps
         assert str(gaps) == ''
         said = f'nothing on odom from -{late:.2f} s to 0.00 s'
@@ -219,7 +219,7 @@ class TestBeforeTheDrive:
         assert ' kept ' in capsys.readouterr().out
 
     def test_a_pause_while_it_stands_is_none_either(self, tmp_path):
-        gaps = gaps_in(self.bag(tmp_path, 0.05, stands=8.0, missing=(1.0, 6.0)))
+        gaps = Episode.at(self.bag(tmp_path, 0.05, stands=8.0, missing=(1.0, 6.0))).gaps
         assert not gaps
         [hole] = gaps.before
         assert (hole.start, hole.end) == pytest.approx((1.0, 6.0), abs=0.06)
@@ -229,9 +229,9 @@ class TestBeforeTheDrive:
         {'stands': 0.0}, {'orders': [-5.0]}, {'missing': (0.5, 3.0)}], ids=[
         'it moves at once', 'it was told to move', 'a hole over its first movement'])
     def test_where_the_robot_may_have_moved_the_recording_is_incomplete(self, tmp_path, changes):
-        gaps = gaps_in(self.bag(tmp_path, **{'late': 10.0, **changes}))
+        gaps = Episode.at(self.bag(tmp_path, **{'late': 10.0, **changes})).gaps
         assert gaps
         assert 'incomplete' in str(gaps)
 
     def test_an_order_after_it_changes_nothing(self, tmp_path):
-        assert not gaps_in(self.bag(tmp_path, orders=[0.9]))
+        assert not Episode.at(self.bag(tmp_path, orders=[0.9])).gaps

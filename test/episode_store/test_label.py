@@ -7,15 +7,16 @@ from rosbags.rosbag2 import Reader
 import yaml
 
 from bridge_helpers import (
-    CLOUD, demonstration_bag, GRID, random_decisions, raw_decisions, raw_status, STATUS, trial_bag,
-    write_drive)
+    CLOUD, content_of, demonstration_bag, GRID, random_decisions, raw_decisions, raw_status,
+    STATUS, trial_bag, write_drive)
 from control_field.records import Outcome
-from episode_store.episode import read_episode
+from episode_store.episode import Episode
+from episode_store.errors import NothingToLearnError
 from episode_store.header import EpisodeHeader
 from episode_store.label import KEY, read_label, write_label
 from episode_store.making import start_bag
 from episode_store.repair import repair_bag
-from episode_store.rosbag2.errors import BagError, mcap_path, NothingToLearnError
+from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.metadata import custom_data, NAME, with_note
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from episode_store.trials import judged
@@ -122,9 +123,9 @@ def test_from_a_demonstration_labelled_a_failure_nothing_is_learnt(tmp_path):
     folder = demonstration_bag(tmp_path, n=60)
     write_label(folder, Label.FAILURE)
     with pytest.raises(NothingToLearnError, match='labelled the demonstration a failure'):
-        read_episode(folder)
+        content_of(folder)
     write_label(folder, Label.NONE)
-    assert len(read_episode(folder).record.cells) > 1
+    assert len(content_of(folder).record.cells) > 1
 
 
 @pytest.mark.parametrize(('outcome', 'label', 'counts'), [
@@ -141,16 +142,16 @@ def test_a_person_has_the_last_word_on_how_a_trial_ended(tmp_path, outcome, labe
     assert judged(outcome, label) is counts
     folder = ended_trial(tmp_path, outcome)
     write_label(folder, label)
-    episode = read_episode(folder)
-    assert (episode.record.outcome, episode.label) == (counts, label)
-    assert (f'labelled {label} by a person' in episode.notes) == bool(label)
+    episode = Episode.at(folder)
+    assert (episode.content.record.outcome, episode.label) == (counts, label)
+    assert (f'labelled {label} by a person' in episode.content.notes) == bool(label)
 
 
 def test_what_is_said_afterwards_overrides_what_was_said_under_way(tmp_path):
     folder = ended_trial(tmp_path, Outcome.GOAL, label=Label.FAILURE)
-    assert read_episode(folder).record.outcome is Outcome.GAVE_UP
+    assert content_of(folder).record.outcome is Outcome.GAVE_UP
     write_label(folder, Label.NONE)
-    assert read_episode(folder).record.outcome is Outcome.GOAL
+    assert content_of(folder).record.outcome is Outcome.GOAL
 
 
 def test_a_person_may_still_keep_a_demonstration_whose_recorder_died(tmp_path):
@@ -160,6 +161,6 @@ def test_a_person_may_still_keep_a_demonstration_whose_recorder_died(tmp_path):
         write_drive(bag, 60)
     folder = bag.folder
     with pytest.raises(NothingToLearnError, match='was not kept'):
-        read_episode(folder)
+        content_of(folder)
     write_label(folder, Label.SUCCESS)
-    assert len(read_episode(folder).record.cells) > 1
+    assert len(content_of(folder).record.cells) > 1

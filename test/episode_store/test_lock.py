@@ -9,9 +9,9 @@ import sys
 import pytest
 
 from bridge_helpers import demonstration_bag
-from episode_store.lock import is_in_use
+from episode_store.lock import changing, is_in_use
 from episode_store.rosbag2.errors import BagError
-from episode_store.task_folder import changing, TaskFolder
+from episode_store.task_folder import TaskFolder
 
 HOLD = """
 import sys, time

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from control_field.grid import Grid
-from episode_store.episode import read_header
+from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import TaskFolder
@@ -17,10 +17,10 @@ from ros_helpers import ROOT
 def relearner():
     task = TaskFolder(Path(ROOT) / 'bags', 'sample')
     episodes = task.episodes()
-    header = read_header(episodes[0].path)
+    header = Episode.at(episodes[0].path).header
     taught = Relearner(header.grid, header.parameters)
     for episode in episodes:
-        taught.learn(episode)
+        taught.learn(Episode(episode))
     return taught
 
 
@@ -42,4 +42,4 @@ def test_what_the_learner_refuses_names_the_bag(relearner, monkeypatch):
     # No drive is known that gets so far; should there be one, the commands say it in a line.
     monkeypatch.setattr(taught._learner.memory, 'grid', Grid(1, 1, 0.25))
     with pytest.raises(BagError, match=r'0001_demo cannot be learnt from: a demonstration leaves'):
-        taught.learn(bag)
+        taught.learn(Episode(bag))

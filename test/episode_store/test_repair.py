@@ -15,7 +15,8 @@ from rosbags.rosbag2 import Reader
 
 from bridge_helpers import demonstration_bag, trial_bag, write_drive
 from control_field.words import counted
-from episode_store.repair import needs_repair, repair_bag, repair_task
+from episode_store.episode import Episode
+from episode_store.repair import repair_bag, repair_task
 from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.mcap_scan import scan
 from episode_store.rosbag2.reader import BagReader
@@ -62,7 +63,7 @@ def check_mended(folder: Path, whole: Path):
     kept = messages(folder)
     assert kept == before == messages(whole)[:len(kept)]
     assert report.n_messages == len(kept)
-    assert not needs_repair(folder)
+    assert Episode.at(folder).is_closed
     again = repair_bag(folder)
     assert not again.changed
     assert again.n_messages == len(kept)
@@ -84,7 +85,7 @@ def test_a_whole_bag_is_left_alone(whole):
 @pytest.mark.parametrize('broken', [None, b'', b': [', b'\xff', b'rosbag2_bagfile_information: 1'])
 def test_missing_metadata_is_written_anew_as_it_was(whole, tmp_path, broken):
     folder = copy_cut(whole, tmp_path, 10**9)
-    assert needs_repair(folder)
+    assert not Episode.at(folder).is_closed
     if broken is not None:
         (folder / 'metadata.yaml').write_bytes(broken)
     report = check_mended(folder, whole)

@@ -7,7 +7,7 @@ import pytest
 from rclpy.serialization import serialize_message
 
 from control_field.records import Kind
-from episode_store.recording import Recording
+from episode_store.episode import Episode
 from episode_store.rosbag2.topic_tables import decision_table
 from episode_store.sources import Sources
 from experience_cli.main import main
@@ -34,7 +34,7 @@ def test_what_a_person_drove_in_a_trial_was_shown_there(task):
     def change(topic, type_name, message):
         return [(topic, type_name, decisions if topic == '/experience' else message)]
 
-    recording = Recording(task.find(3))
+    recording = Episode(task.find(3))
     grid = recording.header.grid
     rows = decision_table(recording.messages('experience'), grid)[0]
     half = len(rows) // 2

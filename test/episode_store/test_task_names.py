@@ -6,7 +6,6 @@ import pytest
 
 from bridge_helpers import demonstration_bag
 from episode_store.task_folder import TaskFolder
-from episode_store.task_names import check_is_meant
 from msgs_bridge.node.close_names import close_name, distance
 import ros_helpers
 
@@ -47,10 +46,10 @@ def test_a_task_that_has_bags_is_always_meant(tmp_path):
     demonstration_bag(tmp_path)
     (tmp_path / 'task1').rename(tmp_path / 'kitchen')
     with pytest.raises(ValueError, match='set task:=kitchen, or new_task:=true'):
-        check_is_meant(TaskFolder(tmp_path, 'kichen'))
-    check_is_meant(TaskFolder(tmp_path, 'door'))
+        TaskFolder(tmp_path, 'kichen').check_is_meant()
+    TaskFolder(tmp_path, 'door').check_is_meant()
     (tmp_path / 'kitchen').rename(tmp_path / 'kichen')
-    check_is_meant(TaskFolder(tmp_path, 'kichen'))
+    TaskFolder(tmp_path, 'kichen').check_is_meant()
 
 
 def test_the_learner_asks_in_one_line(quiet_domain, tmp_path):

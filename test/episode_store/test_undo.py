@@ -4,12 +4,13 @@ import time
 
 import pytest
 
-from bridge_helpers import demonstration_bag, GRID, nanoseconds, raw_status, STATUS, write_drive
+from bridge_helpers import (
+    content_of, demonstration_bag, GRID, nanoseconds, raw_status, STATUS, write_drive)
 from control_field.records import Outcome
-from episode_store.episode import read_episode
+from episode_store.errors import NothingToLearnError
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
-from episode_store.rosbag2.errors import BagError, NothingToLearnError
+from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from episode_store.undo import bring_back, names_of, take_away, THROWN_AWAY
 from msgs_bridge.messages.trial_status import State
@@ -92,7 +93,7 @@ def test_a_demonstration_that_was_thrown_away_counts_as_kept_when_it_is_back(
     take_away(task, [1])
     episode, = bring_back(task)
     if counts:
-        assert len(read_episode(episode.path).record.cells) > 2
+        assert len(content_of(episode.path).record.cells) > 2
     else:
         with pytest.raises(NothingToLearnError, match=reason):
-            read_episode(episode.path)
+            content_of(episode.path)

@@ -8,8 +8,8 @@ from bridge_helpers import demonstration_bag, GRID, write_drive
 from control_field.grid import Grid
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
+from episode_store.relearn import check_workspaces
 from episode_store.task_folder import EpisodeKind, TaskFolder
-from episode_store.workspace import check_workspaces, common_header
 from experience_cli.main import main
 
 LARGER = Grid(30, 30, 0.25)
@@ -68,6 +68,5 @@ def test_bags_of_one_workspace_have_the_last_ones_header(tmp_path):
     task = task_of(tmp_path, [GRID, GRID])
     start_bag(task, EpisodeKind.TRIAL, {}).close()
     task.episodes()[-1].bag.write_bytes(b'')
-    assert list(check_workspaces(task.episodes())) == task.episodes()[:2]
-    assert common_header(task.episodes()).grid == GRID
-    assert common_header([]) is None
+    assert [header.grid for header in check_workspaces(task.episodes())] == [GRID, GRID]
+    assert check_workspaces([]) == []

@@ -8,12 +8,10 @@ import shutil
 import pytest
 from rosbags.rosbag2 import Reader
 
-from bridge_helpers import demonstration_bag, loop_bag
-from episode_store.episode import read_episode
+from bridge_helpers import content_of, demonstration_bag, loop_bag
 from episode_store.rosbag2.errors import mcap_path
 from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import TaskFolder
-from episode_store.trim import whole_path
 from experience_cli.main import main
 from sample_helpers import DEMO, field_of, files_of, FIRST, sample_copy, SECOND
 
@@ -96,7 +94,7 @@ def test_show_tells_topics_and_demonstration(task, experience):
 
 def test_show_tells_the_decisions_of_a_trial(task, experience):
     made = json.loads(experience('show', FIRST, '--json'))['decisions']
-    record = read_episode(task.find(2).path).record
+    record = content_of(task.find(2).path).record
     assert made['count'] == len(record.decisions) == sum(made['kinds'].values())
     assert made['online_reinforcements'] == record.n_online_reinforcements == len(made['notable'])
     assert 'blocked' in experience('show', FIRST)
@@ -204,7 +202,7 @@ def test_a_cut_demonstration_keeps_its_records_byte_for_byte(task, experience):
     assert shown['duration'] == pytest.approx(10.5, abs=0.21)
     assert shown['state'] == 'kept'
     assert field_of(task) != whole
-    assert whole_path(episode).read_bytes() == files['sample/0001_demo/0001_demo_0.mcap']
+    assert episode.whole.read_bytes() == files['sample/0001_demo/0001_demo_0.mcap']
     experience('trim', DEMO, '--undo')
     assert field_of(task) == whole
     assert files_of(task.root) == files
@@ -218,7 +216,7 @@ def test_the_whole_recording_survives_a_second_cut(task, experience):
     shown = json.loads(experience('show', DEMO, '--json'))
     assert shown['duration'] == pytest.approx(10.0, abs=0.21)
     assert shown['label'] == 'success'
-    assert whole_path(task.find(1)).read_bytes() == whole
+    assert task.find(1).whole.read_bytes() == whole
     assert not list(task.path.glob('.trim*'))
 
 

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_odometry
+from bridge_helpers import content_of, GRID, nanoseconds, ODOMETRY, raw_odometry
 from control_field.parameters import Parameters
-from episode_store.episode import read_episode
+from episode_store.episode import Episode
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.relearn import Relearner
@@ -36,12 +36,12 @@ def record(root, corners, spike=False):
     (CORNERS[:3], False, set()), (CORNERS, False, {LOOP}), (CORNERS, True, {LOOP, SPIKE})])
 def test_it_is_drawn_in_a_style_of_its_own(tmp_path, corners, spike, drawn):
     relearner = Relearner(GRID, Parameters())
-    learnt_bag = relearner.learn(record(tmp_path, corners, spike))
+    learnt_bag = relearner.learn(Episode(record(tmp_path, corners, spike)))
     figure = inspection_figure(learnt_bag, relearner)
     for axes in figure.axes:
         lines = {line.get_label(): line for line in axes.lines}
         assert lines.keys() & {LOOP, SPIKE} == drawn
-        path = lines[f'driven in {learnt_bag.episode.name}'].get_xydata()
+        path = lines[f'driven in {learnt_bag.folder.name}'].get_xydata()
         assert not (np.abs(path - 4.0) < 1e-6).all(axis=1).any()
         if LOOP in drawn:
             in_loop = np.isfinite(lines[LOOP].get_xydata()).all(axis=1)
@@ -52,7 +52,7 @@ def test_it_is_drawn_in_a_style_of_its_own(tmp_path, corners, spike, drawn):
 
 
 def test_show_lists_every_loop_and_counts_the_steps_that_are_left(tmp_path, capsys):
-    report = read_episode(record(tmp_path, CORNERS).path).report
+    report = content_of(record(tmp_path, CORNERS).path).report
     assert main(['show', '--bags', str(tmp_path), 'task1/0001']) == 0
     first, second, *_ = capsys.readouterr().out.splitlines()
     assert f', {report.n_steps} steps to learn from' in first

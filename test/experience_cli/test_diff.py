@@ -11,8 +11,8 @@ import pytest
 
 from bridge_helpers import demonstration_bag
 from control_field.headings import headings_from_vectors
-from episode_store.recording import Recording
-from episode_store.relearning import fold
+from episode_store.episode import Episode
+from episode_store.relearn import relearn
 from experience_cli.main import main
 from robot_bags import robot_bag
 from sample_helpers import DEMO, FIRST, sample_copy, SECOND
@@ -85,7 +85,7 @@ def test_a_field_that_does_not_tell_its_bags_is_said_to(task, diff, capsys):
 
 
 def test_the_numbers_are_those_of_the_fields(task, diff):
-    recorded, final = Recording(task.find(2)), fold(task.episodes())[0].refresh
+    recorded, final = Episode(task.find(2)), relearn(task.episodes())[0].refresh
     found = diff(FIRST, 'bags/sample')
     a, b = recorded.field(), final.field
     headings = [headings_from_vectors(field.vx, field.vy) for field in (a, b)]

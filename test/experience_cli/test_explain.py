@@ -10,14 +10,14 @@ import pytest
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
-from bridge_helpers import demonstration_bag
+from bridge_helpers import content_of, demonstration_bag
 from control_field.headings import UNIT
 from control_field.learning.provenance import TOLERANCE
 from control_field.records import Kind
 from control_field.robot.limits import Limits
-from episode_store.episode import read_episode
-from episode_store.recording import COMPASS, Recording
-from episode_store.relearning import fold
+from episode_store.episode import Episode
+from episode_store.relearn import relearn
+from experience_cli.compass import COMPASS
 from experience_cli.explanation import Moment
 from experience_cli.main import main
 from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes
@@ -48,8 +48,8 @@ def unit(name):
 @pytest.mark.parametrize('number', [2, 3])
 def test_the_shares_reproduce_the_fields_vector_at_every_decision(task, explain, number):
     episode = task.find(number)
-    start, field = Recording(episode).start, Recording(episode).field()
-    rows = read_episode(episode.path).record.decisions
+    start, field = Episode(episode).start, Episode(episode).field()
+    rows = content_of(episode.path).record.decisions
     for row in rows[rows['kind'] != Kind.BLOCKED]:
         shown = explain(f'sample/{number}', max(float(row['stamp']) - start, 0.0))
         course, cell = shown['course'], (int(row['row']), int(row['col']))
@@ -72,7 +72,7 @@ def test_the_shares_reproduce_the_fields_vector_at_every_decision(task, explain,
 def test_a_prototype_is_traced_to_the_second_it_was_shown(task, explain):
     shown = explain(FIRST, 1.0)
     [voice] = shown['course']['prototypes']
-    demo = Recording(task.find(1))
+    demo = Episode(task.find(1))
     at = int(np.searchsorted(demo.poses.stamps - demo.start, voice['second'] - 1e-6))
     cell = demo.header.grid.cell_from_world(*demo.poses.xyyaw[at, :2].tolist())
     assert (voice['share'], voice['episode'], voice['demonstrated']) == (1.0, 1, True)
@@ -81,9 +81,9 @@ def test_a_prototype_is_traced_to_the_second_it_was_shown(task, explain):
 
 
 def test_a_refused_course_is_told_with_what_was_done_instead(task, explain):
-    rows = read_episode(task.find(2).path).record.decisions
+    rows = content_of(task.find(2).path).record.decisions
     refused = rows[rows['kind'] == Kind.BLOCKED][0]
-    shown = explain(FIRST, float(refused['stamp']) - Recording(task.find(2)).start)
+    shown = explain(FIRST, float(refused['stamp']) - Episode(task.find(2)).start)
     assert [row['kind'] for row in shown['decision']] == ['blocked', 'avoid']
     assert [row['reward'] for row in shown['decision']] == [-1, 1]
     assert shown['decision'][0]['heading'] in shown['decision'][0]['sight_blocked']
@@ -94,7 +94,7 @@ def test_a_refused_course_is_told_with_what_was_done_instead(task, explain):
 
 
 def test_the_command_is_the_one_that_answered_the_odometry(task, explain):
-    recording = Recording(task.find(3))
+    recording = Episode(task.find(3))
     for i in (5, 60, 150):
         at = float(recording.poses.stamps[i]) - recording.start
         shown = explain(SECOND, at + 0.01)
@@ -114,7 +114,7 @@ def test_the_limits_that_a_command_reaches_are_named(task, explain):
     assert 'no less than a TurtleBot3 Burger can: speed' in text
     text = explain(SECOND, 3.0, '--v-max', '0.26')
     assert 'can:' not in text
-    stamps = Recording(task.find(3)).poses.stamps
+    stamps = Episode(task.find(3)).poses.stamps
     commands = [explain(SECOND, stamp - stamps[0])['command'] for stamp in stamps[30:45].tolist()]
     for before, now in pairwise(commands):
         ramped = abs(abs(now['applied'][1] - before['applied'][1]) - 3.2 * 0.1) < 1e-6
@@ -123,7 +123,7 @@ def test_the_limits_that_a_command_reaches_are_named(task, explain):
 
 
 def test_a_moment_may_be_named_by_its_stamp(task, explain):
-    recording = Recording(task.find(2))
+    recording = Episode(task.find(2))
     stamp = recording.start + recording.duration - 0.05
     assert explain(FIRST, stamp) == explain(FIRST, recording.duration - 0.05)
 
@@ -148,7 +148,7 @@ def test_a_bag_that_holds_no_field_is_not_said_to_be_from_before_there_was_one(t
 
 
 def test_without_recorded_prototypes_they_are_relearnt(task, explain):
-    refresh = fold(task.episodes()[:2])[0].refresh
+    refresh = relearn(task.episodes()[:2])[0].refresh
     field = serialize_message(cloud_from_field(refresh.field))
     prototypes = serialize_message(cloud_from_prototypes(refresh.prototypes, refresh.field.grid))
     asked = []
@@ -167,8 +167,8 @@ def test_without_recorded_prototypes_they_are_relearnt(task, explain):
 
 
 def test_prototypes_that_do_not_add_up_are_not_passed_off_as_the_reason(task, explain):
-    refresh = fold(task.episodes())[0].refresh
-    start = read_episode(task.find(1).path).record.cells[:4]
+    refresh = relearn(task.episodes())[0].refresh
+    start = content_of(task.find(1).path).record.cells[:4]
 
     def change(topic, type_name, message):
         if topic == '/prototypes':
@@ -189,7 +189,7 @@ def test_prototypes_that_do_not_add_up_are_not_passed_off_as_the_reason(task, ex
 
 
 def test_a_curious_trial_is_told_from_one_that_follows_the_prototypes(task, explain):
-    relearner, _ = fold(task.episodes()[:2])
+    relearner, _ = relearn(task.episodes()[:2])
     field = serialize_message(cloud_from_field(relearner.field(curious=True)))
 
     def change(topic, type_name, message):
@@ -241,7 +241,7 @@ def test_a_command_that_was_let_through_is_said_to_be_so(task, explain):
 
 def test_what_a_burgers_gate_does_not_explain_is_not_passed_off_as_asked_for(task, explain):
     episode = commanded(task, (0.2, 0.0), (0.1, 0.0))
-    recording, wide = Recording(episode), Limits(v_max=0.26, w_max=1.82, radius=0.22)
+    recording, wide = Episode(episode), Limits(v_max=0.26, w_max=1.82, radius=0.22)
     at = next(at for at in np.arange(0.5, recording.duration, 0.1).tolist()
               if (gated := Moment(recording, at, wide).gated).rule == 'slowed' and gated.reproduces
               and Moment(recording, at).gated.rule == 'none')

@@ -14,7 +14,7 @@ from bridge_helpers import demonstration_bag, GRID, random_decisions, raw_decisi
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.records import Outcome
-from episode_store.episode import read_header
+from episode_store.episode import Episode
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.relearn import Relearner
@@ -36,16 +36,16 @@ def task(tmp_path):
 
 
 def relearner_of(task):
-    header = read_header(task.episodes()[0].path)
+    header = Episode.at(task.episodes()[0].path).header
     relearner = Relearner(header.grid, header.parameters)
     for episode in task.episodes():
-        relearner.learn(episode)
+        relearner.learn(Episode(episode))
     return relearner
 
 
 def add_trial(task, field=None, header=None):
     """Add a trial of three random decisions that begins with a recorded field."""
-    header = header or read_header(task.episodes()[0].path)
+    header = header or Episode.at(task.episodes()[0].path).header
     mapping = EpisodeHeader(
         EpisodeKind.TRIAL, header.task, header.grid, header.parameters).to_mapping()
     with start_bag(task, EpisodeKind.TRIAL, mapping) as bag:

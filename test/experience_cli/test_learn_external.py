@@ -12,8 +12,9 @@ from rosbags.typesys import get_typestore, Stores
 from sensor_msgs.msg import PointCloud2
 
 from bridge_helpers import (
-    demonstration_bag, GRID, loop_bag, nanoseconds, ODOMETRY, raw_local_grid, raw_odometry)
-from episode_store.episode import read_episode, read_header
+    content_of, demonstration_bag, GRID, loop_bag, nanoseconds, ODOMETRY, raw_local_grid,
+    raw_odometry)
+from episode_store.episode import Episode
 from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.writer import McapFile
@@ -128,9 +129,9 @@ class TestInto:
         assert list(raw) == list(open_bag(bag).messages(NAMES['odom']))
         assert len(raw) == N
         assert raw.log_times.tolist() == [nanoseconds(i / 20) for i in range(N)]
-        header = read_header(first.path)
+        header = Episode.at(first.path).header
         assert (header.topics, header.task) == (NAMES, 'shelf')
-        assert len(read_episode(first.path).record.cells) == 9
+        assert len(content_of(first.path).record.cells) == 9
         assert f'{bag} is kept as {first.path}' in capsys.readouterr().out
 
     def test_a_task_keeps_its_workspace(self, tmp_path, capsys):
@@ -365,7 +366,7 @@ class TestWhatIsMade:
         kept = BagReader(episode.bag)
         assert kept.topics == {
             '/odom': 'geometry_msgs/msg/PoseStamped', '/neighbourhood': OCCUPANCY}
-        assert read_episode(episode.path).record.blocked.any()
+        assert content_of(episode.path).record.blocked.any()
         [(_, header), *_] = kept.metadata
         assert 'local grid is made from' in header['imported_notes']
 

@@ -8,10 +8,9 @@ import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import get_typestore, Stores
 
+from bridge_helpers import content_of
 from control_field.records import Demonstration, Outcome
-from episode_store.episode import read_episode
-from episode_store.recording import Recording
-from episode_store.repair import needs_repair
+from episode_store.episode import Episode
 from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import TaskFolder
 from experience_cli.arguments import parser
@@ -27,7 +26,7 @@ EPISODES = TASK.episodes()
 def test_there_is_a_demonstration_and_two_trials_below_a_megabyte():
     assert [episode.path.name for episode in EPISODES] == ['0001_demo', '0002_trial', '0003_trial']
     assert sum(path.stat().st_size for path in BAGS.rglob('*') if path.is_file()) < 1_000_000
-    demo, first, second = (read_episode(episode.path) for episode in EPISODES)
+    demo, first, second = (content_of(episode.path) for episode in EPISODES)
     assert isinstance(demo.record, Demonstration)
     assert len(demo.record.cells) == 16
     assert [trial.record.outcome for trial in (first, second)] == [Outcome.GOAL] * 2
@@ -57,12 +56,12 @@ def test_rosbags_reads_every_message(episode):
             assert message.__msgtype__ == connection.msgtype == ours.topics[connection.topic]
             counts[connection.topic] += 1
     assert counts == {topic: len(ours.messages(topic)) for topic in ours.topics}
-    assert not needs_repair(episode.path)
+    assert Episode(episode).is_closed
 
 
 @pytest.mark.parametrize('episode', EPISODES[1:], ids=lambda episode: episode.path.name)
 def test_mcap_ros2_support_reads_the_very_field_and_decisions(episode):
-    field = Recording(episode).field()
+    field = Episode(episode).field()
     decisions, odometry = [], []
     with episode.bag.open('rb') as file, warnings.catch_warnings():
         warnings.simplefilter('ignore')
@@ -77,7 +76,7 @@ def test_mcap_ros2_support_reads_the_very_field_and_decisions(episode):
                 decisions += decisions_from_cloud(found.decoded_message, field.grid).tolist()
             elif found.channel.topic == '/odom':
                 odometry.append(found.decoded_message.pose.pose.position.x)
-    assert decisions == read_episode(episode.path).record.decisions.tolist()
+    assert decisions == content_of(episode.path).record.decisions.tolist()
     assert len(odometry) == len(BagReader(episode.bag).messages('/odom'))
 
 

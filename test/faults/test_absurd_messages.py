@@ -14,7 +14,7 @@ from sensor_msgs.msg import PointCloud2, PointField
 from bridge_helpers import random_decisions, random_field, spoil
 from control_field.grid import Grid
 from control_field.records import Outcome
-from episode_store.episode import read_episode
+from episode_store.episode import Episode
 from episode_store.task_folder import EpisodeKind
 from experience_cli.commands.learn import field_bytes
 from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
@@ -164,7 +164,7 @@ def test_nodes_that_stand_still_lose_no_trial(suite, seconds):
         stop(suite, name, seconds)
     suite.wait_for_revision(before + 2)
     suite.wait(lambda: suite.newest_revision() == before + 2, 'the last field')
-    trials = [read_episode(episode.path).record.outcome for episode in suite.task.episodes()
+    trials = [Episode.at(episode.path).content.record.outcome for episode in suite.task.episodes()
               if episode.kind is EpisodeKind.TRIAL]
     assert trials.count(Outcome.GOAL) == before + 1, suite.report()
     assert set(trials) <= {Outcome.GOAL, Outcome.ABORTED}

@@ -5,8 +5,9 @@ import random
 import pytest
 from rosbags.highlevel import AnyReader
 
+from bridge_helpers import content_of
 from control_field.records import Outcome
-from episode_store.episode import read_episode
+from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.repair import repair_task
 from episode_store.task_folder import EpisodeKind
@@ -49,7 +50,7 @@ def revisions_in(path):
 
 
 def trials(task):
-    return [read_episode(episode.path).record for episode in task.episodes()
+    return [content_of(episode.path).record for episode in task.episodes()
             if episode.kind is EpisodeKind.TRIAL]
 
 
@@ -99,16 +100,16 @@ def test_the_field_is_as_if_the_broken_trials_had_been_marked_aborted(killed):
     assert relearner.n_trials == N_TRIALS
     unbroken = Relearner(relearner.grid, relearner.parameters)
     for episode in task.episodes():
-        read = read_episode(episode.path)
+        read = content_of(episode.path)
         if getattr(read.record, 'outcome', None) is not Outcome.ABORTED:
-            unbroken.learn(episode)
+            unbroken.learn(Episode(episode))
     assert field_bytes(unbroken.field()) == live
 
 
 def test_every_bag_shows_the_revision_that_was_driven_on(killed):
     revision = 1
     for episode in killed[0].episodes()[1:]:
-        outcome = read_episode(episode.path).record.outcome
+        outcome = content_of(episode.path).record.outcome
         assert revisions_in(episode.path) <= {revision}
         if outcome is not Outcome.ABORTED:
             assert revisions_in(episode.path) == {revision}

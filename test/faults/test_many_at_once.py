@@ -11,8 +11,9 @@ import pytest
 
 from bridge_helpers import demonstration_bag, GRID
 from control_field.parameters import Parameters
+from episode_store.episode import Episode
 from episode_store.relearn import Relearner
-from episode_store.repair import needs_repair, repair_task
+from episode_store.repair import repair_task
 from episode_store.rosbag2.errors import mcap_path
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_cli.main import main
@@ -60,7 +61,7 @@ def test_hundreds_of_bags_are_listed(tmp_path, few_files, capsys):
 def test_a_hundred_demonstrations_are_learnt(tmp_path):
     relearner = Relearner(GRID, Parameters())
     for episode in copies(tmp_path, 100).episodes():
-        assert relearner.learn(episode).refresh is not None
+        assert relearner.learn(Episode(episode)).refresh is not None
     assert relearner.refresh.field.revision == 100
 
 
@@ -80,7 +81,7 @@ def test_five_commands_at_once_leave_every_bag_whole(tmp_path):
         if process.returncode:
             assert re.search(r'in use|was forgotten|there is no bag', err), err
     assert sorted(each.number for each in [*task.episodes(), *task.forgotten()]) == [1, 2, 3]
-    assert not any(needs_repair(each.path) for each in [*task.episodes(), *task.forgotten()])
+    assert all(Episode(each).is_closed for each in [*task.episodes(), *task.forgotten()])
     for number in [each.number for each in task.forgotten()]:
         task.recall(number)
     for number in (2, 3):

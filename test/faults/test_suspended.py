@@ -11,9 +11,10 @@ import time
 import pytest
 from std_msgs.msg import Bool
 
+from bridge_helpers import content_of
 from control_field.records import Outcome
-from episode_store.episode import read_episode
-from episode_store.gaps import gaps_in, KEY
+from episode_store.episode import Episode
+from episode_store.gaps import KEY
 from episode_store.task_folder import EpisodeKind
 from episode_store.undo import take_away
 from experience_cli.commands.learn import field_bytes
@@ -108,9 +109,9 @@ def check_bags(suite):
     outcomes = []
     for episode in suite.task.episodes():
         said = KEY in (episode.path / 'metadata.yaml').read_text()
-        assert said == bool(gaps := gaps_in(episode.path)), (episode.name, str(gaps))
+        assert said == bool(gaps := Episode.at(episode.path).gaps), (episode.name, str(gaps))
         if episode.kind is EpisodeKind.TRIAL:
-            outcomes.append(read_episode(episode.path).record.outcome)
+            outcomes.append(content_of(episode.path).record.outcome)
     report = '\n'.join([str(outcomes), suite.report()])
     assert Outcome.COLLISION not in outcomes, report
     assert outcomes[-1] is Outcome.GOAL, report
@@ -152,7 +153,7 @@ def test_a_trial_whose_recorder_sleeps_through_it_counts(ros_domain, tmp_path):
         assert check_bags(suite) == [Outcome.GOAL, Outcome.GOAL], suite.report()
         for episode in suite.task.episodes():
             # In lock-step all is kept, but words of how the trial stood meanwhile.
-            gaps = gaps_in(episode.path)
+            gaps = Episode.at(episode.path).gaps
             assert not gaps.holes, gaps
             assert not gaps.n_missing, gaps
             assert {*gaps.lost} <= {'/trial'}, gaps

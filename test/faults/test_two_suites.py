@@ -6,8 +6,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 import pytest
 from rosbags.highlevel import AnyReader
 
+from bridge_helpers import content_of
 from control_field.records import Outcome
-from episode_store.episode import read_episode
 from episode_store.task_folder import EpisodeKind
 import ros_helpers
 from suite_helpers import Suite
@@ -44,7 +44,7 @@ def topics_of(task):
 
 
 def outcomes(task):
-    return [read_episode(episode.path).record.outcome for episode in task.episodes()
+    return [content_of(episode.path).record.outcome for episode in task.episodes()
             if episode.kind is EpisodeKind.TRIAL]
 
 

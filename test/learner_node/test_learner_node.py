@@ -15,15 +15,14 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 
-from bridge_helpers import demonstration_bag
+from bridge_helpers import content_of, demonstration_bag
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from episode_store.episode import find_topic, read_episode
+from episode_store.episode import Episode
+from episode_store.errors import NothingToLearnError
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
-from episode_store.repair import needs_repair
-from episode_store.rosbag2.errors import mcap_path, NothingToLearnError
-from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.errors import mcap_path
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.tables import field_from_cloud
@@ -170,9 +169,9 @@ def test_a_signal_during_a_demonstration_closes_the_bag(ros_domain, ros_node, tm
         process.stop()
     assert 'a demonstration is recorded: broken off, the learner was stopped' in process.stderr
     [episode] = task.episodes()
-    assert not needs_repair(episode.path)
+    assert Episode(episode).is_closed
     with pytest.raises(NothingToLearnError, match='not kept'):
-        read_episode(episode.path)
+        content_of(episode.path)
 
 
 @pytest.mark.parametrize('durability', ['VOLATILE', 'TRANSIENT_LOCAL'])
@@ -194,8 +193,7 @@ def test_a_bumper_is_recorded_however_it_publishes(
         robot.cross(process, task, touches)
         process.stop()
     [episode] = task.episodes()
-    bag = BagReader(episode.bag)
-    said = [cdr[4] for cdr in bag.messages(find_topic(bag.topics, 'contact', {}))]
+    said = [cdr[4] for cdr in Episode(episode).messages('contact')]
     assert said[-1] == 1
     assert all(a != b for a, b in pairwise(said)), said
 

@@ -5,10 +5,11 @@ import pytest
 
 from bridge_helpers import GRID, loop_bag, nanoseconds, ODOMETRY, raw_odometry
 from control_field.parameters import Parameters
+from episode_store.episode import Episode
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.relearn import Relearner
-from episode_store.task_folder import episode_from_path, TaskFolder
+from episode_store.task_folder import TaskFolder
 from experience_cli.commands.learn import text_from_learnt_bag
 from learner_node.reports import numbers_from_learnt_bag, sentence_from_learnt_bag
 from learner_node.task_memory import TaskMemory
@@ -23,7 +24,7 @@ def relearner():
 
 
 def learn(relearner, folder):
-    return relearner.learn(episode_from_path(folder))
+    return relearner.learn(Episode.at(folder))
 
 
 def test_a_plain_sentence_says_it_and_numbers_are_apart(tmp_path, relearner):

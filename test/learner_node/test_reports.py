@@ -6,6 +6,7 @@ from bridge_helpers import demonstration_bag, GRID
 from control_field.parameters import Parameters
 from control_field.records import Outcome
 from control_field.words import how_it_ended
+from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.task_folder import TaskFolder
 from learner_node.reports import numbers_from_learnt_bag, sentence_from_learnt_bag
@@ -20,7 +21,7 @@ def task(tmp_path):
 
 
 def test_a_demonstration_is_said_plainly_before_its_numbers(task):
-    learnt_bag = Relearner(GRID, Parameters()).learn(task.episodes()[0])
+    learnt_bag = Relearner(GRID, Parameters()).learn(Episode(task.episodes()[0]))
     plain, numbers = sentence_from_learnt_bag(learnt_bag), numbers_from_learnt_bag(learnt_bag)
     assert plain.startswith('Drive 0001 kept: ')
     assert plain.endswith(' seen so far the robot gets to the goal.')

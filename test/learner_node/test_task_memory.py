@@ -9,7 +9,7 @@ import pytest
 from bridge_helpers import demonstration_bag, GRID, loop_bag
 from control_field.parameters import Parameters
 from control_field.poses import StartPose
-from episode_store.repair import needs_repair
+from episode_store.episode import Episode
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import EpisodeKind, TaskFolder
@@ -219,7 +219,7 @@ class TestRecorder:
         found = [[sent for *_, sent, _ in BagReader(episode.bag).records()]
                  for episode in (first, second)]
         assert found == [[0, 1, 2], [3, 4, 5]]
-        assert not needs_repair(first.path)
+        assert Episode(first).is_closed
 
     def test_keeps_the_decisions_of_a_trial_that_starts_during_a_demonstration(self, tmp_path):
         task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))

@@ -5,13 +5,13 @@ import dataclasses
 import pytest
 
 from bridge_helpers import (
-    GRID, random_decisions, random_field, random_prototypes, raw_decisions, raw_status)
+    content_of, GRID, random_decisions, random_field, random_prototypes, raw_decisions, raw_status)
 from control_field.records import Outcome
-from episode_store.episode import read_episode
+from episode_store.episode import Episode
+from episode_store.errors import NothingToLearnError
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
-from episode_store.relearning import relearnt
-from episode_store.rosbag2.errors import NothingToLearnError
+from episode_store.relearn import relearnt
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from msgs_bridge.messages.clouds import table_from_cloud
 from msgs_bridge.messages.memory_identity import difference, memory_of, NOTHING, task_of
@@ -108,14 +108,15 @@ def trial(folder, memory, header_memory, outcome=Outcome.GOAL):
 def test_a_trial_on_the_field_of_another_memory_teaches_nothing(tmp_path, memory, header_memory):
     folder = trial(tmp_path, memory, header_memory)
     with pytest.raises(NothingToLearnError, match=r'the controller (drives|does not say)'):
-        read_episode(folder)
+        content_of(folder)
 
 
 def test_bags_of_before_there_were_names_are_read(tmp_path):
-    read = read_episode(trial(tmp_path, '', ''))
+    read = Episode.at(trial(tmp_path, '', ''))
     assert read.header.memory == ''
+    assert read.content.record.outcome is not Outcome.ABORTED
 
 
 def test_a_bag_of_a_trial_that_was_broken_off_is_read_as_that(tmp_path):
-    read = read_episode(trial(tmp_path, '', OWN, Outcome.ABORTED))
+    read = content_of(trial(tmp_path, '', OWN, Outcome.ABORTED))
     assert read.record.outcome is Outcome.ABORTED
