@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from control_field.local_grid import BLOCKED, FREE
 from control_field.words import counted
-from msgs_bridge.untrusted.files import yaml_from_text
+from msgs_bridge.untrusted.yaml_texts import yaml_from_text
 from world_maps.errors import read_bytes, WorldError
 from world_maps.map_cells import (
     cells_from_pixels, MODES, n_saved_unknown_free, SAVED_UNKNOWN, turned, turned_corner, UNKNOWN)

@@ -15,7 +15,8 @@ from control_field.words import counted
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.mcap_scan import MAGIC
 from episode_store.rosbag2.metadata import NAME
-from msgs_bridge.untrusted.files import BoundlessYamlError, open_regular, read_text, yaml_from_text
+from msgs_bridge.untrusted.files import open_regular, read_text
+from msgs_bridge.untrusted.yaml_texts import BoundlessYamlError, yaml_from_text
 
 #: How the files end that hold messages, those that are read first of several copies before others.
 ENDINGS: Final = ('.mcap', '.db3', '.bag', '.bag.active', '.mcap.zstd', '.db3.zstd')

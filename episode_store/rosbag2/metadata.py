@@ -9,8 +9,8 @@ from textwrap import indent
 from typing import Any, Final
 
 from episode_store.rosbag2.errors import BagError, error_line
-from msgs_bridge.untrusted.files import (
-    read_text, replace_file, text_from_yaml, yaml_from_text, yaml_node)
+from msgs_bridge.untrusted.files import read_text, replace_file
+from msgs_bridge.untrusted.yaml_texts import text_from_yaml, yaml_from_text, yaml_node
 
 NAME: Final = 'metadata.yaml'
 #: The key under which all of it stands, and that of what people and programs have noted.

@@ -7,7 +7,8 @@ from pathlib import Path
 import re
 from typing import Any, Final
 
-from msgs_bridge.untrusted.files import read_text, yaml_from_text
+from msgs_bridge.untrusted.files import read_text
+from msgs_bridge.untrusted.yaml_texts import yaml_from_text
 
 _PARAMETERS: Final = 'ros__parameters'
 #: Nodes of ours, which may share a file, and how alike a name is that was meant to be another.

@@ -13,13 +13,10 @@ import errno
 import os
 from pathlib import Path
 import stat
-from typing import Any, BinaryIO, Final
+from typing import BinaryIO, Final
 
 #: A file's size unless something else is said, [bytes]: ``metadata.yaml`` of 5000 files has 2 MB.
 MOST_BYTES: Final = 4 * 2**20
-#: Of a text in YAML: how deep lists may be nested, how many things may be in it, and how long a
-#: word may be that is not quoted (numbers are made of those).
-_MOST_DEPTH, _MOST_EVENTS, _MOST_WORD = 50, 500_000, 4096
 _KINDS: Final = (
     (stat.S_ISDIR, 'a folder'), (stat.S_ISFIFO, 'a named pipe'), (stat.S_ISSOCK, 'a socket'),
     (stat.S_ISCHR, 'a device'), (stat.S_ISBLK, 'a device'))
@@ -44,10 +41,6 @@ class OddFileError(OSError):
 
     def __init__(self, path: Path | str, problem: str) -> None:
         super().__init__(errno.EINVAL, problem, str(path))
-
-
-class BoundlessYamlError(ValueError):
-    """A text in YAML that may stand for more than memory holds; the message is one line."""
 
 
 def open_regular(path: Path | str, within: Path | str | None = None) -> BinaryIO:
@@ -123,78 +116,6 @@ def read_text(
 ) -> str:
     """Read a regular text file in UTF-8, see `read_bytes`; UnicodeDecodeError if it is none."""
     return read_bytes(path, limit, within).decode(errors=errors)
-
-
-def yaml_from_text(text: str | bytes, as_written: bool = False) -> Any:
-    """
-    Return what a text in YAML says, in plain types.
-
-    Parameters
-    ----------
-    text : str or bytes
-        Of a size that was bounded before.
-    as_written : bool
-        Whether numbers and words stay texts as they stand there, and a key given twice is refused:
-        others, such as yaml-cpp, read 010 and a second value in their own way.
-
-    Raises
-    ------
-    BoundlessYamlError
-        If it is nested too deeply, or has aliases (``*name``) or merge keys (``<<``): a few lines
-        of those can stand for more than memory holds.
-    ValueError
-        If it is no YAML, or a key is given twice. All are one line, without the file.
-
-    """
-    with _yaml_loader(text, as_written) as loader:
-        node = loader.get_single_node()
-        if as_written:
-            _check_keys(node)
-        return None if node is None else loader.construct_document(node)
-
-
-def yaml_node(text: str) -> Any:
-    """Return what a text in YAML says as nodes of PyYAML that tell where; see `yaml_from_text`."""
-    with _yaml_loader(text) as loader:
-        return loader.get_single_node()
-
-
-def text_from_yaml(value: Any) -> str:
-    """Return plain types as YAML, in the order they have; no aliases are made."""
-    import yaml
-
-    class Plain(getattr(yaml, 'CSafeDumper', yaml.SafeDumper)):  # type: ignore[misc]
-        def ignore_aliases(self, data: object) -> bool:
-            return True
-
-    Plain.add_representer(type(None), lambda dumper, _: dumper.represent_scalar(
-        'tag:yaml.org,2002:null', '~'))
-    return str(yaml.dump(value, Dumper=Plain, sort_keys=False, width=2**30))
-
-
-@contextmanager
-def _yaml_loader(text: str | bytes, as_written: bool = False) -> Iterator[Any]:
-    """Check a text in YAML and make what loads it; what that raises becomes ValueError."""
-    import yaml  # type: ignore[import-untyped, unused-ignore]
-
-    if len(text) > MOST_BYTES:
-        raise BoundlessYamlError(
-            f'it has {len(text)} bytes, YAML of this kind has at most {MOST_BYTES}')
-    # In C 20 times as fast; without a bound of the depth it would crash.
-    name = 'BaseLoader' if as_written else 'SafeLoader'
-    kind = getattr(yaml, f'C{name}', getattr(yaml, name))
-    try:
-        _check_events(yaml, yaml.parse(text, kind))
-        loader = kind(text)
-        try:
-            yield loader
-        finally:
-            loader.dispose()
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        raise ValueError(f'it is no YAML{_line(mark)}') from None
-    except (RecursionError, OverflowError):
-        raise ValueError('it is no YAML') from None
 
 
 def replace_file(path: Path | str, content: bytes) -> None:
@@ -334,49 +255,3 @@ def _check_regular(path: Path | str, about: os.stat_result) -> None:
         return
     kind = next((words for test, words in _KINDS if test(about.st_mode)), 'something else')
     raise OddFileError(path, f'it is {kind}, it must be a regular file')
-
-
-def _check_keys(node: Any) -> None:
-    """Refuse mappings with a key that is given twice; how deep they are was checked before."""
-    lines: dict[str, int] = {}
-    for child in [] if isinstance(getattr(node, 'value', ''), str) else node.value:
-        key, value = child if isinstance(child, tuple) else (None, child)
-        if key is not None and isinstance(key.value, str):
-            line = int(key.start_mark.line) + 1
-            if key.value in lines:
-                raise ValueError(f'it says {key.value!r} twice, in line {lines[key.value]} and in '
-                                 f'line {line}: keep one of them')
-            lines[key.value] = line
-        _check_keys(value)
-
-
-def _check_events(yaml: Any, events: Any) -> None:
-    """Refuse what a loader could not bear, before there is one thing in memory."""
-    depth = 0
-    for number, event in enumerate(events):
-        if isinstance(event, yaml.AliasEvent):
-            raise BoundlessYamlError(
-                f'it has an alias (*{event.anchor}){_line(event.start_mark)}, which is not '
-                f'followed: write out what it stands for')
-        depth += isinstance(event, yaml.CollectionStartEvent)
-        depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > _MOST_DEPTH or number > _MOST_EVENTS:
-            raise BoundlessYamlError(
-                f'it has more than {_MOST_DEPTH} levels or {_MOST_EVENTS} entries')
-        if isinstance(event, yaml.ScalarEvent):
-            _check_word(event)
-
-
-def _check_word(event: Any) -> None:
-    is_plain = event.implicit[0] or event.tag
-    if is_plain and event.value == '<<':
-        raise BoundlessYamlError(
-            f'it has a merge key (<<){_line(event.start_mark)}, which is not followed: write out '
-            f'what it stands for')
-    if is_plain and len(event.value) > _MOST_WORD:
-        raise BoundlessYamlError(
-            f'it has a word of {len(event.value)} letters{_line(event.start_mark)}')
-
-
-def _line(mark: Any) -> str:
-    return f' in line {mark.line + 1}' if mark is not None else ''

@@ -1,4 +1,4 @@
-"""Opening what is not ours: regular files only, none too large, no links out, bounded YAML."""
+"""Opening what is not ours: regular files only, none too large, no links out."""
 
 import os
 from pathlib import Path
@@ -6,14 +6,11 @@ import socket
 import stat
 import time
 
-from hypothesis import given
-from hypothesis import strategies as st
 import pytest
-import yaml
 
 from msgs_bridge.untrusted.files import (
     check_folder, check_held, draft_beside, is_draft, OddFileError, open_lock, open_regular,
-    read_bytes, read_text, replace_file, yaml_from_text)
+    read_bytes, read_text, replace_file)
 
 
 def make_pipe(path):
@@ -161,41 +158,3 @@ def test_a_folder_of_ours_is_no_link(tmp_path):
     for name in ('link', 'file'):
         with pytest.raises(OddFileError):
             check_folder(tmp_path / name)
-
-
-def bomb(levels=30):
-    lines = ['a0: &a0 [x, x]', *(f'a{i}: &a{i} [*a{i - 1}, *a{i - 1}]' for i in range(1, levels))]
-    return '\n'.join(lines) + f'\nmode: *a{levels - 1}\n'
-
-
-HOSTILE = {
-    'aliases': bomb(), 'one alias': 'a: &b c\nd: *b\n', 'itself': '&a [*a]',
-    'merge': 'a: {<<: {b: 1}}', 'deep': '[' * 100_000, 'deep maps': '{a: ' * 5000,
-    'deep blocks': '\n'.join(' ' * n + 'a:' for n in range(200)), 'many': '[' + '[],' * 600_000,
-    'long number': 'a: ' + '1:' * 100_000 + '1', 'digits': 'a: ' + '9' * 100_000,
-    'python': '!!python/object/apply:os.getcwd []', 'cut': '{a: [', 'bytes': '\0', 'date':
-    'a: 2026-99-99', 'tagged': 'a: !!int "' + '1:' * 100_000 + '1"'}
-
-
-@pytest.mark.parametrize('kind', HOSTILE)
-def test_yaml_is_bounded(kind):
-    began = time.process_time()
-    with pytest.raises(ValueError, match=r'it |must be|integer string') as caught:
-        yaml_from_text(HOSTILE[kind])
-    assert time.process_time() - began < 5.0
-    assert '\n' not in str(caught.value)
-    assert len(str(caught.value)) < 200
-
-
-def test_yaml_says_where_an_alias_is():
-    with pytest.raises(ValueError, match=r'alias \(\*b\) in line 2'):
-        yaml_from_text(HOSTILE['one alias'])
-
-
-@given(st.recursive(
-    st.none() | st.booleans() | st.integers() | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner),
-    max_leaves=10))
-def test_yaml_without_such_things_says_what_it_says(value):
-    assert yaml_from_text(yaml.safe_dump(value)) == value
-    assert yaml_from_text(yaml.safe_dump(value).encode()) == value
