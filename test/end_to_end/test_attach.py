@@ -1,7 +1,6 @@
 """`experience demo --attach` teaches nodes that others have started, in a namespace, for real."""
 
 from contextlib import ExitStack
-import sys
 import time
 
 import pytest
@@ -10,11 +9,12 @@ from bridge_helpers import content_of
 from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_cli.main import main
+import forks
 from ros_helpers import Process, start_node
 from suite_helpers import PARAMETERS
 
 pytestmark = pytest.mark.slow
-COMMAND = [sys.executable, '-m', 'experience_cli.main', 'demo', '--attach', '--trials', '1']
+COMMAND = forks.command('experience_cli.main', 'demo', '--attach', '--trials', '1')
 
 
 def start_nodes(stack, folder, namespace, lockstep):
@@ -91,9 +91,8 @@ def test_a_node_that_reads_another_type_is_named_with_the_parameter(ros_domain, 
     (['--tasks', '1,2'], ['--tasks', 'one task']),
     (['--namespace', 'a b'], ["'a b'", 'namespace']),
 ])
-def test_mistakes_are_one_line(quiet_domain, tmp_path, arguments, words):
-    code, process = attach(tmp_path, *arguments)
-    assert code == 2
-    [line] = process.stderr.splitlines()
+def test_mistakes_are_one_line(quiet_domain, capsys, arguments, words):
+    assert main(['demo', '--attach', *arguments]) == 2
+    [line] = capsys.readouterr().err.splitlines()
     for word in words:
         assert word in line
