@@ -26,6 +26,9 @@ ROOT = Path(__file__).resolve().parent.parent
 DEADLINE = 60.0
 #: Time after which a lost request is made again, [s].
 REPEAT = 3.0
+#: Services that do nothing more when they are asked a second time.
+REPEATABLE = {'start_trial', 'stop_trial', 'stop_trials', 'record_demonstration',
+              'discard_demonstration', 'label_success', 'label_failure'}
 # Round numbers are left to people, who choose them by hand.
 DOMAINS = tuple(domain for domain in range(1, 101) if domain % 10)
 
@@ -143,6 +146,13 @@ def collect(node: Node, message_type: type, topic: str, qos: QoSProfile | int = 
     return messages
 
 
+def client_of(node: Node, service_type: type, name: str) -> Any:
+    """Return a node's client of a service, the same for every request."""
+    full = node.resolve_service_name(name)
+    return next((client for client in node.clients if client.service_name == full),
+                None) or node.create_client(service_type, name)
+
+
 def call(
     node: Node, service_type: type, name: str, request: Any = None, deadline: float = DEADLINE,
     again: float | None = None,
@@ -150,12 +160,14 @@ def call(
     """
     Call a service (an empty request by default) and return its response.
 
-    A request on the heels of discovery may be lost. One that may be made twice is made again
-    after `again` seconds without an answer; by default those about parameters are.
+    A client's first request, or the answer to it, may be lost: the server may hear of the client
+    later than of the request. So a node keeps its clients, and what may be asked for twice (any
+    parameter, and `REPEATABLE`) is asked for again after `again` seconds without an answer.
     """
-    if again is None and service_type.__module__.startswith('rcl_interfaces'):
+    if again is None and (service_type.__module__.startswith('rcl_interfaces')
+                          or name.rpartition('/')[2] in REPEATABLE):
         again = REPEAT
-    client = node.create_client(service_type, name)
+    client = client_of(node, service_type, name)
     wait_until(client.service_is_ready, deadline, node=node, what=f'service {name}')
     futures: list[Any] = []
     asked = -math.inf
@@ -168,9 +180,7 @@ def call(
             asked = time.monotonic()
         return next((future for future in futures if future.done()), None)
 
-    future = wait_until(answered, deadline, node=node, what=f'an answer of {name}')
-    node.destroy_client(client)
-    return future.result()
+    return wait_until(answered, deadline, node=node, what=f'an answer of {name}').result()
 
 
 class Process:

@@ -216,6 +216,8 @@ def test_no_executor_is_left_to_the_garbage_collector(ros_domain, ros_node, tmp_
     """Who finds guard conditions of rclpy 7.1 before their executor says so with a traceback."""
     command = node_command(f'{name}.node', tmp_path, NODES[name])
     command[1:3] = ['-c', LEFT_OVER.format(name)]
+    # Of a namesake that was killed before, the middleware may speak for a while.
+    wait_until(lambda: name not in ros_node.get_node_names(), node=ros_node, what='no namesake')
     with Process(command, tmp_path) as process:
         wait_until(lambda: name in ros_node.get_node_names(), node=ros_node,
                    processes=[process], what=name)
