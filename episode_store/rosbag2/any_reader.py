@@ -1,4 +1,4 @@
-"""Opening any bag, whoever recorded it: one file or several, with or without its metadata."""
+"""Open any bag, whoever recorded it: one file or several, with or without its metadata."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -19,23 +19,23 @@ from msgs_bridge.untrusted.files import open_regular
 
 def open_bag(path: Path | str) -> Bag:
     """
-    Open any bag for reading raw messages: ours and other uncompressed MCAP files directly.
+    Open any bag for reading its raw messages.
 
     Parameters
     ----------
     path : Path
-        A file, or a folder with ``metadata.yaml``; without it, all files in the folder are read.
+        A file, or a folder. Without ``metadata.yaml`` all files in the folder are read.
 
     Raises
     ------
     BagError
-        If it cannot be read, or a part of the drive is surely missing.
+        If it cannot be read, or part of the drive is certainly missing.
 
     """
     path = Path(path)
     try:
         files = files_of_folder(path) if path.is_dir() else files_of_file(path)
-        # A file that a person named may be a link; what a folder holds does not lead out of it.
+        # A file that a person names may be a link; files in a folder must not lead out of it.
         within = path if path.is_dir() else None
         parts = [_open_part(file, files, within) for file in files.paths]
     except OSError as error:
@@ -49,14 +49,14 @@ def open_bag(path: Path | str) -> Bag:
 
 
 def missing_from(bag: Bag) -> str:
-    """Say that not all of a bag is there; empty for a whole one."""
+    """Return a sentence if part of a bag is missing; empty for a whole one."""
     for part in _cut_parts(bag):
         return f'what is not readable of {part.path.name} is missing: {part.damage}'
     return ''
 
 
 def notes_on(bag: Bag) -> tuple[str, ...]:
-    """Return sentences on what of a bag was not read, or read from elsewhere than it says."""
+    """Return sentences on what was not read of a bag, or was read from another file."""
     return (*bag.notes, *filter(None, [missing_from(bag)]))
 
 
@@ -69,9 +69,9 @@ class JoinedBag(Bag):
     path : Path
         The folder.
     parts : sequence of Bag
-        In the order they were recorded.
+        In the order in which they were recorded.
     notes : sequence of str
-        What there is to say of how they were found.
+        Sentences on how they were found.
 
     """
 
@@ -91,7 +91,7 @@ class JoinedBag(Bag):
         Raises
         ------
         BagError
-            If one of the files cannot be read, or all become too much when they are unpacked.
+            If one of the files cannot be read, or they are too large once unpacked.
 
         """
         if len(self.parts) == 1:
@@ -104,7 +104,7 @@ class JoinedBag(Bag):
             times.tolist())
 
     def _tables(self, topic: str) -> Iterator[RawMessages]:
-        """Go through the files; together they may become no more than one alone."""
+        """Yield the messages of each file; all together have the same bound as one file."""
         n_unpacked = 0
         for part in self.parts:
             if topic in part.topics:
@@ -117,7 +117,7 @@ class JoinedBag(Bag):
 
 class InLogOrder(Bag):
     """
-    A bag whose messages come as they were received, in whatever order the file holds them.
+    A bag whose messages come in the order of their log times, whatever their order in the file.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def _cut_parts(bag: Bag) -> list[Bag]:
 
 
 def _check_begun(bag: Bag) -> None:
-    """Refuse a bag that was cut before it told of any topic."""
+    """Refuse a bag that is cut off before its first topic."""
     for part in [] if bag.topics else _cut_parts(bag):
         is_void = part.path.stat().st_size == 0
         raise BagError(f'cannot read {part.path}: ' + (

@@ -1,8 +1,8 @@
 """
-Which files make up a bag that others recorded, and what else lies beside them.
+Which files make up an external bag, and what else lies beside them.
 
-Nothing is passed over in silence: what is not read is named, and where a part of the drive is
-surely missing the bag is refused.
+Nothing is skipped in silence: files that are not read are named, and a bag is refused where part
+of the drive is certainly missing.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,11 +18,11 @@ from episode_store.rosbag2.metadata import NAME
 from msgs_bridge.untrusted.files import open_regular, read_text
 from msgs_bridge.untrusted.yaml_texts import BoundlessYamlError, yaml_from_text
 
-#: How the files end that hold messages, those that are read first of several copies before others.
+#: Endings of files that hold messages; of several copies the first in this order is read.
 ENDINGS: Final = ('.mcap', '.db3', '.bag', '.bag.active', '.mcap.zstd', '.db3.zstd')
-#: What SQLite keeps beside a file that it has not finished with; the last says nothing.
+#: What SQLite keeps beside a file that it has not finished with; the last holds no messages.
 WAL, JOURNAL, _SHARED_MEMORY = '-wal', '-journal', '-shm'
-#: What programs append to the name of a file that they have replaced, or not finished.
+#: What programs append to the name of a file that they replaced or did not finish.
 _LEFT_OVER: Final = re.compile(r'\.(mcap|db3|bag)(\.zstd)?[.~]', re.IGNORECASE)
 
 
@@ -69,12 +69,12 @@ class BagFiles:
 
     @property
     def is_all(self) -> bool:
-        """Tell whether these are as many files as the description is about."""
+        """Return True if there are as many files as the description names."""
         return self.description is None or len(self.description.files) == len(self.paths)
 
 
 def is_storage_file(path: Path) -> bool:
-    """Tell whether a file holds messages, by its name."""
+    """Return True if a file holds messages, judged by its name."""
     return path.name.endswith(ENDINGS)
 
 
@@ -144,7 +144,7 @@ def files_of_folder(folder: Path) -> BagFiles:
 
 
 def files_of_file(path: Path) -> BagFiles:
-    """Say of a single file what belongs to it; see `files_of_folder`."""
+    """Return a single file with its description; see `files_of_folder`."""
     description = read_description(path.parent)
     notes = []
     if description is not None and path.name in description.files[:1000]:
@@ -156,7 +156,7 @@ def files_of_file(path: Path) -> BagFiles:
 
 
 def differing_count(files: BagFiles, n_found: int | None) -> str:
-    """Say that a bag holds another number of messages than it should; empty if it does not."""
+    """Return a sentence if a bag does not hold the number of messages it should; else empty."""
     expected = files.description.count if files.description else None
     if expected is None or n_found is None or n_found == expected:
         return ''
@@ -165,7 +165,7 @@ def differing_count(files: BagFiles, n_found: int | None) -> str:
 
 
 def is_cut(path: Path) -> bool:
-    """Tell whether an MCAP file does not end like one that was closed."""
+    """Return True if an MCAP file does not end like one that was closed."""
     if path.suffix != '.mcap' or not path.is_file():
         return False
     with open_regular(path) as file:
@@ -174,7 +174,7 @@ def is_cut(path: Path) -> bool:
 
 
 def _none_there(folder: Path, description: Description | None) -> str:
-    """Say that a folder holds no file that can be read."""
+    """Return a sentence on a folder without a file that can be read."""
     said = 'there is no .mcap, .db3 or .bag file in it'
     named = ', '.join(description.files[:5]) if description else ''
     return f'{said}; {NAME} names {named}' if named else said
@@ -241,7 +241,7 @@ def _without_copies(
 
 
 def _holes(files: Sequence[Path]) -> str:
-    """Say which numbers are missing among files that were split; empty if none is."""
+    """Return a sentence on missing numbers of a split bag's files; empty if none is missing."""
     found = [re.fullmatch(r'(.+_)(\d+)', _stem(path.name)) for path in files]
     numbers = sorted(int(match[2]) for match in found if match)
     if len(files) < 2 or len({match and match[1] for match in found}) > 1 or not numbers:
@@ -255,7 +255,7 @@ def _holes(files: Sequence[Path]) -> str:
 
 
 def _preference(path: Path) -> tuple[bool, bool, int]:
-    """Return what sorts the copy that is to be read before the others."""
+    """Return a key that sorts the copy to be read before the others."""
     ending = _ending(path.name)
     return (path.name.removesuffix(ending).endswith('.orig'), is_cut(path),
             ENDINGS.index(ending))
@@ -270,7 +270,7 @@ def _stem(name: str) -> str:
 
 
 def _number_of(name: str) -> list[str | int]:
-    """Return what sorts the tenth file behind the ninth."""
+    """Return a key that sorts the tenth file behind the ninth."""
     return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', name)]
 
 

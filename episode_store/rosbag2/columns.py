@@ -2,9 +2,9 @@
 Columns of the numbers in many messages, at the speed of memory.
 
 Messages of one topic mostly have one layout: the same frames, the same lengths. One message is
-parsed; wherever all bytes that shape a message are the same as in that one, its numbers lie in
-the same places and are copied as columns. Whatever differs is grouped again, in the end message
-by message: the result is always that of parsing each one.
+parsed; in all others whose shaping bytes equal its own the numbers lie in the same places, and
+are copied as columns. The rest is grouped again, in the end message by message: the result is
+always that of parsing each message.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,7 +17,7 @@ import numpy.typing as npt
 from episode_store.rosbag2.reader import RawMessages
 from msgs_bridge.messages.cdr import CdrError, DESCRIBED, Fields, Layout, layout_from_cdr
 
-#: Layouts that are looked for among all messages; what has none of them is parsed one by one.
+#: Layouts that are searched for among all messages; messages with none of them are parsed singly.
 MAX_LAYOUTS: Final = 16
 
 
@@ -33,7 +33,7 @@ class Columns:
     layout : ndarray of int32, shape (n,)
         Index into ``layouts``; -1 for a refused message.
     layouts : list of Layout
-        With the texts that go with the rows.
+        With the texts of the rows.
     refusal : str
         Why the first refused message was refused; empty if none was.
     other_frame : str
@@ -49,7 +49,7 @@ class Columns:
 
     @property
     def accepted(self) -> npt.NDArray[np.bool_]:
-        """Tell which messages were read, shape (n,)."""
+        """Return a mask of the messages that were read, shape (n,)."""
         return np.asarray(self.layout >= 0)
 
     def texts(self, name: str) -> list[str]:
@@ -139,7 +139,7 @@ def groups(
     messages: RawMessages, fields: Fields, columns: Columns, names: Iterable[str],
 ) -> Iterator[Group]:
     """
-    Go through the layouts of the messages; ``columns.layout`` is filled in on the way.
+    Yield the messages of each layout; ``columns.layout`` is filled in on the way.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def groups(
 def _alike(
     messages: RawMessages, layout: Layout, rows: npt.NDArray[np.int64], names: Iterable[str],
 ) -> Group:
-    """Find the messages that have the layout of the first one, and fetch their bytes."""
+    """Find the messages with the layout of the first one, and fetch their bytes."""
     rows = rows[messages.sizes[rows] == messages.sizes[rows[0]]]
     shaping = np.zeros(layout.size, dtype=np.bool_)
     for start, end in [(0, 2), *layout.frozen]:

@@ -1,4 +1,4 @@
-"""What is wrong with a bag, in one line for a person."""
+"""Errors of bags: each is one line for a person."""
 
 from pathlib import Path
 
@@ -10,17 +10,17 @@ class BagError(ValueError):
     """A bag cannot be read or written; the message is one line that says what and why."""
 
     def __init__(self, message: str) -> None:
-        """Keep it to one line without codes, whatever names from a bag or of files are in it."""
+        """Make it one printable line, whatever names of files or from a bag are in it."""
         super().__init__(printable(message))
 
 
 def mcap_path(folder: Path) -> Path:
-    """Return where the MCAP file of a bag's folder is."""
+    """Return the path of the MCAP file in the folder of one of our bags."""
     return folder / f'{folder.name}_0.mcap'
 
 
 def error_line(action: str, path: Path, error: OSError) -> str:
-    """Say in one line what could not be done, where and why."""
+    """Return one line on what could not be done, where and why."""
     if isinstance(error, OddFileError):
         path = Path(error.filename)
         return f'cannot {action} {path}: {error.strerror}'

@@ -1,9 +1,9 @@
 """
-MCAP record by record: what is readable of a file, whole or cut, wherever it was cut.
+Read MCAP record by record: whatever is readable of a file, whole or cut, wherever it was cut.
 
 A file is hostile until checked: every length is compared with the bytes that are there before
 anything is read, and nothing is allocated that a header merely claims. The index at the end of a
-file is for other programs: going through all records is as fast and needs no trust (ADR 31).
+file is not trusted: reading all records is as fast (ADR 31).
 """
 
 from array import array
@@ -55,7 +55,7 @@ class CutError(Exception):
     """A record ends before its fields do."""
 
 
-#: What reading a record that is cut or was hit may raise.
+#: Raised by reading a record that is cut or was damaged.
 _DAMAGE: Final = (CutError, McapError, struct.error, UnicodeDecodeError)
 
 
@@ -142,7 +142,7 @@ def scan(data: memoryview, verify: bool = False) -> McapContents:
 
 class Scan:
     """
-    Walks over a file record by record, over what makes no sense to the next chunk.
+    Reads a file record by record; behind damage it goes on at the next chunk.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ class Scan:
         self.at = len(MAGIC)
 
     def run(self) -> McapContents:
-        """Walk to where no record can be read any more; return what was found."""
+        """Read up to the last readable record; return the contents."""
         found, index_at = self.found, _index_start(self.data)
         try:
             self._records(len(self.data), top=True)
@@ -191,7 +191,7 @@ class Scan:
         self.found.damage = self.found.damage or damage
 
     def _go_on(self, starts: list[int]) -> None:
-        """Read on behind what makes no sense, from where the index of a file has a chunk."""
+        """Go on behind a damaged record, at chunks named by the index."""
         for start in starts:
             if start > self.at:
                 self.found.n_lost += start - self.at
@@ -230,7 +230,7 @@ class Scan:
         return opcode, length
 
     def _messages(self, end: int) -> None:
-        """Keep where messages are, up to something else or one that is not whole."""
+        """Keep where messages begin, up to another record or one that is not whole."""
         at, data, channels, starts = self.at, self.data, self.found.channels, self.starts
         while at + MESSAGE <= end:
             opcode, length, channel = _MESSAGE.unpack_from(data, at)
@@ -243,7 +243,7 @@ class Scan:
         self.at = at
 
     def _definition(self, opcode: int, start: int, length: int) -> None:
-        """Read what names schemas, channels and metadata."""
+        """Read a schema, a channel or metadata; skip other records."""
         def read(kind: Any) -> Any:
             record = self.data[start + RECORD:start + RECORD + length]
             return kind.read(ReadDataStream(BytesIO(record)))
@@ -261,7 +261,7 @@ class Scan:
             self.found.metadata.append((metadata.name, metadata.metadata))
 
     def _chunk(self, start: int, chunk_end: int, end: int) -> None:
-        """Read the records of a chunk; of one that is cut, those that are whole."""
+        """Read the records of a chunk; of a cut one, those that are whole."""
         whole = chunk_end <= end
         try:
             chunk = self._chunk_head(start, chunk_end)
@@ -282,7 +282,7 @@ class Scan:
         self.at = chunk_end
 
     def _chunk_head(self, start: int, chunk_end: int) -> Chunk:
-        """Read what stands before the records of a chunk."""
+        """Read the head of a chunk."""
         size, crc, n_name = _CHUNK.unpack_from(self.data, start + RECORD)
         at = start + RECORD + _CHUNK.size
         if n_name > _LONGEST_NAME:
@@ -305,12 +305,12 @@ class Scan:
         try:
             self._records(chunk.end, top=False)
         except _DAMAGE:
-            pass  # what comes before the bad bytes is all there is
+            pass  # everything before the bad bytes was read
         finally:
             self.starts = starts
 
     def _is_rotten(self, start: int, chunk: Chunk) -> bool:
-        """Note a chunk that does not match its checksum; nothing in it can be believed."""
+        """Note a chunk that does not match its checksum; nothing in it is trusted."""
         if not self.verify or not chunk.crc or (
                 zlib.crc32(self.data[chunk.at:chunk.end]) == chunk.crc):
             return False
@@ -337,7 +337,7 @@ def _index_start(data: memoryview) -> int:
 
 
 def _chunk_starts(data: memoryview, index_at: int) -> list[int]:
-    """Return where the index of a file, if it has one, says that chunks begin."""
+    """Return where chunks begin according to the index of a file."""
     if not index_at:
         return []
     starts = []
@@ -346,5 +346,5 @@ def _chunk_starts(data: memoryview, index_at: int) -> list[int]:
             if isinstance(record, ChunkIndex):
                 starts.append(record.chunk_start_offset)
     except (*_DAMAGE, OverflowError, MemoryError):
-        pass  # what comes before the bad bytes is all there is
+        pass  # everything before the bad bytes was read
     return sorted({start for start in starts if start < index_at})

@@ -23,7 +23,7 @@ _NEVER: Final = 2**63 - 1
 @dataclass(frozen=True)
 class OfferedQos:
     """
-    How a recorded topic's publisher offered it; `ros2 bag play` offers it the same way.
+    The QoS that the publisher of a recorded topic offered; `ros2 bag play` offers the same.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class OfferedQos:
     durability: str = 'volatile'
 
     def to_yaml(self) -> str:
-        """Return it as rosbag2 stores it in a channel: a list of one profile."""
+        """Return the text that rosbag2 stores in a channel: a list of one profile."""
         return text_from_yaml([self.to_mapping()])
 
     def to_mapping(self) -> dict[str, Any]:
@@ -66,12 +66,12 @@ _KNOWN: Final = {
 
 
 def known_qos(topic: str) -> OfferedQos:
-    """Return the profile that a topic of ours is offered with, by the last part of its name."""
+    """Return the QoS of one of our topics, by the last part of its name."""
     return _KNOWN.get(topic.rpartition('/')[2], OfferedQos())
 
 
 def read_yaml(text: str) -> Any:
-    """Return what a text in YAML says, in plain types; None if it is none, or has no bounds."""
+    """Return a text in YAML as plain types; None if it is no YAML, or exceeds the bounds."""
     try:
         return yaml_from_text(text)
     except ValueError:
@@ -79,7 +79,7 @@ def read_yaml(text: str) -> Any:
 
 
 def is_qos(text: str) -> bool:
-    """Tell whether a text is a list of offered profiles as rosbag2 stores them."""
+    """Return True if a text is a list of offered QoS profiles as rosbag2 stores them."""
     profiles = read_yaml(text)
     names = OfferedQos().to_mapping().keys()
     return isinstance(profiles, list) and all(
@@ -111,7 +111,7 @@ class TopicSummary:
     count: int
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return what rosbag2 stores of it."""
+        """Return the entry that rosbag2 stores for the topic."""
         return {'topic_metadata': {
             'name': self.name, 'type': self.type_name, 'serialization_format': 'cdr',
             'offered_qos_profiles': read_yaml(self.qos) or [],
@@ -149,7 +149,7 @@ class BagSummary:
         return text_from_yaml(self.to_mapping())
 
     def to_mapping(self) -> dict[str, Any]:
-        """Return what rosbag2 stores."""
+        """Return the content that rosbag2 stores."""
         span = {
             'starting_time': {'nanoseconds_since_epoch': self.start if self.count else _NEVER},
             'duration': {'nanoseconds': self.end - self.start}, 'message_count': self.count}
@@ -162,7 +162,7 @@ class BagSummary:
 
 
 def custom_data(text: str) -> dict[str, str]:
-    """Return what people and programs have noted in a ``metadata.yaml``, given its text."""
+    """Return the ``custom_data`` in the text of a ``metadata.yaml``."""
     said = read_yaml(text)
     for about in said.values() if isinstance(said, dict) else ():
         notes = about.get(_NOTES) if isinstance(about, dict) else None
@@ -176,12 +176,12 @@ def with_note(text: str, key: str, value: str | None, path: Path | str) -> str:
     """
     Return the text of a ``metadata.yaml`` with one note set, or taken out (None).
 
-    All else stays as it is written, so that a note taken out again leaves no trace.
+    Everything else stays as written, so that a note taken out again leaves no trace.
 
     Raises
     ------
     BagError
-        If it has no place for any; ``path`` is named.
+        If the text has no ``custom_data``; ``path`` is named.
 
     """
     values = custom_data(text)
@@ -211,7 +211,7 @@ def _line_start(mark: Any) -> int:
 
 
 def _notes_in(text: str, path: Path | str) -> Any:
-    """Return the nodes of ``custom_data`` and of what stands under it."""
+    """Return the key and the value of ``custom_data`` as nodes."""
     with suppress(ValueError):
         for _, about in _pairs(yaml_node(text)):
             for key, value in _pairs(about):
@@ -222,12 +222,12 @@ def _notes_in(text: str, path: Path | str) -> Any:
 
 
 def _pairs(node: Any) -> list[Any]:
-    """Return the keys and values of a node; none if it is no mapping."""
+    """Return the keys and values of a node; none if it is not a mapping."""
     return list(node.value) if getattr(node, 'id', '') == 'mapping' else []
 
 
 def has_metadata(folder: Path) -> bool:
-    """Tell whether a bag's folder has a ``metadata.yaml`` that can be read."""
+    """Return True if the folder of a bag has a readable ``metadata.yaml``."""
     try:
         content = read_yaml(read_text(folder / NAME, within=folder))
     except (FileNotFoundError, UnicodeDecodeError):
@@ -238,7 +238,7 @@ def has_metadata(folder: Path) -> bool:
 
 def write_metadata(folder: Path, summary: BagSummary) -> None:
     """
-    Write ``metadata.yaml`` into a bag's folder, whole or not at all; notes that are in it stay.
+    Write ``metadata.yaml`` into the folder of a bag, whole or not at all; its notes are kept.
 
     Raises
     ------

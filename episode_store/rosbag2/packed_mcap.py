@@ -1,4 +1,4 @@
-"""MCAP files with compressed chunks, whole or cut: one chunk at a time is unpacked."""
+"""Read MCAP files with compressed chunks, whole or cut; one chunk at a time is unpacked."""
 
 from collections import Counter
 from collections.abc import Collection
@@ -62,7 +62,7 @@ class PackedMcap(Bag):
 
 class PackedScan(Scan):
     """
-    Walks over a file, unpacks its chunks, and keeps the messages of some channels.
+    Reads a file, unpacks its chunks, and keeps the messages of some channels.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class PackedScan(Scan):
         self.times: list[int] = []
 
     def run(self) -> McapContents:
-        """Walk to where no record can be read any more."""
+        """Read up to the last readable record."""
         found = super().run()
         self._take_over()
         return found

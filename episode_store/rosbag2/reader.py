@@ -1,4 +1,4 @@
-"""Reading bags: the raw messages of a topic, without decoding or copying them."""
+"""Bags and their raw messages, and the reader of uncompressed MCAP files, which copies nothing."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.mcap_scan import Channel, MESSAGE, RECORD, scan
 from msgs_bridge.untrusted.files import open_regular
 
-#: Most that the messages of a topic may come to in memory, where they were packed, [bytes].
+#: Most that the messages of a topic may take in memory once unpacked, [bytes].
 MOST_IN_MEMORY: Final = 2**30
 _NOTHING: Final = np.zeros(0, dtype=np.int64)
 _HEAD: Final[np.dtype[np.void]] = np.dtype([
@@ -31,11 +31,11 @@ class RawMessages:
     topic, type_name : str
         Such as ``/odom`` and ``nav_msgs/msg/Odometry``.
     buffer : ndarray of uint8
-        Holds all of them; may be a mapped file.
+        Holds all messages; may be a mapped file.
     starts, sizes : ndarray of int64, shape (n,), [bytes]
-        Where each one lies in ``buffer``; within it, not overlapping.
+        Where each message lies in ``buffer``; within it, not overlapping.
     log_times : ndarray of int64, shape (n,), [ns]
-        When each one was received.
+        When each message was received.
 
     """
 
@@ -69,7 +69,7 @@ class RawMessages:
     def of(
         cls, topic: str, type_name: str, messages: list[bytes], log_times: list[int],
     ) -> 'RawMessages':
-        """Put messages from elsewhere one behind the other."""
+        """Join messages from another source in one buffer."""
         sizes = np.array([len(message) for message in messages], dtype=np.int64)
         return cls(topic, type_name, np.frombuffer(b''.join(messages), np.uint8),
                    np.cumsum(sizes) - sizes, sizes, np.array(log_times, dtype=np.int64))
@@ -77,7 +77,7 @@ class RawMessages:
 
 class Bag:
     """
-    What can be asked of any bag, whoever recorded it.
+    What every bag can be asked, whoever recorded it.
 
     Parameters
     ----------
@@ -123,9 +123,9 @@ class BagReader(Bag):
     Parameters
     ----------
     path : Path
-        The file; it is mapped, and read as far as it is asked for.
+        The file; it is mapped, so that only what is asked for is read.
     verify : bool
-        Whether to compare all chunks with their checksums: those that do not match are left out.
+        Whether to compare all chunks with their checksums and leave out those that differ.
     follow : bool
         Whether the file may be a link that leads out of its folder: for paths a person typed.
     where : Path, optional
@@ -190,7 +190,7 @@ class BagReader(Bag):
                    bytes(self._data[at + MESSAGE:at + RECORD + int(head['length'])]))
 
     def _heads(self, numbers: list[int]) -> tuple[npt.NDArray[np.void], npt.NDArray[np.int64]]:
-        """Return what stands before the messages of some channels, and where that is."""
+        """Return the heads of the messages of some channels, and where they begin."""
         at = np.sort(np.concatenate([
             _NOTHING, *(self._starts.get(number, _NOTHING) for number in numbers)]))
         found = take(np.frombuffer(self._data, np.uint8), at, MESSAGE)

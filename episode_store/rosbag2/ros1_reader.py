@@ -19,9 +19,9 @@ from msgs_bridge.untrusted.files import open_regular
 
 #: Largest chunk that is unpacked, [bytes]; recorders write them of less than 1 MiB.
 _MOST_UNPACKED: Final = 2**28
-#: The most that LZ4 makes of a byte.
+#: The most bytes that LZ4 can unpack from one.
 _MOST_BY_LZ4: Final = 255
-#: What a type was called before.
+#: Types that ROS 1 called otherwise.
 _NOW: Final = {'tf/msg/tfMessage': 'tf2_msgs/msg/TFMessage'}
 
 
@@ -114,7 +114,7 @@ class Ros1Bag(Bag):
 
 
 def _unclosed(path: Path) -> UnclosedBag | None:
-    """Return what is whole of a bag without an index; None if nothing is."""
+    """Return the readable part of a bag without an index; None if there is none."""
     try:
         found = UnclosedBag(path, _UNPACKERS)
     except (OSError, ValueError):
@@ -159,7 +159,7 @@ def _check_size(size: int) -> None:
 
 @cache
 def _noetic() -> Any:
-    """Return what the messages of ROS 1 are made of."""
+    """Return the type store of ROS 1."""
     store = get_typestore(Stores.ROS1_NOETIC)
     store.register(get_types_from_msg(
         'geometry_msgs/TransformStamped[] transforms', 'tf2_msgs/msg/TFMessage'))
@@ -168,7 +168,7 @@ def _noetic() -> Any:
 
 @cache
 def _jazzy() -> Any:
-    """Return what the messages of ROS 2 are made of."""
+    """Return the type store of ROS 2."""
     return get_typestore(Stores.ROS2_JAZZY)
 
 

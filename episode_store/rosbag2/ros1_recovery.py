@@ -1,8 +1,8 @@
 """
-What can be read of a ROS 1 bag that its recorder did not close: all of it but the index is there.
+What can be read of a ROS 1 bag that its recorder did not close: only the index is missing.
 
-A recorder that was killed leaves chunk after chunk with connections and messages, and perhaps half
-a chunk behind them. What is whole is read, as `rosbag reindex` would, and nothing is written.
+A recorder that was killed leaves chunks of connections and messages, and perhaps half a chunk at
+the end. Whole records are read, as `rosbag reindex` would, and nothing is written.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -23,7 +23,7 @@ _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
 _SIZE: Final = struct.Struct('<I')
 _TIME: Final = struct.Struct('<II')
 
-#: What unpacks a chunk, by the name of its compression.
+#: Functions that unpack a chunk, by the name of its compression.
 Unpackers = dict[str, Callable[[bytes], bytes]]
 #: What a record is, its fields, and its data.
 _Record = tuple[int, dict[bytes, bytes], memoryview]
@@ -52,7 +52,7 @@ class UnclosedBag:
     ----------
     path : Path
     unpackers : dict of str to callable
-        Raise what they like on what they cannot unpack.
+        May raise anything on bytes that they cannot unpack.
 
     """
 
@@ -74,7 +74,7 @@ class UnclosedBag:
 
     @property
     def note(self) -> str:
-        """Say how it was found."""
+        """Return a sentence on how the bag was found."""
         n = sum(each.msgcount for each in self.connections)
         damaged = (f', {counted(self.n_damaged, "chunk")} cannot be unpacked'
                    if self.n_damaged else '')

@@ -1,5 +1,5 @@
 """
-What SQLite has not finished with: messages that stand beside a ``.db3`` file, not in it.
+What SQLite has not finished with: messages beside a ``.db3`` file that are not in it yet.
 
 A recorder that was killed leaves its newest messages in ``-wal``, or a half-written change that is
 to be taken back with ``-journal``. SQLite's own recovery sees to both, on a copy: nothing of the
@@ -77,7 +77,7 @@ def recovered(path: Path) -> Recovered | None:
 
 @contextmanager
 def folder_kept_if_well() -> Iterator[Path]:
-    """Make a temporary folder, which goes again if something goes wrong."""
+    """Make a temporary folder, which is removed if an error is raised."""
     try:
         folder = Path(mkdtemp())
     except OSError as error:
@@ -90,7 +90,7 @@ def folder_kept_if_well() -> Iterator[Path]:
 
 
 def _note(path: Path, names: str, n_before: int | None, n_after: int) -> str:
-    """Say what was found beside a file."""
+    """Return a sentence on what was found beside a file."""
     why = f'{path.name} was not closed by its recorder'
     if n_before is None:
         return f'{why}: {counted(n_after, "message")} are read with what {names} holds'
@@ -102,7 +102,7 @@ def _note(path: Path, names: str, n_before: int | None, n_after: int) -> str:
 
 
 def _is_whole(wal: Path) -> bool:
-    """Tell whether a log of SQLite begins as one, and ends with a whole page."""
+    """Return True if a log of SQLite begins as one and ends with a whole page."""
     with open_regular(wal, wal.parent) as file:
         head = file.read(_WAL_HEAD.size)
         size = file.seek(0, 2)
@@ -137,7 +137,7 @@ def _state(files: list[Path]) -> list[tuple[int, int]]:
 
 
 def _recover(copy: Path) -> int:
-    """Let SQLite finish a copy; return how many messages are in it."""
+    """Let SQLite finish a copy; return the number of its messages."""
     with closing(sqlite3.connect(copy, isolation_level=None)) as database:
         database.execute('PRAGMA trusted_schema = OFF')
         if not database.execute(_MESSAGES).fetchone()[0]:

@@ -30,7 +30,7 @@ _POSE: Final = dict.fromkeys(('x', 'y', 'qx', 'qy', 'qz', 'qw'), 1)
 @dataclass(frozen=True, eq=False)
 class PoseTable:
     """
-    The poses of a drive, in the order they were recorded.
+    The poses of a drive, in the order of recording.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class PoseTable:
         How many messages before the first and after the last pose were left out, and for how
         long, [s].
     motion : Motion or None
-        What else they say of how the robot moved.
+        Headings and speeds, as far as the messages give them.
     other_frame : str
         The frame of the first that was left out, if that is why.
 
@@ -63,7 +63,7 @@ class PoseTable:
 @dataclass(frozen=True, eq=False)
 class LocalGridTable:
     """
-    The 3x3 local grids of a drive, in the order they were recorded.
+    The 3x3 local grids of a drive, in the order of recording.
 
     Parameters
     ----------
@@ -91,7 +91,8 @@ def pose_table(messages: RawMessages, frame_id: str) -> PoseTable:
     """
     Read Odometry, PoseStamped or PoseWithCovarianceStamped messages.
 
-    What `poses.pose_from_odometry` would refuse, and another frame, is left out and counted.
+    Messages that `poses.pose_from_odometry` would refuse, or in another frame, are left out and
+    counted.
 
     Raises
     ------
@@ -117,7 +118,7 @@ def pose_table(messages: RawMessages, frame_id: str) -> PoseTable:
 
 
 def _motion(values: dict[str, npt.NDArray[Any]], is_odometry: bool) -> Motion:
-    """Return headings and speeds; a robot that drives sideways may leave out that it does."""
+    """Return headings and speeds; a velocity that is not finite counts as 0."""
     if not is_odometry:
         return Motion(_yaw(values))
     velocity = np.stack([values['vx'], values['vy']], axis=1)
@@ -140,7 +141,7 @@ def local_grid_table(messages: RawMessages, grid: Grid) -> LocalGridTable:
     """
     Read 3x3 OccupancyGrid messages on the cells of ``grid``.
 
-    What `neighbourhoods.neighbourhood_from_grid` would refuse is left out and counted.
+    Messages that `neighbourhoods.neighbourhood_from_grid` would refuse are left out and counted.
 
     Raises
     ------
@@ -203,7 +204,7 @@ def decision_table(
 def _group_decisions(
     messages: RawMessages, group: Group, grid: Grid, columns: Columns,
 ) -> list[tuple[npt.NDArray[np.int64], npt.NDArray[np.void]]]:
-    """Read messages of one layout at once; if one is refused, each by itself."""
+    """Read messages of one layout at once; if that is refused, one by one."""
     try:
         return [(group.rows, _decisions(messages, group, group.rows, grid))]
     except TableError as error:
@@ -239,7 +240,7 @@ def statuses(
     messages: RawMessages, newest_first: bool = False,
 ) -> Iterator[tuple[int, TrialStatus]]:
     """
-    Go through `trial` messages with their places; what is no such status is passed over.
+    Yield the `trial` messages with their places; messages that are no such status are skipped.
 
     Raises
     ------
@@ -264,7 +265,7 @@ def _check_type(messages: RawMessages, type_name: str) -> None:
 
 
 def _checked(messages: RawMessages, names: dict[str, int], frame_id: str) -> Columns:
-    """Read columns of stamped messages; refuse other frames and what is no stamp."""
+    """Read columns of stamped messages; refuse other frames and invalid stamps."""
     fields = dict(DESCRIBED.get(messages.type_name, ()))
     missing = [name for name in names if name not in fields]
     if missing and len(messages):
@@ -291,7 +292,7 @@ def _refuse(columns: Columns, bad: npt.NDArray[np.bool_], reason: str) -> None:
 
 
 def _seconds(values: dict[str, npt.NDArray[Any]]) -> npt.NDArray[np.float64]:
-    """Return the very floats that `poses.seconds_from_stamp` gives."""
+    """Return the same floats as `poses.seconds_from_stamp`."""
     return np.asarray(values['sec'] + values['nanosec'] * 1e-9, dtype=np.float64)
 
 
@@ -308,7 +309,7 @@ def _yaw(values: dict[str, npt.NDArray[Any]]) -> npt.NDArray[np.float64]:
 
 
 def _cells(columns: Columns, grid: Grid, name: str) -> npt.NDArray[np.int64]:
-    """Return the robot's cells; refuse what does not lie on the workspace's cells."""
+    """Return the cells of the robot; refuse grids that are off the cells of the workspace."""
     values = columns.values
     with np.errstate(over='ignore', invalid='ignore'):
         place = np.stack([values['y'] - grid.origin_y, values['x'] - grid.origin_x], axis=1)

@@ -1,4 +1,4 @@
-"""Unpacking what others packed, up to a bound: 30 kB of zstd can become 100 GB."""
+"""Unpack files, chunks and messages up to a bound: 30 kB of zstd can become 100 GB."""
 
 from pathlib import Path
 import shutil
@@ -19,7 +19,7 @@ MOST_OF_A_BAG: Final = 2 * 2**30
 #: How many times its bytes the chunks of a larger file may become.
 _MOST_TIMES: Final = 200
 _STEP: Final = 2**20
-#: What rosbags itself unpacks with, wherever it has it from.
+#: The libraries that rosbags unpacks with, wherever it has them from.
 _zstd: Final[Any] = rosbags_reader.zstd  # type: ignore[attr-defined, unused-ignore]
 _lz4: Final[Any] = sys.modules['lz4.frame']
 _UNPACKERS: Final = {'zstd': _zstd.ZstdDecompressor, 'lz4': _lz4.LZ4FrameDecompressor}
@@ -34,14 +34,14 @@ def unpack(data: bytes, size: int = MOST_OF_A_CHUNK, kind: str = 'zstd') -> byte
     data : bytes
         Packed.
     size : int, [bytes]
-        What it says it becomes; of what it really becomes no more is unpacked.
+        Its declared size once unpacked; no more is unpacked than that.
     kind : str
         ``zstd`` or ``lz4``.
 
     Raises
     ------
     ValueError
-        If it becomes more, or it ends in the middle.
+        If it becomes larger, or is cut off.
 
     """
     most = min(size, MOST_OF_A_CHUNK)
@@ -60,12 +60,12 @@ def unpack(data: bytes, size: int = MOST_OF_A_CHUNK, kind: str = 'zstd') -> byte
 
 class Room:
     """
-    Counts what was unpacked.
+    Counts the bytes that were unpacked.
 
     Parameters
     ----------
     most : int, optional, [bytes]
-        That it may come to; that of a whole bag by default.
+        Most that they may come to; that of a whole bag by default.
 
     """
 
@@ -74,7 +74,7 @@ class Room:
         self._used = 0
 
     def take(self, n_bytes: int) -> None:
-        """Take in that more was unpacked; BagError if that is too much."""
+        """Count more bytes; BagError if they become too many."""
         self._used += n_bytes
         if self._used > self._most:
             raise BagError(f'unpacked it has more than {self._most} bytes')
@@ -122,8 +122,8 @@ def unpack_file(path: Path, folder: Path) -> Path:
     Raises
     ------
     BagError
-        If it is no regular file, cannot be unpacked, or becomes too much: that is counted before
-        a byte of it is kept.
+        If it is no regular file, cannot be unpacked, or becomes too large, which is found before
+        a byte of it is written.
 
     """
     try:

@@ -1,4 +1,4 @@
-"""Writing bags: MCAP as rosbag2 writes it, in small chunks that survive a kill."""
+"""Write bags: MCAP as rosbag2 writes it, in small chunks that survive a kill."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -65,7 +65,9 @@ class _WholeRecords:
 
 class McapFile:
     """
-    An MCAP file in the making, with the channels and schemas of a ROS 2 bag; raises OSError.
+    An MCAP file that is being written, with the channels and schemas of a ROS 2 bag.
+
+    All methods raise OSError if it cannot be written.
 
     Parameters
     ----------
@@ -95,7 +97,7 @@ class McapFile:
             raise
 
     def type_name(self, topic: str) -> str | None:
-        """Return the type of a topic, None if it is not in the file yet."""
+        """Return the type of a topic; None if it is not in the file yet."""
         channel = self._channels.get(topic)
         return None if channel is None else channel.type_name
 
@@ -123,11 +125,11 @@ class McapFile:
         self._writer.add_metadata(name, dict(values))
 
     def flush(self) -> None:
-        """End the chunk and hand it to the system."""
+        """End the chunk and hand it to the operating system."""
         self._writer.flush()  # type: ignore[no-untyped-call]
 
     def finish(self, name: str) -> BagSummary:
-        """Write index and end; ``name`` is what the file will be called."""
+        """Write the index and close the file, which will have the name ``name``."""
         try:
             summary = BagSummary(name, self._start, self._end,
                                  [channel.summary() for channel in self._channels.values()])
@@ -139,7 +141,7 @@ class McapFile:
         return summary
 
     def abandon(self) -> None:
-        """Close the file as it is: its records are whole, its index is missing."""
+        """Close the file without its index; its records are whole."""
         self._stream.close()
 
 
@@ -271,7 +273,7 @@ class BagWriter:
 
     def flush(self) -> None:
         """
-        Hand all messages to the system: a kill then loses none of them.
+        Hand all messages to the operating system, so that a kill loses none of them.
 
         Raises
         ------
@@ -303,7 +305,7 @@ class BagWriter:
         Raises
         ------
         BagError
-            If that fails and nothing failed before; the messages written so far stay readable.
+            If that fails and nothing failed before; messages written so far stay readable.
 
         """
         if self._closed:
@@ -319,7 +321,7 @@ class BagWriter:
 
     @contextmanager
     def _guarded(self) -> Iterator[None]:
-        """Refuse to go on after a failure, and say one in a line."""
+        """Refuse to go on after a failure, and turn an OSError into one line."""
         if self._failure or self._closed:
             raise BagError(self._failure or f'{self.path} is closed')
         try:

@@ -1,8 +1,8 @@
 """
 CDR: where the fields of a serialised message lie.
 
-Only the messages that bags are learnt from are described here. A message is hostile until
-checked: no length is believed that the bytes do not bear out.
+Only the messages that are learnt from are described here. A message is hostile until checked: no
+length is believed unless there are as many bytes.
 """
 
 from dataclasses import dataclass, field
@@ -58,7 +58,7 @@ DESCRIBED: Final[dict[str, Fields]] = {
     'diagnostic_msgs/msg/DiagnosticStatus': DIAGNOSTIC_STATUS,
 }
 
-#: How everything begins that zstd packed, and what that means of a message.
+#: First bytes of everything that zstd packed, and what that means for a message.
 _ZSTD: Final = b'\x28\xb5\x2f\xfd'
 _COMPRESSED: Final = (
     'its messages are compressed one by one (zstd), which only metadata.yaml tells: put the '
@@ -91,7 +91,7 @@ class Layout:
     places : dict of str to Place
         The numbers.
     values : dict
-        What shapes the message: texts, lists of structs, numbers marked so.
+        Whatever shapes the message: texts, lists of structs, numbers marked so.
     frozen : list of (int, int)
         Spans of bytes that are equal in every message of this layout: all that shapes it.
 
@@ -212,7 +212,7 @@ class _Walk:
         return count
 
     def _frozen(self, size: int, align: int = 0) -> int:
-        """Step over bytes that shape the message; what fills gaps before them may be anything."""
+        """Step over bytes that shape the message; the padding before them may be anything."""
         self._align(align or size)
         start = self._step(size)
         self.layout.frozen.append((start, self.at))

@@ -1,4 +1,4 @@
-"""CDR written: the few messages that are made from others, the same bytes every time."""
+"""Write CDR: the few messages that are made from others, with the same bytes every time."""
 
 import math
 import struct
@@ -13,10 +13,10 @@ _PLAIN: Final = b'\x00\x01\x00\x00'
 
 
 class CdrWriter:
-    """Puts fields one behind the other, each where its size has it; what fills gaps is 0."""
+    """Appends fields, each aligned to its size; padding is 0."""
 
     def __init__(self) -> None:
-        """Begin with nothing but the encapsulation."""
+        """Start with the encapsulation."""
         self._data = bytearray(_PLAIN)
 
     def put(self, form: str, *values: float) -> 'CdrWriter':

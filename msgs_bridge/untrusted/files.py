@@ -1,10 +1,9 @@
 """
-The one door to files that are not ours: opened with care, written beside and renamed.
+The one place where files are opened that are not ours, and where files are replaced.
 
 Whoever gives a folder can put anything into it: pipes and devices that never end, links that lead
-elsewhere, a gigabyte of YAML, ten lines of YAML that stand for more than memory holds. What is odd
-is an `OddFileError`, which is an OSError: whoever says in a line why a file cannot be read says
-this, too.
+elsewhere, a gigabyte of text. Such a file raises `OddFileError`, which is an OSError: code that
+reports why a file cannot be read reports this, too.
 """
 
 from collections.abc import Iterator
@@ -20,22 +19,22 @@ MOST_BYTES: Final = 4 * 2**20
 _KINDS: Final = (
     (stat.S_ISDIR, 'a folder'), (stat.S_ISFIFO, 'a named pipe'), (stat.S_ISSOCK, 'a socket'),
     (stat.S_ISCHR, 'a device'), (stat.S_ISBLK, 'a device'))
-#: What the name of a file that is being written ends in, behind some letters nobody knows before.
+#: Ending of the name of a draft, after letters that nobody can predict.
 DRAFT: Final = '.tmp'
-#: So much of its name stands before them: names are at most 255 bytes long.
+#: So much of the name of the file comes before them: names have at most 255 bytes.
 _MOST_NAME: Final = 50
 
 
 class OddFileError(OSError):
     """
-    A file that is not used, whatever stands in it.
+    A file that is not read, whatever its content.
 
     Parameters
     ----------
     path : Path
         Which one.
     problem : str
-        What is odd about it, and what to do; stands behind the file's name.
+        What is wrong with it and what to do; follows the name of the file in messages.
 
     """
 
@@ -45,15 +44,15 @@ class OddFileError(OSError):
 
 def open_regular(path: Path | str, within: Path | str | None = None) -> BinaryIO:
     """
-    Open a regular file for reading; nothing else, and without ever waiting for it.
+    Open a regular file for reading, nothing else, and never wait for it.
 
     Parameters
     ----------
     path : Path
         The file.
     within : Path, optional
-        A folder that a link must not lead out of. Without one it may lead anywhere, which is for
-        paths that a person typed.
+        A folder that a link must not lead out of. None, for paths that a person typed, lets a
+        link lead anywhere.
 
     Raises
     ------
@@ -139,9 +138,9 @@ def replace_file(path: Path | str, content: bytes) -> None:
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """
-    Name a draft to be made and synced, which then takes a file's place; raises OSError.
+    Yield the name of a draft to be made and synced, which then takes the place of a file.
 
-    After an error the file stays as it was.
+    After an error the file stays as it was. Raises OSError.
     """
     with draft_beside(path) as draft:
         yield draft
@@ -152,9 +151,9 @@ def replacing(path: Path) -> Iterator[Path]:
 @contextmanager
 def draft_beside(path: Path) -> Iterator[Path]:
     """
-    Name a file beside another that is not there, and that nobody can know before.
+    Yield a name beside a file that is not in use and that nobody can predict.
 
-    What is there at the end goes again. `is_draft` tells what a kill has left.
+    A draft that is still there at the end is removed; `is_draft` knows those of killed processes.
     """
     draft = path.with_name(f'.{path.name[:_MOST_NAME]}.{os.urandom(6).hex()}{DRAFT}')
     try:
@@ -165,7 +164,7 @@ def draft_beside(path: Path) -> Iterator[Path]:
 
 
 def is_draft(name: str) -> bool:
-    """Tell whether a file is what a kill has left of `replace_file`, by its name."""
+    """Return True if the name is that of a draft that a killed process left behind."""
     return name.startswith('.') and name.endswith(DRAFT)
 
 
@@ -200,7 +199,7 @@ def open_lock(path: Path | str, create: bool = True) -> int:
 
 def check_folder(path: Path | str) -> None:
     """
-    Refuse a folder of ours that is a link, or something else; there may be none.
+    Refuse a folder of ours that is a link or not a folder; it may be missing.
 
     Raises
     ------
@@ -218,7 +217,7 @@ def check_folder(path: Path | str) -> None:
 
 def check_held(path: Path | str, within: Path | str) -> None:
     """
-    Refuse a file that is none, or that leads out of a folder, without opening it.
+    Refuse a file that is not regular, or leads out of a folder, without opening it.
 
     Raises
     ------

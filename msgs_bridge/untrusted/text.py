@@ -89,7 +89,7 @@ class SafeStream:
             self.write(line)
 
     def __eq__(self, other: object) -> bool:
-        """Tell whether it writes to the same; tqdm asks that of its line and what it writes."""
+        """Return True if it writes to the same stream; tqdm compares its own with others."""
         return bool(self.stream == own_stream(other))
 
     def __hash__(self) -> int:

@@ -1,8 +1,8 @@
 """
-YAML that is not ours, within bounds, and YAML that is written.
+Reading YAML that is not ours, within bounds, and writing YAML.
 
 Ten lines of YAML can stand for more than memory holds, and a few kilobytes of brackets break a
-parser: what is in a text is looked at before there is one thing of it in memory.
+parser: a text is checked before any of its values is made.
 """
 
 from collections.abc import Iterator
@@ -11,8 +11,8 @@ from typing import Any
 
 from msgs_bridge.untrusted.files import MOST_BYTES
 
-#: How deep lists may be nested, how many things may be in it, and how long a
-#: word may be that is not quoted (numbers are made of those).
+#: How deep lists may be nested, how many entries there may be, and how long a word may be that is
+#: not quoted (numbers are such words).
 _MOST_DEPTH, _MOST_EVENTS, _MOST_WORD = 50, 500_000, 4096
 
 
@@ -22,15 +22,15 @@ class BoundlessYamlError(ValueError):
 
 def yaml_from_text(text: str | bytes, as_written: bool = False) -> Any:
     """
-    Return what a text in YAML says, in plain types.
+    Return a text in YAML as plain types.
 
     Parameters
     ----------
     text : str or bytes
-        Of a size that was bounded before.
+        At most `MOST_BYTES` long.
     as_written : bool
-        Whether numbers and words stay texts as they stand there, and a key given twice is refused:
-        others, such as yaml-cpp, read 010 and a second value in their own way.
+        Whether numbers and words stay texts, and a key given twice is refused: other parsers, such
+        as yaml-cpp, read 010 and a second value in their own way.
 
     Raises
     ------
@@ -49,13 +49,13 @@ def yaml_from_text(text: str | bytes, as_written: bool = False) -> Any:
 
 
 def yaml_node(text: str) -> Any:
-    """Return what a text in YAML says as nodes of PyYAML that tell where; see `yaml_from_text`."""
+    """Return a text in YAML as nodes of PyYAML, which know their places; see `yaml_from_text`."""
     with _yaml_loader(text) as loader:
         return loader.get_single_node()
 
 
 def text_from_yaml(value: Any) -> str:
-    """Return plain types as YAML, in the order they have; no aliases are made."""
+    """Return plain types as YAML, in their order and without aliases."""
     import yaml
 
     class Plain(getattr(yaml, 'CSafeDumper', yaml.SafeDumper)):  # type: ignore[misc]
@@ -69,7 +69,7 @@ def text_from_yaml(value: Any) -> str:
 
 @contextmanager
 def _yaml_loader(text: str | bytes, as_written: bool = False) -> Iterator[Any]:
-    """Check a text in YAML and make what loads it; what that raises becomes ValueError."""
+    """Check a text in YAML and yield its loader, whose errors become ValueError."""
     import yaml  # type: ignore[import-untyped, unused-ignore]
 
     if len(text) > MOST_BYTES:
@@ -93,7 +93,7 @@ def _yaml_loader(text: str | bytes, as_written: bool = False) -> Iterator[Any]:
 
 
 def _check_keys(node: Any) -> None:
-    """Refuse mappings with a key that is given twice; how deep they are was checked before."""
+    """Refuse mappings with a key given twice; the depth was checked before."""
     lines: dict[str, int] = {}
     for child in [] if isinstance(getattr(node, 'value', ''), str) else node.value:
         key, value = child if isinstance(child, tuple) else (None, child)
@@ -107,7 +107,7 @@ def _check_keys(node: Any) -> None:
 
 
 def _check_events(yaml: Any, events: Any) -> None:
-    """Refuse what a loader could not bear, before there is one thing in memory."""
+    """Refuse what would be too much for a loader, before any value is made."""
     depth = 0
     for number, event in enumerate(events):
         if isinstance(event, yaml.AliasEvent):
