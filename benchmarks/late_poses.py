@@ -27,7 +27,7 @@ from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from control_field.records import CellFlag, ControlField, Outcome
-from control_field_node.answer import Answer
+from control_field_node.trial_run import Answer
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
@@ -206,7 +206,7 @@ class LateBench:
             self.step()
         problem = self.supervisor.start(self.now)
         began = self.now
-        while not problem and self.supervisor.run is not None and self.now - began < LONGEST:
+        while not problem and self.supervisor.trial.run is not None and self.now - began < LONGEST:
             self.step()
         if problem:
             return Ride('refused', problem, self.simulation.n_collisions, 0.0, 0)
@@ -232,7 +232,7 @@ class LateBench:
         if self.n_steps % GUARD_EVERY == 0:
             self._take(self.supervisor.guard(self.now, self.now))
         if self.n_steps % WATCH_EVERY == 0:
-            self._take(self.supervisor.watch(self.now))
+            self._take(self.supervisor.check_inputs(self.now))
 
     def _sense(self) -> None:
         robot, seen = self.simulation.robot, self.simulation.local_grid()
@@ -243,12 +243,11 @@ class LateBench:
     def _hear(self, message: Any) -> None:
         """Do as the node does."""
         if isinstance(message, Neighbourhood):
-            self.supervisor.saw_neighbourhood(message, self.now)
-        elif self.supervisor.intake.is_late_pose(message, self.now):
-            intake = self.supervisor.intake
-            intake.odometry.pass_over(self.now, intake.why_late)
+            self.supervisor.on_neighbourhood(message, self.now)
+        elif problem := self.supervisor.sensing.inputs.poses.check(message, self.now):
+            self.supervisor.sensing.inputs.odometry.pass_over(self.now, problem)
         else:
-            self._take(self.supervisor.saw_pose(message, self.now, self.now))
+            self._take(self.supervisor.on_pose(message, self.now, self.now))
 
     def _take(self, answer: Answer) -> None:
         if answer.velocity is not None:

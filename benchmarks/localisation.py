@@ -25,10 +25,10 @@ from control_field.learning.learner import Learner
 from control_field.local_grid import masks_from_neighbourhood
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Demonstration, Outcome, Trial
-from control_field_node.answer import Answer
-from control_field_node.placing import take_place
+from control_field.robot.stop_rules import StopReason
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
+from control_field_node.trial_run import Answer
 from experience_cli.demo.path_follower import Driver, points_from_cells
 from experience_cli.demo.show_and_try import WAY
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
@@ -182,7 +182,7 @@ class Bench:
 
     def _ride(self, number: int) -> tuple[Ride, Trial]:
         """Set the robot back and let it try once."""
-        field = self.supervisor.field
+        field = self.supervisor.field.current
         assert field is not None
         self.simulation.place(_START)
         before = self.simulation.n_collisions
@@ -193,15 +193,15 @@ class Bench:
             self._take(self._sense(), rows)
         problem = self.supervisor.start(self._now)
         assert not problem, problem
-        while self.supervisor.run is not None and self._n_ticks - first < _MAX_TICKS:
+        while self.supervisor.trial.run is not None and self._n_ticks - first < _MAX_TICKS:
             self._take(self._sense(), rows)
-            truth, believed = self.simulation.robot.truth, self.supervisor.pose
+            truth, believed = self.simulation.robot.truth, self.supervisor.sensing.pose
             assert believed is not None
             worst = max(worst, math.hypot(truth.x - believed.x, truth.y - believed.y))
             self.simulation.tick(TICK)
             room = min(room, self.clearance.at(*self.simulation.robot.truth[:2]))
             if self.simulation.in_contact:
-                self._take(self.supervisor.saw_contact(), rows)
+                self._take(self.supervisor.trial.halt(StopReason.CONTACT), rows)
         status, truth = self.supervisor.status, self.simulation.robot.truth
         goal = self.grid.world_from_cell(*field.goal)
         n_ticks = self._n_ticks - first
@@ -222,9 +222,9 @@ class Bench:
         self._n_ticks += 1
         robot, local_grid = self.simulation.robot, self.simulation.local_grid()
         began = time.perf_counter()
-        self.supervisor.saw_neighbourhood(
+        self.supervisor.on_neighbourhood(
             Neighbourhood(self._now, local_grid.row, local_grid.col, local_grid.cells), self._now)
-        answer = self.supervisor.saw_pose(
+        answer = self.supervisor.on_pose(
             Pose(self._now, *robot.odometry, robot.speed, robot.turn_rate), self._now)
         if self.condition.localised and self._n_ticks % POSE_EVERY == 0:
             self._localise()
@@ -235,8 +235,8 @@ class Bench:
         """Tell the controller a noisy pose."""
         noise = self._rng.standard_normal(3) * (POSE_STD, POSE_STD, POSE_YAW_STD)
         x, y, yaw = (np.array(self.simulation.robot.truth) + noise).tolist()
-        take_place(
-            self.supervisor, Pose(self._now, x, y, yaw, frame_id='map'),
+        self.supervisor.sensing.on_localised_pose(
+            Pose(self._now, x, y, yaw, frame_id='map'),
             (POSE_STD**2, POSE_STD**2, POSE_YAW_STD**2), self._now)
 
     def _take(self, answer: Answer, rows: list[Any]) -> None:

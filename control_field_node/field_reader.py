@@ -42,7 +42,7 @@ class FieldReader:
     How large a message is shows only once it has been taken, and taking holds all of Python up:
     a tenth of a second for 60 MB. So nothing is taken before the other thread, which first lets
     the robot stand, gives leave (ADR 19). Who takes calls `ask` and then `take`; who guards looks
-    at `is_asking`, `is_busy` and `is_reading`, calls `give_leave`, and fetches what `finished`.
+    at `is_asking`, `is_busy` and `is_reading`, calls `give_leave` and `take_finished`.
     """
 
     def __init__(self) -> None:
@@ -81,7 +81,7 @@ class FieldReader:
 
     @property
     def is_asking(self) -> bool:
-        """Tell whether a field waits until the robot stands."""
+        """Return whether a field waits until the robot stands."""
         return self.is_busy and not self._leave.is_set()
 
     def ask(self) -> None:
@@ -99,8 +99,8 @@ class FieldReader:
         """Let the field be taken that waits: the robot stands."""
         self._leave.set()
 
-    def finished(self) -> Outcome | None:
-        """Return what has been read; None if that is nothing."""
+    def take_finished(self) -> Outcome | None:
+        """Take what has been read; return None if nothing is."""
         try:
             outcome = self._done.get_nowait()
         except Empty:

@@ -1,4 +1,4 @@
-"""Where the robot is in the workspace: odometry, mended as far as the settings say. ROS-free."""
+"""Where the robot is in the workspace: odometry, corrected as the settings say. ROS-free."""
 
 from collections import deque
 from dataclasses import replace
@@ -13,20 +13,20 @@ from control_field_node.settings import Settings
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
 
-#: A step of the odometry that no wheel makes: the robot was set somewhere, or odometry was reset.
+#: Steps beyond what wheels drive, [m] and [rad]: the robot was placed, or odometry was reset.
 _SET_BACK: Final = (0.02, 0.1)
-#: Poses kept to bring a late pose of the localisation up to date, and the least variances that it
-#: is believed to have, [m^2] and [rad^2].
+#: Number of poses kept to bring a late pose of the localisation up to date.
 _N_KEPT: Final = 200
-_LEAST: Final = (1e-4, 1e-4, 1e-4)
+#: Least variances of x, y and yaw that it is believed to have, [m^2] and [rad^2].
+_MIN_VARIANCES: Final = (1e-4, 1e-4, 1e-4)
 
 
 class Localisation:
     """
-    Turns odometry into the pose that is driven by.
+    Corrects odometry to the pose that is driven by.
 
-    Without `anchoring` and `pose_topic` it hands on what it gets. A step of the odometry that no
-    wheel can make is taken for a new beginning: the robot is where its odometry says.
+    Without `anchoring` and `pose_topic` it changes nothing. After a step of the odometry that no
+    wheel can make it starts again: the robot is where its odometry says.
 
     Parameters
     ----------
@@ -44,11 +44,11 @@ class Localisation:
         self._seed = seed
         self._particle_filter: ParticleFilter | None = None
         self._kept: deque[Pose] = deque(maxlen=_N_KEPT)
-        self._told = math.nan
+        self._last_stamp = math.nan
 
     @property
     def calibration(self) -> tuple[float, float] | None:
-        """Return the slip and the drift [rad/m] that are most likely; None if not asked for."""
+        """Return the likeliest slip and drift [rad/m]; None if odometry is not corrected."""
         return None if self._particle_filter is None else self._particle_filter.calibration
 
     def take_field(self, field: ControlField) -> None:
@@ -67,7 +67,7 @@ class Localisation:
 
     def place(self, pose: Pose, neighbourhood: Neighbourhood | None) -> Pose:
         """
-        Return where the robot is when its odometry says ``pose`` and it sees ``neighbourhood``.
+        Return where the robot is when odometry says ``pose`` and it observes ``neighbourhood``.
 
         The result has the stamp and frame of the odometry.
         """
@@ -86,12 +86,11 @@ class Localisation:
         self.estimate = particle_filter.estimate()
         return replace(pose, x=self.estimate.x, y=self.estimate.y, yaw=self.estimate.yaw)
 
-    def see(self, neighbourhood: Neighbourhood) -> Neighbourhood:
+    def moved(self, neighbourhood: Neighbourhood) -> Neighbourhood:
         """
-        Return a neighbourhood where it belongs.
+        Return a neighbourhood moved to where the robot is.
 
-        What it shows lies around the robot, wherever odometry believes that to be. Free cells that
-        may as well be others are unknown.
+        Free cells that may as well be others become unknown.
         """
         if self._particle_filter is None or self.estimate is None:
             return neighbourhood
@@ -99,15 +98,15 @@ class Localisation:
         return replace(neighbourhood, row=row, col=col,
                        cells=self._particle_filter.doubted(neighbourhood.cells, row, col))
 
-    def localise(self, pose: Pose, variances: tuple[float, float, float]) -> bool:
-        """Take in a pose of `pose_topic`; tell whether it was of use."""
+    def correct(self, pose: Pose, variances: tuple[float, float, float]) -> bool:
+        """Correct the pose by one of `pose_topic`; return whether it was of use."""
         particle_filter = self._particle_filter
         now = _brought_up_to_date(pose, self._kept)
-        if particle_filter is None or now is None or pose.stamp == self._told:
+        if particle_filter is None or now is None or pose.stamp == self._last_stamp:
             return False
-        self._told = pose.stamp
+        self._last_stamp = pose.stamp
         x_var, y_var, yaw_var = (
-            max(given, least) for given, least in zip(variances, _LEAST, strict=True))
+            max(given, least) for given, least in zip(variances, _MIN_VARIANCES, strict=True))
         if self.is_lost:
             particle_filter.place(*now, math.sqrt(max(x_var, y_var)), math.sqrt(yaw_var))
             self.is_lost = False
@@ -129,7 +128,7 @@ class Localisation:
 
 
 def _step(last: Pose, pose: Pose) -> tuple[float, float, float]:
-    """Return how far the odometry has come, as seen from where it was."""
+    """Return the step from one pose to the next, in the frame of the first."""
     dx, dy, cos, sin = pose.x - last.x, pose.y - last.y, math.cos(last.yaw), math.sin(last.yaw)
     return (dx * cos + dy * sin, dy * cos - dx * sin,
             math.remainder(pose.yaw - last.yaw, math.tau))

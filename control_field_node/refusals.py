@@ -1,45 +1,81 @@
-"""Why a trial cannot be started now, in words that hold the remedy."""
+"""Why a trial cannot start, and why a goal, a place or a local grid does not fit."""
 
 from typing import TYPE_CHECKING
 
-from control_field_node import words
+from control_field.grid import Grid
+from control_field.records import ControlField
+from control_field_node.observation import Observation
+from msgs_bridge.messages.poses import problem_with_frame
 
-if TYPE_CHECKING:  # it asks, and is asked
+if TYPE_CHECKING:  # the supervisor asks, and is asked
+    from control_field_node.sensing import Sensing
     from control_field_node.supervisor import Supervisor
 
 
 def why_no_start(supervisor: 'Supervisor', now: float) -> str:
     """
-    Say why no trial can start; empty if one can.
+    Return why no trial can start, with the remedy; empty if one can.
 
     Parameters
     ----------
     supervisor : Supervisor
-        What has arrived, and how it stands.
     now : float, [s]
         On the steady clock.
 
     """
-    if supervisor.run is not None:
-        return f'trial {supervisor.run.trial} is already running'
-    if supervisor.field is None or supervisor.field.is_void:
-        return f'there is no control field: {supervisor.refusal or "show the way first"}'
-    intake = supervisor.intake
-    if supervisor.pose is None or supervisor.odometry_refusal or intake.odometry.is_stale(now):
-        return intake.odometry.absence(now, 'odometry')
-    if supervisor.neighbourhood is None or intake.local_grid.is_stale(now):
-        return intake.local_grid.absence(now, 'neighbourhood')
-    if supervisor.localisation.is_lost:
-        return _why_lost(supervisor, now)
+    trial, field, sensing = supervisor.trial, supervisor.field, supervisor.sensing
+    inputs = sensing.inputs
+    if trial.run is not None:
+        return f'trial {trial.run.trial} is already running'
+    if field.current is None or field.current.is_void:
+        return f'there is no control field: {field.refusal or "show the way first"}'
+    if sensing.pose is None or sensing.odometry_refusal or inputs.odometry.is_stale(now):
+        return inputs.odometry.absence(now, 'odometry')
+    if sensing.local_grids.newest is None or inputs.local_grid.is_stale(now):
+        return inputs.local_grid.absence(now, 'neighbourhood')
+    if sensing.localisation.is_lost:
+        return _why_lost(sensing, now)
     if problem := supervisor.heartbeat.problem:
         return problem
-    pose = supervisor.pose
-    return words.problem_with_place(supervisor.field.grid, pose.x, pose.y)
+    return _problem_with_place(field.current.grid, sensing.pose.x, sensing.pose.y)
 
 
-def _why_lost(supervisor: 'Supervisor', now: float) -> str:
-    """Say why nobody knows where the robot is, though there is a localisation to tell."""
-    places, what = supervisor.intake.places, f'pose on {supervisor.settings.pose_topic}'
-    if places.has_come and not places.comes_in_vain(now):
+def _why_lost(sensing: 'Sensing', now: float) -> str:
+    """Return why the pose is not known although there is a localisation."""
+    poses, what = sensing.inputs.localisation, f'pose on {sensing.settings.pose_topic}'
+    if poses.has_come and not poses.comes_in_vain(now):
         return f'odometry was reset, and no {what} has arrived since'
-    return places.absence(now, what)
+    return poses.absence(now, what)
+
+
+def _problem_with_place(grid: Grid, x: float, y: float) -> str:
+    """Return that a robot stands outside the workspace, [m]; empty if it does not."""
+    if grid.contains(*grid.cell_from_world(x, y)):
+        return ''
+    return f'the robot is outside the workspace, at ({x:g}, {y:g}) m'
+
+
+def problem_with_goal(
+    field: ControlField | None, x: float, y: float, frame_id: str,
+) -> str:
+    """Return why the robot will not drive to a point, [m]; empty where the field leads there."""
+    if field is None or field.is_void:
+        return 'goal_pose: there is no control field yet'
+    if problem := problem_with_frame(frame_id, field.grid.frame_id, 'goal_pose'):
+        return f'{problem}: choose that as the fixed frame of what it is clicked in'
+    if field.grid.cell_from_world(x, y) == field.goal:
+        return ''
+    there = field.grid.world_from_cell(*field.goal)
+    return (f'goal_pose: the control field leads to ({there[0]:g}, {there[1]:g}) m only; '
+            f'demonstrate the way to ({x:g}, {y:g}) m')
+
+
+def problem_with_observation(observation: Observation, grid: Grid, x: float, y: float) -> str:
+    """Return that a local grid does not hold the robot's cell, [m]; empty if it does."""
+    row, col = grid.cell_from_world(x, y)
+    if abs(observation.row - row) <= 1 and abs(observation.col - col) <= 1:
+        return ''
+    there = grid.world_from_cell(*observation.cell)
+    return (f'neighbourhood: it shows the place around ({there[0]:g}, {there[1]:g}) m, and the '
+            f'robot is at ({x:g}, {y:g}) m: its middle must be in the cell of the robot or in one '
+            f'beside it')

@@ -1,38 +1,32 @@
 """
-The controller without ROS: which trial runs, what stops it, and what may go to the wheels.
+The controller without ROS: answers what arrives, and decides what may go to the wheels.
 
-Whoever owns a `Supervisor` tells it what arrives, with the time on a steady clock, and publishes
-the `Answer` it gets.
+Whoever owns a `Supervisor` tells it or its parts what arrives, with the time on a steady clock,
+and publishes the `Answer`.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Final
+from collections.abc import Callable
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.collision_monitor import Intervention
-from control_field.robot.limits import nearest_to_rest, STANDSTILL, Velocity
+from control_field.robot.limits import STANDSTILL
 from control_field.robot.stop_rules import StopReason
-from control_field.robot.takeover import moves, TakeoverDetector
-from control_field_node import words
-from control_field_node.answer import Answer, NOTHING, STOP
-from control_field_node.heartbeat import Heartbeat
-from control_field_node.intake import Intake
-from control_field_node.local_grids import LocalGrids
-from control_field_node.localisation import Localisation
-from control_field_node.refusals import why_no_start
-from control_field_node.seen import Seen
+from control_field_node.active_field import ActiveField
+from control_field_node.heartbeat_monitor import HeartbeatMonitor
+from control_field_node.input_monitor import RefusalLog
+from control_field_node.manual_control import ManualControl
+from control_field_node.observation import Observation
+from control_field_node.refusals import problem_with_observation, why_no_start
+from control_field_node.sensing import Sensing
 from control_field_node.settings import Settings
-from control_field_node.standing import status_at_end, status_now
-from control_field_node.trial_run import ended_by, Move, TrialRun
-from control_field_node.wheels import Wheels
+from control_field_node.trial_control import Pause, TrialControl
+from control_field_node.trial_run import Answer, ended_by, NOTHING, STOP, TrialRun
+from control_field_node.velocity_output import VelocityOutput
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import FRAME_OWNERS, Pose, problem_with_frame
 from msgs_bridge.messages.trial_status import TrialStatus
-
-#: Time a command is taken to last where it is not known yet, [s].
-_USUAL_STEP: Final = 0.05
 
 
 class Supervisor:
@@ -44,14 +38,18 @@ class Supervisor:
     settings : Settings
         Of robot and rules.
     parameters : Parameters
-        Of the decisions; a trial keeps those it was started with.
+        Of the decisions.
     log : callable
         Gets ``'info'``, ``'warning'`` or ``'error'`` and one line.
 
     Attributes
     ----------
-    who : callable
-        Returns the names of the other nodes that publish on a topic; set by whoever knows.
+    field : ActiveField
+    sensing : Sensing
+    output : VelocityOutput
+    trial : TrialControl
+    manual : ManualControl
+    heartbeat : HeartbeatMonitor
 
     """
 
@@ -59,342 +57,180 @@ class Supervisor:
         self, settings: Settings, parameters: Parameters, log: Callable[[str, str], None],
     ) -> None:
         """Start idle, without a field."""
-        self.parameters = parameters
-        self.field: ControlField | None = None
-        self.run: TrialRun | None = None
-        self.problem: StopReason | None = None
-        self.ended_by: StopReason | None = None
-        self.refusal = self.odometry_refusal = ''
-        self.is_unmonitored = self.is_reading = False
-        self.pose: Pose | None = None
-        self.trial = 0
-        self.ended: TrialStatus | None = None
-        self._log = log
-        self.who: Callable[[str], Sequence[str]] = lambda topic: ()
-        self.localisation = Localisation(settings, parameters.seed)
-        self._takeover = TakeoverDetector(settings.takeover_timeout)
-        self.intake = Intake(settings, log)
-        self.heartbeat = Heartbeat(settings)
-        self.local_grids = LocalGrids(self.intake, self.localisation)
-        self.wheels = Wheels(settings, self.intake.counts)
-        self._dt = _USUAL_STEP
-        self._driven: float | None = None
-        self.detail = ''
-        self.by_hand, self._is_stopped, self._pressed = False, False, 0.0
-        self.change_settings(settings)
+        self.settings = settings
+        self.refusals = RefusalLog(log)
+        self.field = ActiveField(self.refusals)
+        self.sensing = Sensing(settings, parameters.seed, self.refusals)
+        self.output = VelocityOutput(settings, self.refusals.counts)
+        self.trial = TrialControl(parameters, self.sensing, self.output)
+        self.manual = ManualControl(settings, self.trial, self.sensing, self.output)
+        self.heartbeat = HeartbeatMonitor(settings)
 
     def change_settings(self, settings: Settings) -> None:
         """Take over new settings; a trial under way keeps how it drives."""
-        self.settings, self.limits = settings, settings.limits
-        self._takeover.timeout = settings.takeover_timeout
-        self.localisation.settings = self.heartbeat.settings = settings
-        self.intake.change_settings(settings)
-        self.wheels.change_settings(settings)
-
-    @property
-    def grid(self) -> Grid | None:
-        """Return the workspace; None before the first field."""
-        return None if self.field is None else self.field.grid
-
-    @property
-    def velocity(self) -> Velocity:
-        """Return the command that holds, [m/s] and [rad/s]."""
-        return self.wheels.velocity
-
-    @property
-    def held(self) -> str:
-        """Return why a robot that is to drive stands; empty if it does not."""
-        return self.wheels.held
-
-    @property
-    def neighbourhood(self) -> Neighbourhood | None:
-        """Return the newest neighbourhood that can be placed on the workspace."""
-        return self.local_grids.newest
+        self.settings = self.heartbeat.settings = settings
+        self.sensing.change_settings(settings)
+        self.output.change_settings(settings)
+        self.manual.change_settings(settings)
 
     @property
     def status(self) -> TrialStatus:
-        """Return how the trial stands."""
-        return status_now(self)
+        """Return how the trial stands, or that there is none."""
+        return self.trial.status or self.field.idle_status(self.trial.number)
+
+    @property
+    def is_driving(self) -> bool:
+        """Return whether the robot moves because the controller told it to."""
+        return self.output.velocity != STANDSTILL and (
+            self.manual.keys.is_pressed or self.trial.is_driving)
 
     def accept_field(self, field: ControlField) -> bool:
-        """Take over a field for the next decision; refuse one of another grid."""
-        old, tells = self.field, self.run is None  # in a trial `trial` tells the revision
-        if old is not None and not old.is_void and field.grid != old.grid:
-            self.refuse_field(f'it is of {field.grid}, this robot drives in {old.grid}; '
-                              f'restart the controller to change the workspace')
+        """Drive on a field from the next decision on; refuse one of another grid."""
+        # In a trial, the topic `trial` tells the revision.
+        if not self.field.accept(field, is_logged=self.trial.run is None):
             return False
-        self.refusal = ''
-        self.field = field
-        self.local_grids.take_workspace(field.grid)
-        self.localisation.take_field(field)
-        if self.run is not None:
-            self.run.refresh(field)
-        else:
-            # Whoever waits to start the next trial sees by the revision that it is here.
-            self.ended = None
-        if tells and (old is None or (field.revision, field.memory) != (
-                old.revision, old.memory)):
-            self._log('info', words.of_field(field))
+        self.sensing.take_field(field)
+        self.trial.take_field(field)
         return True
 
-    def reads_field(self, is_reading: bool) -> Answer:
-        """Take in whether a large field is being read: stand, and say why, for as long."""
-        self.is_reading = is_reading
-        is_new = is_reading and self.problem is None
-        return self._pause(StopReason.READING_FIELD) if is_new else NOTHING
-
-    def refuse_field(self, why: str) -> None:
-        """Keep the field there is; say so once a kind of reason."""
-        self.intake.counts['refused fields'] += 1
-        if self.intake.is_first(f'control field: {why}'):
-            self._log('error', f'control field refused: {why} (not said again)')
-        self.refusal = why
+    def on_field_reading(self, is_reading: bool) -> Answer:
+        """Take in whether a large field is being read: stand for as long."""
+        self.field.is_reading = is_reading
+        if is_reading and self.trial.pause is None:
+            return self.trial.halt(StopReason.READING_FIELD)
+        return NOTHING
 
     def start(self, now: float) -> str:
         """Start a trial; return why not, or an empty string."""
         refusal = why_no_start(self, now)
-        if refusal or self.field is None:
+        if refusal or self.field.current is None:
             return refusal
-        self.trial += 1
-        self.run = TrialRun(self.field, self.parameters, self.settings, self.trial)
-        self.problem = self.ended_by = self.ended = None
-        self._takeover.let_go()
-        self.intake.poses.place_anew()
-        self._log('info', f'trial {self.trial} starts on field revision {self.field.revision}')
+        self.trial.start(self.field.current, self.settings)
+        self.manual.takeover.let_go()
+        self.sensing.inputs.poses.order.place_anew()
         return ''
 
     def stop(self, reason: StopReason = StopReason.ASKED, detail: str = '') -> Answer:
         """End the trial with one standstill; who drives by hand has to let go first."""
-        self._is_stopped = self.by_hand
-        if self.run is None:
-            self.wheels.velocity = STANDSTILL
-            return STOP if self._is_stopped else NOTHING
-        return self._end(ended_by(reason, reason.told(detail)))
+        self.output.is_stopped = self.manual.keys.is_pressed
+        if self.trial.run is not None:
+            return self.trial.finish(ended_by(reason, reason.told(detail)))
+        self.output.velocity = STANDSTILL
+        return STOP if self.output.is_stopped else NOTHING
 
-    def _end(self, move: Move) -> Answer:
-        run, silent = self.run, self.problem is StopReason.TAKEN_OVER and not self._is_stopped
-        assert run is not None
-        self.ended = status_at_end(self, run, move)
-        self.run, self.problem, self.ended_by, self.wheels.held = None, None, move.stop, ''
-        self._log('info' if move.stop is None else 'warning', self.ended.sentence)
-        if silent:
-            return Answer(None, move.rows)
-        self.wheels.velocity = STANDSTILL
-        return Answer(STANDSTILL, move.rows)
+    def on_neighbourhood(self, neighbourhood: Neighbourhood, now: float,
+                         cells: Grid | None = None) -> None:
+        """Take in a neighbourhood, on the cells of the field or on others."""
+        self.sensing.on_neighbourhood(
+            neighbourhood, cells or self.field.grid, now, self.trial.pause is not None)
 
-    def _pause(self, reason: StopReason, detail: str = '') -> Answer:
-        """Stand still until the cause is gone; the standstill is said once."""
-        run = self.run
-        if run is None or reason is self.problem:
-            return NOTHING
-        if reason.outcome is not None:
-            return self._end(ended_by(reason, detail))
-        self.problem, self.detail = reason, detail
-        run.interrupt()
-        if reason is StopReason.TAKEN_OVER:
-            self._log('warning', f'trial {run.trial} pauses: {reason.told(detail)}')
-            return NOTHING
-        self._log('warning', f'trial {run.trial} pauses: {detail or reason.sentence}')
-        self.wheels.velocity = STANDSTILL
-        return STOP
-
-    def _resume(self) -> None:
-        if self.problem is not None and self.run is not None:
-            self._log('info', f'trial {self.run.trial} continues: {self.problem.end_sentence}')
-            if self.problem is StopReason.TAKEN_OVER and self.pose is not None:
-                self.wheels.velocity = nearest_to_rest(self.velocity, (self.pose.v, self.pose.w))
-            self.problem = None
-
-    def saw_neighbourhood(self, neighbourhood: Neighbourhood, now: float,
-                          cells: Grid | None = None) -> None:
-        """Take in a neighbourhood, on the field's cells or others; a late one is passed over."""
-        self.local_grids.saw(neighbourhood, cells or self.grid, now, self.problem is not None)
-
-    def saw_bad_input(self, what: str, now: float) -> Answer:
-        """Take in odometry that is not to be trusted: stand still until it has been good again."""
-        self.intake.distrust(now)
-        self.intake.odometry.pass_over(now, what)
-        self.odometry_refusal = what
-        if self.problem in (StopReason.STALE_ODOMETRY, StopReason.LATE_POSES) or (
-                self._takeover.is_taken_over(now)):
-            answer = NOTHING  # the robot stands as nothing good comes, or a person drives it
+    def on_bad_odometry(self, what: str, now: float) -> Answer:
+        """Take in odometry that is not to be trusted: stand until it has been good again."""
+        self.sensing.on_bad_odometry(what, now)
+        if self.manual.is_taken_over(now) or self.trial.pause_reason in (
+                StopReason.STALE_ODOMETRY, StopReason.LATE_POSES):
+            answer = NOTHING  # a person drives, or the robot stands as nothing good comes
         else:
-            answer = self._pause(StopReason.BAD_INPUT, what)
-        self.intake.refuse(what, is_said=answer is not NOTHING)
+            answer = self.trial.halt(StopReason.BAD_INPUT, what)
+        self.refusals.refuse(what, is_logged=answer is not NOTHING)
         return answer
 
-    def saw_external(self, velocity: Velocity, now: float) -> Answer:
-        """Take in a command on `cmd_vel` that is not an own one: somebody else may drive."""
-        topic = 'cmd_vel'
-        if self._takeover.saw_external(now, moves(velocity), topic):
-            self.wheels.velocity = velocity
-            return self._hand_over()
-        if self.run is not None and self.intake.is_first(words.idle_sender((), topic)):
-            self._log('warning', words.idle_sender(self.who(topic), topic))
-        return NOTHING
-
-    def _hand_over(self) -> Answer:
-        """Leave the robot to the person who drives it, and say who that is."""
-        if self.run is None or self.problem is StopReason.TAKEN_OVER:
+    def on_pose(self, pose: Pose, now: float, clock: float | None = None) -> Answer:
+        """Answer a pose of the odometry; ``clock`` is the time that stamps are made of."""
+        self.sensing.on_pose(pose, now, self.trial.pause is not None)
+        grid, velocity = self.field.grid, self.output.velocity
+        if grid is None:
+            self.output.link.on_pose(pose, velocity, now, clock)
             return NOTHING
-        topic = self._takeover.topic
-        return self._pause(StopReason.TAKEN_OVER, words.person(self.who(topic), topic))
-
-    def saw_rival(self, who: str) -> Answer:
-        """Take in that another publisher is on `cmd_vel` which must not be there."""
-        return self._pause(StopReason.OTHER_PUBLISHER, f'{who} publishes cmd_vel, too')
-
-    def saw_contact(self) -> Answer:
-        """Take in that the robot touches something."""
-        return self._pause(StopReason.CONTACT)
-
-    def saw_pose(self, pose: Pose, now: float, clock: float | None = None) -> Answer:
-        """Take in a pose of the odometry and answer it; ``clock`` is what stamps are made of."""
-        last, self.pose, self.odometry_refusal = self.pose, pose, ''
-        self.intake.came(self.intake.odometry, now, self.problem is not None)
-        if self.field is None:
-            self.wheels.heard(pose, now, clock)
+        if problem := problem_with_frame(pose.frame_id, grid.frame_id, 'odom', FRAME_OWNERS):
+            return self.on_bad_odometry(problem, now)
+        place, stop = self.sensing.locate(pose, grid)
+        is_ours = self.manual.keys.is_pressed or (
+            self.trial.run is not None and self.trial.pause_reason is not StopReason.TAKEN_OVER)
+        self.output.link.on_pose(place, velocity, now, clock, pose, is_ours)
+        if self.trial.run is None:
             return NOTHING
-        if problem := problem_with_frame(
-                pose.frame_id, self.field.grid.frame_id, 'odom', FRAME_OWNERS):
-            return self.saw_bad_input(problem, now)
-        if last is not None and pose.stamp > last.stamp:
-            self._dt = pose.stamp - last.stamp
-        self.pose = self.localisation.place(pose, self.neighbourhood)
-        self.wheels.heard(self.pose, now, clock, pose, self.by_hand or (
-            self.run is not None and self.problem is not StopReason.TAKEN_OVER))
-        reason = self.intake.poses.observe(
-            pose.stamp, pose.x, pose.y, self.field.grid, (self.pose.x, self.pose.y))
-        if self.run is None:
-            return NOTHING
-        if reason is not None:
-            return self._pause(reason)
-        return self._answer(self.run, self.pose, now)
+        if stop is not None:
+            return self.trial.halt(stop)
+        return self._answer(self.trial.run, place, now)
 
     def _answer(self, run: TrialRun, pose: Pose, now: float) -> Answer:
-        seen = self._seen_now(now)
-        if self._takeover.is_taken_over(now):
-            return self._follow(run, pose, seen)
-        if seen is None:
-            return self._pause(
-                StopReason.STALE_NEIGHBOURHOOD, self.local_grids.problem(pose, now))
-        if seen.shows_nothing and run.parameters.unknown_is_blocked:
-            return self._pause(StopReason.STALE_NEIGHBOURHOOD, 'all around the robot is unknown')
-        if problem := words.problem_with_local_grid(seen, run.policy.field.grid, pose.x, pose.y):
-            return self._pause(StopReason.BAD_INPUT, problem)
-        if self.intake.is_bad(now):
+        observation = self.sensing.observe(now, run.parameters.unknown_is_blocked)
+        if self.manual.is_taken_over(now):
+            return self._follow(run, pose, observation)
+        if observation is None:
+            return self.trial.halt(
+                StopReason.STALE_NEIGHBOURHOOD, self.sensing.local_grid_problem(now))
+        if problem := _problem_with(observation, run, pose):
+            return self.trial.halt(problem.reason, problem.detail)
+        if self.sensing.inputs.is_bad(now):
             return NOTHING
-        if self.is_reading or (run.has_large_fresh and self.problem is None):
-            return self._pause(StopReason.READING_FIELD)
-        if run.has_large_fresh:  # the robot stands: nothing else is looked at meanwhile
-            end = run.take_fresh()
-            return NOTHING if end is None else self._end(end)
-        if self.wheels.is_lost:
-            return self._pause(StopReason.LATE_COMMANDS)
-        self._resume()
-        move = run.step(pose, seen, self.wheels.told, self.wheels.predicted(pose, now),
-                        self.wheels.patience)
-        if move.outcome is not None:
-            return self._end(move)
-        reason = self._pass_on(self.wheels.slowed(move.velocity), pose, seen, self._dt, now)
-        return Answer(
-            self.velocity, move.rows, None if reason is Intervention.NONE else move.velocity)
+        if self.field.is_reading or run.has_large_new_field:
+            return self._change_field(run)
+        if self.output.link.is_lost:
+            return self.trial.halt(StopReason.LATE_COMMANDS)
+        self.trial.resume()
+        return self._drive(run, pose, observation, now)
 
-    def _follow(self, run: TrialRun, pose: Pose, seen: Seen | None) -> Answer:
-        self._hand_over()
-        move = Move(STANDSTILL) if seen is None else run.follow(pose, seen)
+    def _change_field(self, run: TrialRun) -> Answer:
+        """Stand while a large field is read; change to it once the robot stands."""
+        if self.field.is_reading or self.trial.pause is None:
+            return self.trial.halt(StopReason.READING_FIELD)
+        end = run.change_field()
+        return NOTHING if end is None else self.trial.finish(end)
+
+    def _drive(
+        self, run: TrialRun, pose: Pose, observation: Observation, now: float,
+    ) -> Answer:
+        output = self.output
+        move = run.step(pose, observation, output.commanded_speed,
+                        output.link.predicted(pose, now), output.link.patience)
         if move.outcome is not None:
-            return self._end(move)
+            return self.trial.finish(move)
+        reason = output.pass_on(
+            output.slowed(move.velocity), pose, observation, self.sensing.period, now)
+        return Answer(output.velocity, move.rows,
+                      None if reason is Intervention.NONE else move.velocity)
+
+    def _follow(self, run: TrialRun, pose: Pose, observation: Observation | None) -> Answer:
+        """Report what a person drives."""
+        self.manual.hand_over()
+        if observation is None:
+            return NOTHING
+        move = run.follow(pose, observation)
+        if move.outcome is not None:
+            return self.trial.finish(move)
         return Answer(None, move.rows)
 
-    def _seen_now(self, now: float) -> Seen | None:
-        parameters = self.parameters if self.run is None else self.run.parameters
-        return self.local_grids.seen_from(self.pose, now, parameters.unknown_is_blocked)
-
-    def _seen_lately(self, now: float) -> Seen | None:
-        return None if self.intake.odometry.is_stale(now) else self._seen_now(now)
-
-    def _pass_on(self, wanted: Velocity, pose: Pose, seen: Seen | None, dt: float,
-                 now: float) -> Intervention:
-        reason = self.wheels.pass_on(wanted, pose, seen, dt, now)
-        if self.held and reason is Intervention.NO_LOCAL_GRID:
-            self.wheels.held += f': {self.local_grids.problem(pose, now)}'
-        return reason
-
     def guard(self, now: float, clock: float | None = None) -> Answer:
-        """Look whether the last command may hold while no pose comes, or has to be repeated."""
-        if self.settings.lockstep or self.pose is None or (
-                self.problem is StopReason.TAKEN_OVER and not self.by_hand):
+        """Check whether the last command may hold while no pose comes, or has to be repeated."""
+        pose, is_manual = self.sensing.pose, self.manual.keys.is_pressed
+        if self.settings.lockstep or pose is None or (
+                self.trial.pause_reason is StopReason.TAKEN_OVER and not is_manual):
             return NOTHING
-        seen = self._seen_lately(now)
-        drives = (self.run is not None or self.by_hand) and not self.is_unmonitored
-        if self.wheels.look(self.pose, seen, now, clock, drives):
-            return Answer(self.velocity)
+        observation = self.sensing.observe(now, self.trial.unknown_is_blocked)
+        is_driving = (self.trial.run is not None or is_manual) and not self.manual.is_unmonitored
+        return Answer(self.output.guard(pose, observation, now, clock, is_driving))
+
+    def check_inputs(self, now: float) -> Answer:
+        """Halt a trial where something has not arrived for too long."""
+        self.heartbeat.update(now)
+        trial, inputs = self.trial, self.sensing.inputs
+        if trial.run is not None and self.heartbeat.is_missing:
+            return trial.halt(StopReason.NO_HEARTBEAT)
+        if trial.run is None or inputs.is_bad(now) or self.manual.is_taken_over(now):
+            return NOTHING
+        if inputs.odometry.is_stale(now):
+            return trial.halt(inputs.why_stale(now), inputs.odometry.absence(now, 'odometry'))
+        if inputs.local_grid.is_stale(now) and trial.pause is None:
+            return trial.halt(
+                StopReason.STALE_NEIGHBOURHOOD, self.sensing.local_grid_problem(now))
         return NOTHING
 
-    def let_go(self) -> bool:
-        """Take in that nobody drives by hand any more; tell whether the robot is to be stopped."""
-        self.by_hand = self._is_stopped = self.is_unmonitored = False
-        if self.run is not None:
-            return False
-        self._driven = None
-        return self.wheels.stand()
 
-    def saw_goal(self, x: float, y: float, frame_id: str) -> None:
-        """Say where the field leads: the goal is what was demonstrated, not what is clicked."""
-        problem = words.problem_with_goal(self.field, x, y, frame_id)
-        self._log('warning' if problem else 'info', problem or words.LEADS_THERE)
-
-    def watch(self, now: float) -> Answer:
-        """Look whether something has not arrived for too long."""
-        self.heartbeat.look(now)
-        if self.run is not None and self.heartbeat.is_missing:
-            return self._pause(StopReason.NO_HEARTBEAT)
-        if self.run is None or self.intake.is_bad(now) or self._takeover.is_taken_over(now):
-            return NOTHING
-        if self.intake.odometry.is_stale(now):
-            return self._pause(
-                self.intake.why_stale(now), self.intake.odometry.absence(now, 'odometry'))
-        if self.intake.local_grid.is_stale(now) and self.problem is None:
-            return self._pause(
-                StopReason.STALE_NEIGHBOURHOOD, self.local_grids.problem(self.pose, now))
-        return NOTHING
-
-    def is_let_go(self, now: float) -> bool:
-        """Tell whether a person has driven and does not any more."""
-        return self.problem is StopReason.TAKEN_OVER and not self._takeover.is_taken_over(now)
-
-    def teleop(self, wanted: Velocity, now: float, dt: float) -> Answer:
-        """
-        Pass a person's command on, as far as the collision monitor lets it.
-
-        In a trial standstill takes nothing over from the field, unless it follows a drive. Where
-        no local grid has ever come only the limits hold; where it is stale, the robot only turns.
-        """
-        holds = self._takeover.saw_external(now, moves(wanted), 'cmd_vel_teleop')
-        if self.run is not None and not holds:
-            return NOTHING  # standstill of a program that nobody has driven with
-        if moves(wanted):
-            self.by_hand, self._pressed = True, now
-        elif now - self._pressed > self.settings.takeover_timeout:
-            self.by_hand = self._is_stopped = False  # standstill goes on, the keys are let go
-        if self._is_stopped:
-            return STOP
-        if self.run is None and not self.settings.teleop_outside_trials:
-            return NOTHING
-        self._hand_over()
-        wanted = self.wheels.ramped(wanted, dt)
-        self.is_unmonitored = self.pose is None or not self.intake.local_grid.has_come
-        if self.pose is None or self.is_unmonitored:
-            if self.intake.is_first(words.UNMONITORED):
-                self._log('warning', words.UNMONITORED)
-            self.wheels.velocity, self.wheels.held = wanted, ''
-            return Answer(wanted)
-        self._pass_on(wanted, self.pose, self._seen_lately(now), self._dt + self._since(dt), now)
-        return Answer(self.velocity)
-
-    def _since(self, dt: float) -> float:
-        """Return the time since a person's last command, in that of the stamps if it is more."""
-        assert self.pose is not None
-        last, self._driven = self._driven, self.pose.stamp
-        return dt if last is None else max(dt, self.pose.stamp - last)
+def _problem_with(observation: Observation, run: TrialRun, pose: Pose) -> Pause | None:
+    """Return why a trial pauses although there is a local grid; None if it does not."""
+    if observation.is_all_unknown and run.parameters.unknown_is_blocked:
+        return Pause(StopReason.STALE_NEIGHBOURHOOD, 'all around the robot is unknown')
+    text = problem_with_observation(observation, run.policy.field.grid, pose.x, pose.y)
+    return Pause(StopReason.BAD_INPUT, text) if text else None

@@ -12,12 +12,11 @@ from control_field.records import CellFlag, ControlField, Outcome
 from control_field.robot.limits import STANDSTILL, Velocity
 from control_field.robot.policy import TrialPolicy
 from control_field.robot.stop_rules import is_lost, ProgressChecker, StopReason
-from control_field_node import words
-from control_field_node.drive import Drive
 from control_field_node.field_reader import FEW_CELLS
-from control_field_node.seen import Seen
+from control_field_node.observation import Observation
+from control_field_node.path_tracker import PathTracker
 from control_field_node.settings import Settings
-from msgs_bridge.messages.memory_identity import task_of
+from msgs_bridge.messages.memory_identity import is_of_another_task, task_of
 from msgs_bridge.messages.poses import Pose
 
 Rows = npt.NDArray[np.void]
@@ -25,9 +24,34 @@ _NO_ROWS: Final = ()
 
 
 @dataclass(frozen=True, slots=True)
+class Answer:
+    """
+    What to publish in answer to an input.
+
+    Parameters
+    ----------
+    velocity : tuple of float or None, [m/s] and [rad/s]
+        For `cmd_vel`; None: nothing.
+    rows : tuple of ndarray of DECISION_DTYPE
+        For `experience`, a message each.
+    requested : tuple of float or None
+        What the field wanted, where the collision monitor let something else through.
+
+    """
+
+    velocity: Velocity | None = None
+    rows: tuple[Rows, ...] = ()
+    requested: Velocity | None = None
+
+
+NOTHING: Final = Answer()
+STOP: Final = Answer(STANDSTILL)
+
+
+@dataclass(frozen=True, slots=True)
 class Move:
     """
-    What to do in answer to a pose.
+    What a trial does in answer to a pose.
 
     Parameters
     ----------
@@ -80,16 +104,17 @@ class TrialRun:
     ) -> None:
         """Start at the robot's present cell, wherever that is."""
         self.trial = trial
-        self.settings = settings
         self.parameters = parameters
         self.policy = TrialPolicy(
             control_field, parameters, np.random.default_rng(parameters.seed + trial), trial)
-        self.drive = Drive(control_field.grid, settings.limits, settings.arrival_tolerance,
-                           parameters.corner_cutting, settings.aside)
+        self._tracker = PathTracker(
+            control_field.grid, settings.limits, settings.arrival_tolerance,
+            parameters.corner_cutting, settings.aside)
         self._progress = ProgressChecker(settings.rules)
-        self._fresh: ControlField | None = None
-        self._is_home = False
-        self._followed: Seen | None = None
+        self._least_coherence = settings.least_coherence
+        self._new_field: ControlField | None = None
+        self._is_in_goal_cell = False
+        self._followed: Observation | None = None
         self._cell: tuple[int, int] | None = None
         self._n_cells = 0
 
@@ -104,34 +129,34 @@ class TrialRun:
         return self.policy.field.memory
 
     def refresh(self, control_field: ControlField) -> None:
-        """Take over a field of the same grid at the next decision."""
-        self._fresh = control_field
+        """Drive on a field of the same grid from the next decision on."""
+        self._new_field = control_field
 
     @property
-    def has_large_fresh(self) -> bool:
-        """Tell whether a field waits that takes long to be taken over."""
-        return self._fresh is not None and self._fresh.vx.size > FEW_CELLS
+    def has_large_new_field(self) -> bool:
+        """Return whether a field is waiting that takes long to change to."""
+        return self._new_field is not None and self._new_field.vx.size > FEW_CELLS
 
-    def take_fresh(self) -> Move | None:
-        """Drive on the field that has come, if one has; return what ends the trial by it."""
-        fresh, self._fresh = self._fresh, None
-        if fresh is None:
+    def change_field(self) -> Move | None:
+        """Change to the field that is waiting, if any; return the move if that ends the trial."""
+        new, self._new_field = self._new_field, None
+        if new is None:
             return None
-        if words.is_of_another_task(fresh, self.policy.field):
+        if is_of_another_task(new.memory, self.memory):
             return ended_by(StopReason.WRONG_FIELD, StopReason.WRONG_FIELD.told(
-                f'it is of task {task_of(fresh.memory)}'))
-        self.policy.replace_field(fresh)
+                f'it is of task {task_of(new.memory)}'))
+        self.policy.replace_field(new)
         return None
 
     def interrupt(self) -> None:
-        """Forget the way: something else has moved or stopped the robot."""
-        self.drive.reset()
+        """Forget the path: something else has moved or stopped the robot."""
+        self._tracker.reset()
         self._progress.restart()
-        self._is_home = False
+        self._is_in_goal_cell = False
         self._followed = None
 
-    def step(self, pose: Pose, seen: Seen, told: float, ahead: Pose | None = None,
-             patience: float = 1.0) -> Move:
+    def step(self, pose: Pose, observation: Observation, commanded_speed: float,
+             predicted: Pose | None = None, patience: float = 1.0) -> Move:
         """
         Answer a pose.
 
@@ -139,74 +164,75 @@ class TrialRun:
         ----------
         pose : Pose
             Where the robot is.
-        seen : Seen
-            What it sees.
-        told : float
-            Speed it was told to drive since the last pose, [m/s].
-        ahead : Pose, optional
+        observation : Observation
+        commanded_speed : float, [m/s]
+            Since the last pose.
+        predicted : Pose, optional
             Where it is by now, with the stamp of ``pose``; that itself by default.
         patience : float
-            How many times longer than usual it may take to come forward.
+            How many times longer than usual it may take to make progress.
 
         """
-        if self._cell != (seen.row, seen.col):
-            self._cell = seen.row, seen.col
+        if self._cell != observation.cell:
+            self._cell = observation.cell
             self._n_cells += 1
         stop = self._progress.observe(
-            pose.stamp, pose.x, pose.y, pose.yaw, self._n_cells, told, patience)
+            pose.stamp, pose.x, pose.y, pose.yaw, self._n_cells, commanded_speed, patience)
         if stop is not None:
             return ended_by(stop)
-        ahead = ahead or pose
-        if not self.drive.is_due(ahead, seen):
-            return Move(self.drive.velocity(ahead))
-        if self._is_home:
+        predicted = predicted or pose
+        self._tracker.update(predicted, observation)
+        if not self._tracker.is_due(predicted, observation):
+            return Move(self._tracker.velocity(predicted))
+        if self._is_in_goal_cell:
             return Move(STANDSTILL, _NO_ROWS, Outcome.GOAL)
-        return self._decide(ahead, seen)
+        return self._decide(predicted, observation)
 
-    def follow(self, pose: Pose, seen: Seen) -> Move:
+    def follow(self, pose: Pose, observation: Observation) -> Move:
         """Report what a person drives: a row for each step from cell to cell."""
-        before, self._followed = self._followed, seen
-        if before is None or (before.row, before.col) == (seen.row, seen.col):
+        before, self._followed = self._followed, observation
+        if before is None or before.cell == observation.cell:
             return Move(STANDSTILL)
         try:
-            heading = heading_from_step(seen.row - before.row, seen.col - before.col)
+            heading = heading_from_step(observation.row - before.row, observation.col - before.col)
         except ValueError:
             return Move(STANDSTILL)
         rows = self.policy.taught(
-            before.row, before.col, heading, before.blocked, before.unknown, pose.stamp)
-        if self.policy.at_goal(seen.row, seen.col):
+            *before.cell, heading, before.blocked, before.unknown, pose.stamp)
+        if self.policy.at_goal(*observation.cell):
             return Move(STANDSTILL, (rows,), Outcome.GOAL)
         return Move(STANDSTILL, (rows,))
 
-    def _decide(self, pose: Pose, seen: Seen) -> Move:
-        if (move := self.take_fresh()) is not None:
+    def _decide(self, pose: Pose, observation: Observation) -> Move:
+        if (move := self.change_field()) is not None:
             return move
         if self.policy.field.is_void:
             return ended_by(StopReason.NO_FIELD)
-        if self.policy.at_goal(seen.row, seen.col):
-            self._is_home = True
-            self.drive.to_centre(pose)
-            return self._step_home(pose, seen)
-        if self._is_lost(seen):
+        if self.policy.at_goal(*observation.cell):
+            self._is_in_goal_cell = True
+            self._tracker.approach_centre(pose)
+            return self._approach_goal(pose, observation)
+        if self._is_lost(observation.cell):
             return ended_by(StopReason.LOW_COHERENCE)
-        choice = self.policy.decide(seen.row, seen.col, seen.blocked, seen.unknown, pose.stamp)
+        choice = self.policy.decide(
+            *observation.cell, observation.blocked, observation.unknown, pose.stamp)
         rows = (choice.decisions,) if len(choice.decisions) else _NO_ROWS
         if choice.heading < 0:
             limit = self.policy.n_steps >= self.parameters.step_limit
             return ended_by(
                 StopReason.STEP_LIMIT if limit else StopReason.NO_WAY, choice.reason, rows)
-        self.drive.go(choice.heading, pose, seen)
-        return Move(self.drive.velocity(pose), rows)
+        self._tracker.start_step(choice.heading, pose, observation)
+        return Move(self._tracker.velocity(pose), rows)
 
-    def _step_home(self, pose: Pose, seen: Seen) -> Move:
+    def _approach_goal(self, pose: Pose, observation: Observation) -> Move:
         """Drive the last piece to the goal's centre."""
-        if self.drive.is_due(pose, seen):
+        self._tracker.update(pose, observation)
+        if self._tracker.is_due(pose, observation):
             return Move(STANDSTILL, _NO_ROWS, Outcome.GOAL)
-        return Move(self.drive.velocity(pose))
+        return Move(self._tracker.velocity(pose))
 
-    def _is_lost(self, seen: Seen) -> bool:
-        place = seen.row, seen.col
+    def _is_lost(self, cell: tuple[int, int]) -> bool:
         learnt = self.policy.field
         return is_lost(
-            float(learnt.coherence[place]), bool(learnt.flags[place] & CellFlag.SUPPORTED),
-            float(abs(learnt.q[place]).max()), self.settings.least_coherence)
+            float(learnt.coherence[cell]), bool(learnt.flags[cell] & CellFlag.SUPPORTED),
+            float(abs(learnt.q[cell]).max()), self._least_coherence)

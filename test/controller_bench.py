@@ -12,6 +12,7 @@ from control_field_node.supervisor import Supervisor
 from controller_helpers import GRID, straight_field
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
+from msgs_bridge.messages.trial_status import State
 
 DT = 0.05
 GOAL = (5, 9)
@@ -47,7 +48,7 @@ class Bench:
 
     def look(self):
         cell = GRID.cell_from_world(self.pose.x, self.pose.y)
-        self.supervisor.saw_neighbourhood(
+        self.supervisor.on_neighbourhood(
             Neighbourhood(self.now, *cell, crop_neighbourhood(self.world, *cell)), self.now)
 
     def tick(self, *, sees=True, velocity=None):
@@ -59,7 +60,26 @@ class Bench:
                          pose.y + v * DT * math.sin(middle), pose.yaw + w * DT, v, w)
         if sees:
             self.look()
-        return self.take(self.supervisor.saw_pose(self.pose, self.now))
+        return self.take(self.supervisor.on_pose(self.pose, self.now))
+
+    def teleop(self, wanted, now=None):
+        """Let a person command a velocity; return the answer without taking it."""
+        return self.supervisor.manual.on_teleop_command(
+            wanted, self.now if now is None else now, DT)
+
+    def command(self, velocity, now=None):
+        """Let somebody publish a velocity on `cmd_vel`."""
+        return self.supervisor.manual.on_external_command(
+            velocity, self.now if now is None else now)
+
+    def check(self, pose, clock):
+        """Return why a pose is passed over; empty if it counts."""
+        return self.supervisor.sensing.inputs.poses.check(pose, clock)
+
+    def is_paused_by(self, reason):
+        supervisor, status = self.supervisor, self.supervisor.status
+        return (status.state is State.PAUSED and supervisor.trial.pause_reason is reason
+                and status.stop_reason is reason and status.reason.startswith(reason.sentence))
 
     def start(self):
         self.tick()
@@ -68,7 +88,7 @@ class Bench:
 
     def run(self, seconds=60.0):
         end = self.now + seconds
-        while self.supervisor.run is not None and self.now < end:
+        while self.supervisor.trial.run is not None and self.now < end:
             self.tick()
         return self.supervisor.status
 

@@ -51,6 +51,11 @@ def task_of(memory: str) -> str:
     return match[1] if match else ''
 
 
+def is_of_another_task(memory: str, other: str) -> bool:
+    """Return whether two identities name different tasks."""
+    return len({task_of(memory), task_of(other)} - {''}) == 2
+
+
 def difference(theirs: str, own: str) -> str:
     """
     Say whose field the controller has, if it is not this learner's; empty if it is.

@@ -5,8 +5,8 @@ import pytest
 import rclpy
 from rclpy.parameter import Parameter
 
-from control_field_node.answer import NOTHING
 from control_field_node.node import ControlFieldNode
+from control_field_node.trial_run import NOTHING
 from controller_peer import controller, Peer, velocity_of
 from msgs_bridge.messages.poses import stamp_from_seconds
 from msgs_bridge.node import qos
@@ -66,9 +66,9 @@ def test_who_sends_past_the_controller_what_the_base_drops_takes_nothing_over(
             Parameter('enable_stamped_cmd_vel', value=True),
             Parameter('cmd_vel_timeout', value=base_timeout)])
         heard, said = [], []
-        monkeypatch.setattr(node.supervisor, 'saw_foreign', lambda velocity, now: (
+        monkeypatch.setattr(node.supervisor.manual, 'on_external_command', lambda velocity, now: (
             heard.append(velocity), NOTHING)[1])
-        monkeypatch.setattr(node.supervisor.intake, 'refuse', said.append)
+        monkeypatch.setattr(node.supervisor.refusals, 'refuse', said.append)
         node._on_command(command(age, node.get_clock().now(), 0.2))
         node._fields.close()
         node.destroy_node()

@@ -13,7 +13,6 @@ from control_field.grid import Grid
 from control_field.records import Outcome
 from control_field.robot.stop_rules import StopReason
 from control_field_node.field_reader import FEW_CELLS, FieldReader, outcome_from_cdr
-from control_field_node.standing import drives
 from controller_bench import Bench, driving, DT
 from controller_helpers import GRID, straight_field
 from msgs_bridge.messages.tables import cloud_from_field, OtherVersionError
@@ -64,11 +63,11 @@ def test_nothing_is_taken_before_there_is_leave(reader):
     thread = takes(reader, bytes_of(straight_field((5, 9), 3, LARGE)))
     wait_for(lambda: reader.is_asking)
     assert reader.is_busy
-    assert reader.finished() is None
+    assert reader.take_finished() is None
     reader.give_leave()
     thread.join(DEADLINE)
     assert reader.is_reading
-    assert reader.finished().revision == 3
+    assert reader.take_finished().revision == 3
     assert not any((reader.is_busy, reader.is_asking, reader.is_reading))
 
 
@@ -79,7 +78,7 @@ def test_the_next_one_needs_leave_of_its_own(reader):
         reader.give_leave()
         thread.join(DEADLINE)
         assert not reader.is_reading
-        assert reader.finished().revision == revision
+        assert reader.take_finished().revision == revision
 
 
 def test_who_waits_for_leave_is_let_go_at_the_end(reader):
@@ -108,27 +107,27 @@ def test_another_version_is_told_from_other_faults():
 
 def test_while_a_large_field_is_read_the_robot_stands():
     bench = driving()
-    assert bench.take(bench.supervisor.reads_field(True)).velocity == (0.0, 0.0)
+    assert bench.take(bench.supervisor.on_field_reading(True)).velocity == (0.0, 0.0)
     for _ in range(10):
         bench.tick()
-    assert bench.supervisor.problem is StopReason.READING_FIELD
+    assert bench.supervisor.trial.pause_reason is StopReason.READING_FIELD
     assert bench.velocity == (0.0, 0.0)
-    bench.supervisor.reads_field(False)
+    bench.supervisor.on_field_reading(False)
     assert bench.run().outcome is Outcome.GOAL
 
 
 def test_a_robot_that_is_to_stand_does_so_gently_and_goes_on():
     bench = driving()
-    bench.supervisor.wheels.is_to_stand = True
+    bench.supervisor.output.is_to_stand = True
     speeds = [bench.velocity[0]]
-    while drives(bench.supervisor):
+    while bench.supervisor.is_driving:
         bench.tick()
         speeds.append(bench.velocity[0])
         assert len(speeds) < 20
-    limit = bench.supervisor.limits.a_max * DT
+    limit = bench.supervisor.settings.limits.a_max * DT
     assert all(-limit - 1e-9 <= after - before <= 0.0 for before, after in pairwise(speeds))
-    assert bench.supervisor.problem is None
-    bench.supervisor.wheels.is_to_stand = False
+    assert bench.supervisor.trial.pause_reason is None
+    bench.supervisor.output.is_to_stand = False
     assert bench.run().outcome is Outcome.GOAL
 
 
@@ -141,7 +140,7 @@ def test_a_large_field_is_taken_over_standing(monkeypatch):
         bench.tick()
     assert bench.velocity[0] > 0.1
     bench.supervisor.accept_field(straight_field((5, 9), 2, LARGE))
-    policy = bench.supervisor.run.policy
+    policy = bench.supervisor.trial.run.policy
     replace, speeds = policy.replace_field, []
     monkeypatch.setattr(policy, 'replace_field', lambda field: (
         speeds.append(bench.velocity), replace(field)))

@@ -7,7 +7,7 @@ from benchmarks import late_poses
 from benchmarks.late_poses import cluttered, LateBench, learnt, Link, straight_to
 from control_field.grid import Grid
 from control_field.robot.stop_rules import StopReason
-from control_field_node.reports import CommandPublishers, diagnostic_from_supervisor
+from control_field_node.diagnostics import diagnostic_from_supervisor
 from world_maps.world import World
 
 CALM, WORSE = Link(), Link(delay=0.3)
@@ -57,13 +57,13 @@ def test_commands_that_turn_bad_under_way_let_nothing_be_touched(link, seeds, mo
 
 def test_commands_that_are_late_from_some_time_on_are_the_reason():
     late = bench(Link(command_delay=1.0, good_for=4.0), 9)
-    while late.now < 140.0 and late.supervisor.problem is None:
+    while late.now < 140.0 and late.supervisor.trial.pause_reason is None:
         late.step()
-        if late.now > 103.0 and late.supervisor.run is None:
+        if late.now > 103.0 and late.supervisor.trial.run is None:
             assert late.supervisor.start(late.now) == ''
-    assert late.supervisor.problem is StopReason.LATE_COMMANDS
+    assert late.supervisor.trial.pause_reason is StopReason.LATE_COMMANDS
     assert 'does not do in time' in late.supervisor.status.reason
-    assert late.supervisor.velocity == (0.0, 0.0)
+    assert late.supervisor.output.velocity == (0.0, 0.0)
 
 
 @pytest.mark.parametrize('robot', [
@@ -90,7 +90,7 @@ def test_the_latency_is_told_and_slows_the_robot():
     late = bench(WORSE)
     late.run()
     values = {pair.key: pair.value for pair in diagnostic_from_supervisor(
-        late.supervisor, '/controller', CommandPublishers()).values}
+        late.supervisor, '/controller').values}
     assert float(values['odom_age']) == pytest.approx(0.3, abs=0.02)
     assert float(values['latency']) == pytest.approx(0.3, abs=0.1)
     assert 0.4 < float(values['speed_share']) < 0.9
@@ -99,13 +99,13 @@ def test_the_latency_is_told_and_slows_the_robot():
 
 def test_odometry_that_is_too_old_is_the_reason_and_says_how_old():
     late = bench(Link(delay=0.7, good_for=2.0))
-    while late.supervisor.problem is not StopReason.LATE_POSES:
+    while late.supervisor.trial.pause_reason is not StopReason.LATE_POSES:
         late.step()
-        if late.now > 103.0 and late.supervisor.run is None:
+        if late.now > 103.0 and late.supervisor.trial.run is None:
             assert late.supervisor.start(late.now) == ''
         assert late.now < 120.0
     assert '0.70 s old' in late.supervisor.status.reason
-    assert late.supervisor.velocity == (0.0, 0.0)
+    assert late.supervisor.output.velocity == (0.0, 0.0)
 
 
 def test_a_start_is_refused_with_the_age():
@@ -130,6 +130,6 @@ def test_a_person_behind_a_late_link_touches_nothing_either():
     while late.now < 140.0:
         late.step()
         if late.now > 102.0 and late.n_steps % 10 == 0:
-            late._take(late.supervisor.teleop((0.22, 0.4), late.now, 0.1))
+            late._take(late.supervisor.manual.on_teleop_command((0.22, 0.4), late.now, 0.1))
     assert late.simulation.n_collisions == 0
     assert late.simulation.robot._distance > 0.1

@@ -32,7 +32,7 @@ def test_switched_off_everything_is_handed_on_as_it_came():
     where = ready()
     pose, seen = pose_at(1.0, 0.9), Neighbourhood(1.0, 5, 3, FREE)
     assert where.place(pose, seen) is pose
-    assert where.see(seen) is seen
+    assert where.moved(seen) is seen
     assert not where.is_lost
 
 
@@ -58,7 +58,7 @@ def test_a_step_that_no_wheel_makes_is_a_new_beginning():
 def test_after_a_new_beginning_the_robot_is_lost_until_a_pose_arrives(change):
     where = ready(pose_topic='amcl_pose')
     where.place(pose_at(1.0, 0.875), None)
-    where.localise(Pose(1.0, 2.0, 3.0, 0.5), (1e-4, 1e-4, 1e-4))
+    where.correct(Pose(1.0, 2.0, 3.0, 0.5), (1e-4, 1e-4, 1e-4))
     where.place(pose_at(1.05, 0.885), None)
     assert not where.is_lost
     where.place(dataclasses.replace(pose_at(1.1, 0.895), **change), None)
@@ -68,7 +68,7 @@ def test_after_a_new_beginning_the_robot_is_lost_until_a_pose_arrives(change):
 def test_driving_at_full_speed_is_no_new_beginning():
     where = ready(pose_topic='amcl_pose')
     where.place(pose_at(1.0, 0.875), None)
-    where.localise(Pose(1.0, 2.0, 3.0, 0.5), (1e-4, 1e-4, 1e-4))
+    where.correct(Pose(1.0, 2.0, 3.0, 0.5), (1e-4, 1e-4, 1e-4))
     where.place(pose_at(2.0, 0.875 + 0.22, yaw=2.84), None)
     assert not where.is_lost
 
@@ -77,7 +77,7 @@ def test_a_late_pose_is_turned_with_the_robot():
     where = ready(pose_topic='amcl_pose')
     for k in range(21):
         where.place(pose_at(1.0 + 0.05 * k, 0.875, 1.375 + 0.01 * k, 1.0), None)
-    assert where.localise(Pose(1.5, 2.0, 3.0, 0.3), (1e-4, 1e-4, 1e-4))
+    assert where.correct(Pose(1.5, 2.0, 3.0, 0.3), (1e-4, 1e-4, 1e-4))
     pose = where.place(pose_at(2.0, 0.875, 1.575, 1.0), None)
     ahead, left = 0.1 * math.sin(1.0), 0.1 * math.cos(1.0)
     assert (pose.x, pose.y) == (
@@ -88,15 +88,15 @@ def test_a_late_pose_is_turned_with_the_robot():
 def test_the_local_grid_belongs_around_the_robot():
     where = ready(anchoring=True)
     where.place(pose_at(1.0, 0.875), None)
-    assert (where.see(Neighbourhood(1.0, 5, 4, FREE)).row,
-            where.see(Neighbourhood(1.0, 5, 4, FREE)).col) == (5, 3)
+    assert (where.moved(Neighbourhood(1.0, 5, 4, FREE)).row,
+            where.moved(Neighbourhood(1.0, 5, 4, FREE)).col) == (5, 3)
 
 
 def test_with_a_pose_topic_the_robot_is_lost_until_a_pose_arrives():
     where = ready(pose_topic='amcl_pose')
     where.place(pose_at(1.0, 0.875), None)
     assert where.is_lost
-    assert where.localise(Pose(1.0, 2.0, 3.0, 0.5), (1e-4, 1e-4, 1e-4))
+    assert where.correct(Pose(1.0, 2.0, 3.0, 0.5), (1e-4, 1e-4, 1e-4))
     assert not where.is_lost
     pose = where.place(pose_at(1.05, 0.875), None)
     assert (pose.x, pose.y, pose.yaw) == (pytest.approx(2.0, abs=0.003),
@@ -110,17 +110,17 @@ def test_a_late_pose_is_brought_up_to_date_and_one_that_comes_twice_is_passed_ov
     for k in range(21):
         where.place(pose_at(1.0 + 0.05 * k, 0.875 + 0.01 * k), None)
     late = Pose(1.5, 2.0, 3.0, math.pi / 2)
-    assert where.localise(late, (1e-4, 1e-4, 1e-4))
-    assert not where.localise(late, (1e-4, 1e-4, 1e-4))
+    assert where.correct(late, (1e-4, 1e-4, 1e-4))
+    assert not where.correct(late, (1e-4, 1e-4, 1e-4))
     pose = where.place(pose_at(2.05, 1.075), None)
     assert (pose.x, pose.y) == (pytest.approx(2.0, abs=0.005), pytest.approx(3.1, abs=0.005))
 
 
 def test_a_pose_from_before_anything_is_known_is_of_no_use():
     where = ready(pose_topic='amcl_pose')
-    assert not where.localise(Pose(1.0, 2.0, 3.0, 0.0), (1e-4, 1e-4, 1e-4))
+    assert not where.correct(Pose(1.0, 2.0, 3.0, 0.0), (1e-4, 1e-4, 1e-4))
     where.place(pose_at(10.0, 0.875), None)
-    assert not where.localise(Pose(1.0, 2.0, 3.0, 0.0), (1e-4, 1e-4, 1e-4))
+    assert not where.correct(Pose(1.0, 2.0, 3.0, 0.0), (1e-4, 1e-4, 1e-4))
 
 
 def rides(task, seed, n_trials=1, localised=False, wheels=SLIP, **settings):

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import OccupancyGrid, Odometry
 
-from control_field_node.commands import CommandWriter
+from control_field_node.command_writer import CommandWriter
 from control_field_node.lockstep import TickBook
 from control_field_node.settings import Settings
 from msgs_bridge.messages.poses import stamp_from_seconds
@@ -34,7 +34,7 @@ def test_whatever_arrives_in_whatever_order_a_tick_is_answered_at_most_once(arri
         else:
             book.local_grid = message(OccupancyGrid, tick)
         if book.is_open() and (not answered or tick > answered[-1]):
-            assert book.answer(book.odometry, False)
+            book.mark_answered(book.odometry)
             answered.append(tick)
             assert not book.is_open()
     assert len(answered) == len(set(answered))
@@ -81,5 +81,5 @@ def test_a_stamped_command_carries_the_stamp_it_answers_and_the_frame():
 def test_own_commands_are_told_from_foreign_ones():
     made, _, _ = writer()
     made.send((0.1, 0.2), None)
-    assert not made.is_own(twist_from_velocity(0.1, 0.3), (0.1, 0.3))
-    assert made.is_own(twist_from_velocity(0.1, 0.2), (0.1, 0.2))
+    assert not made.acknowledge(twist_from_velocity(0.1, 0.3), (0.1, 0.3))
+    assert made.acknowledge(twist_from_velocity(0.1, 0.2), (0.1, 0.2))

@@ -33,7 +33,7 @@ def finish(bench):
     for _ in range(20):
         bench.tick()
     yield
-    while bench.supervisor.run is not None:
+    while bench.supervisor.trial.run is not None:
         memories.append(bench.supervisor.status.memory)
         bench.tick()
     yield bench.supervisor.status, list(dict.fromkeys(memories))
@@ -65,7 +65,7 @@ def test_a_field_of_another_task_ends_the_trial_and_is_there_for_the_next(bench)
     assert (status.outcome, status.stop_reason) == (Outcome.STOPPED, StopReason.WRONG_FIELD)
     assert 'task hall' in status.reason
     assert (status.memory, memories) == (OWN, [OWN])
-    assert bench.supervisor.field.memory == OTHER
+    assert bench.supervisor.field.current.memory == OTHER
     assert bench.supervisor.start(bench.now) == ''
     assert bench.supervisor.status.memory == OTHER
 

@@ -1,38 +1,40 @@
-"""Which commands of people were sent too long ago, and who sent them."""
+"""Refusing commands that were sent too long ago, with the name of who sent them."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from control_field_node import words
-from control_field_node.intake import Intake
+from control_field_node.input_monitor import InputMonitor
+from control_field_node.manual_control import senders_on
 from control_field_node.settings import Settings
 from msgs_bridge.messages.poses import seconds_from_stamp
 from msgs_bridge.node.command_age import problem_with_age
 
 
-class CommandAges:
+class CommandAgeCheck:
     """
-    Looks at the stamps of commands; what is too old is counted, and said once a topic.
+    Checks the stamps of commands; counts those that are too old, and logs each topic once.
 
     Parameters
     ----------
-    intake : Intake
-    who : callable
+    inputs : InputMonitor
+    publishers_on : callable
         Returns the names of the other nodes that publish on a topic.
 
     """
 
-    def __init__(self, intake: Intake, who: Callable[[str], Sequence[str]]) -> None:
-        """Start with nobody known."""
-        self._intake, self._who = intake, who
+    def __init__(
+        self, inputs: InputMonitor, publishers_on: Callable[[str], Sequence[str]],
+    ) -> None:
+        """Start with no sender known."""
+        self._inputs, self._publishers_on = inputs, publishers_on
         self._senders: dict[str, str] = {}
 
-    def problem(
+    def check(
         self, msg: Any, topic: str, settings: Settings, clock: float, odometry: Any, now: float,
     ) -> str:
         """
-        Say why a command is too old; empty if it may be obeyed.
+        Take in a command; return why it is too old, empty if it may be obeyed.
 
         Parameters
         ----------
@@ -50,20 +52,20 @@ class CommandAges:
         if settings.lockstep or not settings.is_stamped:
             return ''
         clocks = [clock]
-        if odometry is not None and not self._intake.odometry.is_stale(now):
+        if odometry is not None and not self._inputs.odometry.is_stale(now):
             clocks.append(seconds_from_stamp(odometry.header.stamp))
         limit_name = limit_for(topic, settings)
-        told = partial(problem_with_age, msg, clocks, getattr(settings, limit_name),
-                       limit_name=limit_name)
-        if not told(source=topic):
+        problem_of = partial(problem_with_age, msg, clocks, getattr(settings, limit_name),
+                             limit_name=limit_name)
+        if not problem_of(source=topic):
             return ''
         if topic not in self._senders:
-            self._senders[topic] = words.person(self._who(topic), topic) or topic
-        problem = told(source=self._senders[topic])
+            self._senders[topic] = senders_on(topic, self._publishers_on(topic)) or topic
+        problem = problem_of(source=self._senders[topic])
         if topic == 'cmd_vel':
             problem += '; a robot that looks at stamps drops it, and it takes no trial over'
-        self._intake.counts['old commands'] += 1
-        self._intake.refuse(problem)
+        self._inputs.refusals.counts['old commands'] += 1
+        self._inputs.refusals.refuse(problem)
         return problem
 
 

@@ -10,8 +10,8 @@ from control_field.headings import STEP_COL, STEP_ROW
 from control_field.local_grid import crop_neighbourhood, masks_from_neighbourhood
 from control_field.robot.collision_monitor import distance_to_box, limit_command
 from control_field.robot.limits import Limits, STANDSTILL
-from control_field_node.drive import Drive
-from control_field_node.seen import cached_seen, seen_from_neighbourhood
+from control_field_node.observation import observation_from_neighbourhood, ObservationCache
+from control_field_node.path_tracker import PathTracker
 from controller_helpers import GRID
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
@@ -26,7 +26,7 @@ class Robot:
 
     def __init__(self, world, cell, yaw=0.0, dx=0.0, dy=0.0, aside=0.0):
         self.world = world
-        self.drive = Drive(GRID, LIMITS, 0.25, clearance=aside)
+        self.tracker = PathTracker(GRID, LIMITS, 0.25, clearance=aside)
         self.velocity = STANDSTILL
         self.seconds, self.clearance = 0.0, math.inf
         x, y = GRID.world_from_cell(*cell)
@@ -38,27 +38,32 @@ class Robot:
 
     def seen(self):
         cells = crop_neighbourhood(self.world, *self.cell)
-        return seen_from_neighbourhood(
+        return observation_from_neighbourhood(
             Neighbourhood(self.pose.stamp, *self.cell, cells), GRID, False)
 
     def until_due(self, patience=20.0):
         """Drive until the next step is to be decided; return what is seen there."""
         end = self.seconds + patience
-        while not self.drive.is_due(self.pose, self.seen()):
+        while not self._is_due():
             assert self.seconds < end, f'stuck at {self.pose}'
             self._tick()
         return self.seen()
 
+    def _is_due(self):
+        seen = self.seen()
+        self.tracker.update(self.pose, seen)
+        return self.tracker.is_due(self.pose, seen)
+
     def follow(self, headings):
         for heading in headings:
             seen = self.until_due()
-            self.drive.go(heading, self.pose, seen)
+            self.tracker.start_step(heading, self.pose, seen)
         return self.until_due()
 
     def _tick(self):
         pose, seen = self.pose, self.seen()
         self.velocity, _ = limit_command(
-            self.drive.velocity(pose), self.velocity, DT, (pose.x, pose.y, pose.yaw),
+            self.tracker.velocity(pose), self.velocity, DT, (pose.x, pose.y, pose.yaw),
             seen.local_grid, LIMITS)
         v, w = self.velocity
         middle = pose.yaw + 0.5 * w * DT
@@ -140,9 +145,9 @@ def test_off_the_centre_in_the_open_is_due_at_once():
 def test_what_gets_in_the_way_sends_the_robot_back_to_decide(blocked):
     robot = Robot(open_world(), (5, 5), yaw=math.pi / 4)
     seen = robot.until_due()
-    robot.drive.go(1, robot.pose, seen)
+    robot.tracker.start_step(1, robot.pose, seen)
     for _ in range(6):
-        robot.drive.is_due(robot.pose, robot.seen())
+        robot.tracker.update(robot.pose, robot.seen())
         robot._tick()
     robot.world[blocked] = 100
     seen = robot.until_due()
@@ -154,20 +159,20 @@ def test_what_gets_in_the_way_sends_the_robot_back_to_decide(blocked):
 def test_what_comes_into_sight_beside_the_way_makes_the_robot_keep_to_its_line():
     robot = Robot(open_world(), (5, 5))
     seen = robot.until_due()
-    robot.drive.go(0, robot.pose, seen)
+    robot.tracker.start_step(0, robot.pose, seen)
     askew = dataclasses.replace(robot.pose, yaw=0.5)
-    robot.drive.is_due(askew, robot.seen())
-    assert robot.drive.velocity(askew)[0] > 0.0
+    robot.tracker.update(askew, robot.seen())
+    assert robot.tracker.velocity(askew)[0] > 0.0
     robot.world[6, 4] = 100
-    robot.drive.is_due(askew, robot.seen())
-    assert robot.drive.velocity(askew)[0] == 0.0
+    robot.tracker.update(askew, robot.seen())
+    assert robot.tracker.velocity(askew)[0] == 0.0
     assert robot.until_due().col == 6
 
 
 def test_who_is_pushed_two_cells_off_the_way_decides_anew():
     robot = Robot(open_world(), (5, 5))
     seen = robot.until_due()
-    robot.drive.go(0, robot.pose, seen)
+    robot.tracker.start_step(0, robot.pose, seen)
     robot.pose = dataclasses.replace(robot.pose, x=GRID.world_from_cell(5, 4)[0])
     assert robot.until_due().col == 4
 
@@ -175,10 +180,11 @@ def test_who_is_pushed_two_cells_off_the_way_decides_anew():
 def test_an_old_local_grid_lets_nothing_be_decided():
     robot = Robot(open_world(), (5, 5))
     robot.until_due()
-    old = seen_from_neighbourhood(
+    old = observation_from_neighbourhood(
         Neighbourhood(0.0, 5, 4, np.zeros((3, 3), np.int8)), GRID, False)
-    robot.drive.reset()
-    assert not robot.drive.is_due(robot.pose, old)
+    robot.tracker.reset()
+    robot.tracker.update(robot.pose, old)
+    assert not robot.tracker.is_due(robot.pose, old)
 
 
 @settings(max_examples=40)
@@ -195,7 +201,7 @@ def test_a_random_walk_among_obstacles_touches_nothing_and_gets_everywhere(seed,
         if not free:
             break
         heading = int(rng.choice(free))
-        robot.drive.go(heading, robot.pose, seen)
+        robot.tracker.start_step(heading, robot.pose, seen)
         arrived = robot.until_due()
         assert (arrived.row, arrived.col) == (
             seen.row + STEP_ROW[heading], seen.col + STEP_COL[heading])
@@ -204,15 +210,15 @@ def test_a_random_walk_among_obstacles_touches_nothing_and_gets_everywhere(seed,
 
 def test_seen_agrees_with_the_masks_and_the_workspace():
     cells = np.array([[0, 100, -1], [0, 100, 0], [0, 0, 100]], np.int8)
-    seen = seen_from_neighbourhood(Neighbourhood(0.0, 0, 5, cells), GRID, False)
+    seen = observation_from_neighbourhood(Neighbourhood(0.0, 0, 5, cells), GRID, False)
     assert (seen.blocked, seen.unknown) == masks_from_neighbourhood(cells)
     assert seen.occupied == {(-1, 4), (-1, 5), (-1, 6), (1, 6)}
-    cautious = seen_from_neighbourhood(Neighbourhood(0.0, 1, 5, cells), GRID, True)
+    cautious = observation_from_neighbourhood(Neighbourhood(0.0, 1, 5, cells), GRID, True)
     assert cautious.occupied == {(0, 5), (0, 6), (2, 6)}
 
 
 def test_the_same_local_grid_is_made_ready_once():
-    seen = cached_seen()
+    seen = ObservationCache().get
     cells = np.zeros((3, 3), np.int8)
     first = seen(Neighbourhood(0.0, 5, 5, cells), GRID, False)
     assert seen(Neighbourhood(1.0, 5, 5, cells.copy()), GRID, False) is first

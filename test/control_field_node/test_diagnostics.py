@@ -4,14 +4,14 @@ import dataclasses
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from control_field_node import words
-from control_field_node.reports import CommandPublishers, diagnostic_from_supervisor
+from control_field_node.diagnostics import diagnostic_from_supervisor
+from control_field_node.manual_control import UNMONITORED
 from controller_bench import Bench, driving, DT, GOAL
 from controller_helpers import GRID, straight_field
 
 
 def diagnostic(bench):
-    return diagnostic_from_supervisor(bench.supervisor, '/control_field_node', CommandPublishers())
+    return diagnostic_from_supervisor(bench.supervisor, '/control_field_node')
 
 
 def is_warning(bench):
@@ -21,7 +21,7 @@ def is_warning(bench):
 def elsewhere(bench):
     """Let odometry come in a robot's own frame."""
     bench.pose = dataclasses.replace(bench.pose, stamp=bench.now + DT, frame_id='r2/odom')
-    bench.take(bench.supervisor.saw_pose(bench.pose, bench.now))
+    bench.take(bench.supervisor.on_pose(bench.pose, bench.now))
     bench.pose = dataclasses.replace(bench.pose, frame_id='odom')
 
 
@@ -41,7 +41,7 @@ def test_odometry_in_another_frame_is_a_warning_and_the_answer_to_a_start():
 def test_odometry_that_is_no_place_is_one_too():
     bench = Bench()
     bench.tick()
-    bench.supervisor.saw_bad_input('odom: position is nan', bench.now)
+    bench.supervisor.on_bad_odometry('odom: position is nan', bench.now)
     assert diagnostic(bench).message == 'odometry refused: odom: position is nan'
     assert 'position is nan' in bench.supervisor.start(bench.now)
 
@@ -50,15 +50,15 @@ def test_who_drives_where_nothing_was_ever_seen_is_told_that_only_the_limits_hol
     bench = Bench()
     assert not is_warning(bench)
     for _ in range(3):
-        assert bench.supervisor.teleop((0.2, 0.0), bench.now, DT).velocity[0] > 0.0
+        assert bench.teleop((0.2, 0.0)).velocity[0] > 0.0
     assert is_warning(bench)
-    assert diagnostic(bench).message == words.UNMONITORED
-    assert bench.lines.count(('warning', words.UNMONITORED)) == 1
-    bench.supervisor.let_go()
+    assert diagnostic(bench).message == UNMONITORED
+    assert bench.lines.count(('warning', UNMONITORED)) == 1
+    bench.supervisor.manual.release()
     assert not is_warning(bench)
-    bench.supervisor.teleop((0.2, 0.0), bench.now, DT)
+    bench.teleop((0.2, 0.0))
     bench.tick()
-    bench.supervisor.teleop((0.2, 0.0), bench.now, DT)
+    bench.teleop((0.2, 0.0))
     assert not is_warning(bench)
 
 
@@ -80,8 +80,8 @@ def test_a_field_is_a_line_when_it_is_another_one_and_no_trial_runs():
 def test_a_field_that_is_refused_is_a_line_once_a_kind():
     bench = Bench()
     for n in range(5):
-        bench.supervisor.refuse_field(f'control_field: version is {n}, must be 1')
-        assert bench.supervisor.refusal.endswith(f'version is {n}, must be 1')
+        bench.supervisor.field.refuse(f'control_field: version is {n}, must be 1')
+        assert bench.supervisor.field.refusal.endswith(f'version is {n}, must be 1')
         bench.supervisor.accept_field(straight_field(GOAL, grid=GRID))
     assert sum('refused' in text for _, text in bench.lines) == 1
-    assert bench.supervisor.intake.counts['refused fields'] == 5
+    assert bench.supervisor.refusals.counts['refused fields'] == 5

@@ -1,4 +1,4 @@
-"""What goes to `cmd_vel`: one message used again and again, and which ones are our own."""
+"""Writing `cmd_vel`: one message is reused, and what comes back of our own is known."""
 
 from collections.abc import Callable
 import math
@@ -14,7 +14,7 @@ from control_field_node.lockstep import key_of, TickBook
 from control_field_node.settings import Settings
 from msgs_bridge.messages.velocities import fill_twist
 
-#: How a TwistStamped begins, and how it and a Twist end, behind how every message begins.
+#: Layout of serialized messages: encapsulation, then a TwistStamped's stamp; a Twist at the end.
 _ENCAPSULATION: Final = 4
 _LITTLE_ENDIAN: Final = b'\x00\x01'
 _STAMP: Final = struct.Struct('<iI')
@@ -40,9 +40,9 @@ class CommandWriter:
     kind : type
         Twist or TwistStamped.
     publish : callable
-        Gets the messages; set once there is a publisher.
+        Publishes a message; set once there is a publisher.
     sent_at : float, [s]
-        When the last one was sent, on the steady clock.
+        Steady time of the last one.
 
     """
 
@@ -61,9 +61,12 @@ class CommandWriter:
 
     def send(self, velocity: Velocity, odometry: Any) -> None:
         """Send a command in answer to odometry; in lock-step not twice to the same."""
-        if not self._lockstep or odometry is None or self._book.answer(
-                odometry, velocity == STANDSTILL):
-            self.send_now(velocity, odometry)
+        if self._lockstep and odometry is not None:
+            if self._book.is_answered(odometry):
+                self._book.owes_stop = velocity == STANDSTILL
+                return
+            self._book.mark_answered(odometry)
+        self.send_now(velocity, odometry)
 
     def send_now(self, velocity: Velocity, odometry: Any) -> None:
         """Send a command with the stamp of odometry, or of now where there is none."""
@@ -79,12 +82,12 @@ class CommandWriter:
         """Return the newest odometry; None before the first."""
         return self._book.odometry
 
-    def is_own(self, msg: Any, velocity: Velocity) -> bool:
-        """Tell whether a message that arrived was sent here."""
+    def acknowledge(self, msg: Any, velocity: Velocity) -> bool:
+        """Take in a message; return whether it was sent here: each comes back once."""
         return self._own.is_own(*_stamp_of(msg), *velocity)
 
-    def is_echo(self, message: bytes) -> bool:
-        """Tell from a message's bytes whether it was sent here, as `is_own` does."""
+    def acknowledge_raw(self, message: bytes) -> bool:
+        """Do the same with a message's bytes."""
         if len(message) < _TWIST_SIZE + _ENCAPSULATION or message[:2] != _LITTLE_ENDIAN:
             return False
         stamp = _STAMP.unpack_from(message, _ENCAPSULATION) if self.kind is TwistStamped else ()

@@ -1,6 +1,5 @@
-"""A neighbourhood, made ready once for everything that looks at it."""
+"""A neighbourhood, prepared once for everything that decides by it."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from control_field.grid import Grid
@@ -10,9 +9,9 @@ from msgs_bridge.messages.neighbourhoods import Neighbourhood
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class Observation:
     """
-    What the robot sees around a cell.
+    What the robot observes around a cell.
 
     Parameters
     ----------
@@ -35,20 +34,25 @@ class Seen:
     local_grid: LocalGrid
 
     @property
-    def shows_nothing(self) -> bool:
-        """Tell whether all around the robot is unknown."""
+    def cell(self) -> tuple[int, int]:
+        """Return the cell in the middle."""
+        return self.row, self.col
+
+    @property
+    def is_all_unknown(self) -> bool:
+        """Return whether all eight cells around the robot are unknown."""
         return self.unknown == ALL
 
     @property
     def is_tight(self) -> bool:
-        """Tell whether anything around is occupied, so that the robot has to drive exactly."""
+        """Return whether anything around is occupied, so that the robot has to drive exactly."""
         return bool(self.occupied)
 
 
-def seen_from_neighbourhood(
+def observation_from_neighbourhood(
     neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool,
-) -> Seen:
-    """Make a neighbourhood ready."""
+) -> Observation:
+    """Prepare a neighbourhood."""
     row, col = neighbourhood.row, neighbourhood.col
     cells = neighbourhood.cells.tolist()
     blocked, unknown = masks_from_neighbourhood(neighbourhood.cells)
@@ -58,18 +62,23 @@ def seen_from_neighbourhood(
             not grid.contains(row + i - 1, col + j - 1)
             or (unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
     local_grid = local_grid_from_cells(cells, row, col, grid, unknown_is_blocked)
-    return Seen(row, col, blocked, unknown, occupied, local_grid)
+    return Observation(row, col, blocked, unknown, occupied, local_grid)
 
 
-def cached_seen() -> Callable[[Neighbourhood, Grid, bool], Seen]:
-    """Return `seen_from_neighbourhood` that does nothing while the same things are seen."""
-    last: list[tuple[object, Seen]] = []
+class ObservationCache:
+    """Prepares a neighbourhood again only when it has changed."""
 
-    def seen(neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool) -> Seen:
+    def __init__(self) -> None:
+        """Start empty."""
+        self._last: tuple[object, Observation] | None = None
+
+    def get(
+        self, neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool,
+    ) -> Observation:
+        """Return what `observation_from_neighbourhood` does."""
         key = (neighbourhood.row, neighbourhood.col, neighbourhood.cells.tobytes(), grid,
                unknown_is_blocked)
-        if not last or last[0][0] != key:
-            last[:] = [(key, seen_from_neighbourhood(neighbourhood, grid, unknown_is_blocked))]
-        return last[0][1]
-
-    return seen
+        if self._last is None or self._last[0] != key:
+            self._last = key, observation_from_neighbourhood(
+                neighbourhood, grid, unknown_is_blocked)
+        return self._last[1]

@@ -1,4 +1,4 @@
-"""What the controller publishes: commands, decisions, how the trial stands, how it itself does."""
+"""The publishers of the controller: commands, decisions, trial status, diagnostics."""
 
 from typing import Any
 
@@ -9,11 +9,12 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from control_field.robot.limits import Velocity
-from control_field_node.answer import Answer
-from control_field_node.commands import CommandWriter
-from control_field_node.reports import CommandPublishers, diagnostic_from_supervisor
+from control_field_node.command_writer import CommandWriter
+from control_field_node.command_publishers import CommandPublishers
+from control_field_node.diagnostics import diagnostic_from_supervisor
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
+from control_field_node.trial_run import Answer
 from msgs_bridge.messages.tables import cloud_from_decisions
 from msgs_bridge.messages.trial_status import status_from_trial
 from msgs_bridge.messages.velocities import twist_stamped_from_velocity
@@ -21,20 +22,18 @@ from msgs_bridge.node import qos
 from msgs_bridge.node.peers import PeerMonitor
 
 
-class Outbox:
+class Publishers:
     """
     Owns the publishers of the controller.
 
     Parameters
     ----------
     node : rclpy.node.Node
-        Makes them.
+        Creates them.
     settings : Settings
-        Names of frames and of the robot.
     supervisor : Supervisor
-        How the trial stands.
     writer : CommandWriter
-        Writes the commands; it publishes through here from now on.
+        Writes the commands.
 
     Attributes
     ----------
@@ -49,7 +48,7 @@ class Outbox:
         """Make the publishers."""
         self._node, self._settings, self._supervisor = node, settings, supervisor
         self._writer = writer
-        self._told: tuple[object, ...] = ()
+        self._last_published: tuple[object, ...] = ()
         commanded = qos.LOCKSTEP_PUB if settings.lockstep else qos.COMMAND
         self.commands = node.create_publisher(writer.kind, 'cmd_vel', commanded)
         writer.publish = self.commands.publish
@@ -59,36 +58,37 @@ class Outbox:
         self._diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
 
     def publish(self, answer: Answer, odometry: Any = None) -> None:
-        """Publish decisions first, then how the trial stands, the command last."""
-        grid = self._supervisor.grid
+        """Publish decisions first, then the status of the trial, the command last."""
+        grid = self._supervisor.field.grid
         if grid is not None:
             for rows in answer.rows:
                 self._experience.publish(cloud_from_decisions(rows, grid))
-        self.tell_trial()
+        self.publish_trial()
         if answer.requested is not None:
-            self.request(answer.requested,
+            self.publish_request(answer.requested,
                          self._time() if odometry is None else odometry.header.stamp)
         if answer.velocity is not None:
             self._writer.send(answer.velocity, odometry or self._writer.odometry)
 
-    def request(self, velocity: Velocity, stamp: Time) -> None:
+    def publish_request(self, velocity: Velocity, stamp: Time) -> None:
         """Publish what was asked for before the collision monitor."""
         self._requests.publish(twist_stamped_from_velocity(
             *velocity, stamp, self._settings.base_frame_id))
 
-    def tell_trial(self) -> None:
-        """Publish how the trial stands when that has changed."""
+    def publish_trial(self) -> None:
+        """Publish the status of the trial if it has changed."""
         status = self._supervisor.status
         now = (status.state, status.trial, status.outcome, status.reason, status.decisions,
                status.revision, status.memory)
-        if now != self._told:
-            self._told = now
+        if now != self._last_published:
+            self._last_published = now
             self.trials.publish(status_from_trial(status, self._settings.robot_id))
 
-    def tell(self, publishers: CommandPublishers, peers: PeerMonitor) -> None:
-        """Publish how the controller does, and what it says of itself to its peers."""
+    def publish_diagnostics(self, commands: CommandPublishers, peers: PeerMonitor) -> None:
+        """Publish the diagnostics, with what the controller tells its peers."""
         status = diagnostic_from_supervisor(
-            self._supervisor, self._node.get_fully_qualified_name(), publishers)
+            self._supervisor, self._node.get_fully_qualified_name(), commands.others,
+            commands.mismatch)
         peers.add_to(status)
         self._diagnostics.publish(
             DiagnosticArray(header=Header(stamp=self._time()), status=[status]))

@@ -1,0 +1,91 @@
+"""The control field in force: which one, why another was refused, and what is said of it."""
+
+from typing import Final
+
+from control_field.grid import Grid
+from control_field.records import ControlField
+from control_field.robot.stop_rules import StopReason
+from control_field_node.input_monitor import RefusalLog
+from control_field_node.refusals import problem_with_goal
+from msgs_bridge.messages.memory_identity import task_of
+from msgs_bridge.messages.trial_status import State, TrialStatus
+
+#: Of a goal that was demonstrated.
+_LEADS_THERE: Final = 'goal_pose: the control field leads there; ~/start_trial starts'
+
+
+class ActiveField:
+    """
+    Holds the control field in force.
+
+    Parameters
+    ----------
+    refusals : RefusalLog
+
+    Attributes
+    ----------
+    current : ControlField or None
+    refusal : str
+        Why the newest field was refused; empty if it was not.
+    is_reading : bool
+        Whether a large field is being read.
+
+    """
+
+    def __init__(self, refusals: RefusalLog) -> None:
+        """Start without a field."""
+        self.current: ControlField | None = None
+        self.refusal = ''
+        self.is_reading = False
+        self._refusals = refusals
+
+    @property
+    def grid(self) -> Grid | None:
+        """Return the workspace; None before the first field."""
+        return None if self.current is None else self.current.grid
+
+    def accept(self, field: ControlField, is_logged: bool) -> bool:
+        """Put a field in force, and log a new one if asked to; refuse one of another grid."""
+        old = self.current
+        if old is not None and not old.is_void and field.grid != old.grid:
+            self.refuse(f'it is of {field.grid}, this robot drives in {old.grid}; '
+                        f'restart the controller to change the workspace')
+            return False
+        self.refusal = ''
+        self.current = field
+        if is_logged and (old is None or (field.revision, field.memory) != (
+                old.revision, old.memory)):
+            self._refusals.log('info', _described(field))
+        return True
+
+    def refuse(self, why: str) -> None:
+        """Keep the field in force; log each kind of reason once."""
+        self._refusals.counts['refused fields'] += 1
+        if self._refusals.logged.add(f'control field: {why}'):
+            self._refusals.log('error', f'control field refused: {why} (not said again)')
+        self.refusal = why
+
+    def why_idle(self) -> StopReason | None:
+        """Return why no trial can be started; None if one can be."""
+        if self.current is not None and not self.current.is_void:
+            return None
+        return StopReason.WRONG_FIELD if self.refusal else StopReason.NO_FIELD
+
+    def idle_status(self, trial: int) -> TrialStatus:
+        """Return the status after a number of trials while none runs."""
+        field, reason = self.current, self.why_idle()
+        return TrialStatus(
+            State.IDLE, trial, reason='' if reason is None else reason.told(self.refusal),
+            stop_reason=reason, revision=-1 if field is None else field.revision,
+            memory='' if field is None else field.memory)
+
+    def on_goal(self, x: float, y: float, frame_id: str) -> None:
+        """Log whether the field leads to a goal: that is demonstrated, not clicked."""
+        problem = problem_with_goal(self.current, x, y, frame_id)
+        self._refusals.log('warning' if problem else 'info', problem or _LEADS_THERE)
+
+
+def _described(field: ControlField) -> str:
+    task = task_of(field.memory)
+    text = f'control field revision {field.revision}' + (f' of task {task}' if task else '')
+    return text if field.revision else f'{text}: it is empty, nothing was learnt yet'

@@ -1,0 +1,87 @@
+"""The newest neighbourhood, where it lies, and why it does not count."""
+
+from control_field.grid import Grid
+from control_field_node.input_monitor import InputMonitor
+from control_field_node.localisation import Localisation
+from control_field_node.observation import Observation, ObservationCache
+from msgs_bridge.messages.neighbourhoods import Neighbourhood
+from msgs_bridge.messages.poses import Pose, problem_with_frame
+
+
+class LocalGridBuffer:
+    """
+    Keeps the newest neighbourhood.
+
+    Parameters
+    ----------
+    inputs : InputMonitor
+        What is out of order, and what is stale.
+    localisation : Localisation
+        Where a neighbourhood belongs where odometry is corrected.
+
+    Attributes
+    ----------
+    newest : Neighbourhood or None
+
+    """
+
+    def __init__(self, inputs: InputMonitor, localisation: Localisation) -> None:
+        """Start without a neighbourhood."""
+        self.newest: Neighbourhood | None = None
+        self._cells: Grid | None = None
+        self._inputs, self._localisation = inputs, localisation
+        self._cache = ObservationCache()
+
+    def change_workspace(self, grid: Grid) -> None:
+        """Forget what lies on the cells of another workspace: it has to be read again."""
+        if self._cells != grid:
+            self.newest = self._cells = None
+
+    def add(
+        self, neighbourhood: Neighbourhood, cells: Grid | None, now: float, is_paused: bool,
+    ) -> None:
+        """
+        Take in a neighbourhood; ignore one that is out of order.
+
+        Parameters
+        ----------
+        neighbourhood : Neighbourhood
+        cells : Grid or None
+            The workspace that its row and column count in.
+        now : float, [s]
+            On the steady clock.
+        is_paused : bool
+            Whether the robot stands because something is missing.
+
+        """
+        is_late = self._inputs.is_out_of_order(neighbourhood, self.newest)
+        self._inputs.refusals.counts['late neighbourhoods'] += is_late
+        if is_late:
+            self._inputs.local_grid.pass_over(
+                now, f'its stamps go back (last {neighbourhood.stamp:.2f} s)')
+            return
+        self.newest, self._cells = neighbourhood, cells
+        self._inputs.on_local_grid(now, is_paused)
+
+    def observe(
+        self, pose: Pose | None, now: float, unknown_is_blocked: bool,
+    ) -> Observation | None:
+        """Return what is observed from a pose; None if nothing is, or what there is is stale."""
+        local_grid, cells = self.newest, self._cells
+        if local_grid is None or cells is None or pose is None or self.problem(pose, now):
+            return None
+        return self._cache.get(
+            self._localisation.moved(local_grid), cells, unknown_is_blocked)
+
+    def problem(self, pose: Pose | None, now: float) -> str:
+        """Return why nothing is observed from a pose; empty if something is."""
+        local_grid, cells, timeout = self.newest, self._cells, self._inputs.local_grid
+        if pose is None or self._inputs.odometry.is_stale(now):
+            return self._inputs.odometry.absence(now, 'odometry')
+        if local_grid is None or cells is None or timeout.is_stale(now):
+            return timeout.absence(now, 'neighbourhood')
+        if abs(apart := pose.stamp - local_grid.stamp) > timeout.timeout:
+            return (f'the stamp of the neighbourhood is {abs(apart):.2f} s '
+                    f'{"behind" if apart > 0.0 else "ahead of"} that of odometry, must be at most '
+                    f'neighbourhood_timeout ({timeout.timeout:g} s)')
+        return problem_with_frame(pose.frame_id, cells.frame_id, 'odom')
