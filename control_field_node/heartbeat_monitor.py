@@ -27,8 +27,8 @@ class HeartbeatMonitor:
         self._silence = math.inf
         self._updated_at = -math.inf
 
-    def on_heartbeat(self) -> None:
-        """Take in a heartbeat."""
+    def on_heartbeat(self, _: object = None) -> None:
+        """Take in a heartbeat; its message says nothing."""
         self._silence = 0.0
 
     def update(self, now: float) -> None:

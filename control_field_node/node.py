@@ -17,8 +17,8 @@ from control_field.parameters import Parameters
 from control_field.robot.limits import STANDSTILL, Velocity
 from control_field.robot.stop_rules import StopReason
 from control_field_node.command_age_check import CommandAgeCheck
-from control_field_node.command_writer import CommandWriter
 from control_field_node.command_publishers import CommandPublishers
+from control_field_node.command_writer import CommandWriter
 from control_field_node.field_reader import FieldReader, Outcome
 from control_field_node.lockstep import TickBook
 from control_field_node.publishers import Publishers
@@ -114,11 +114,10 @@ class ControlFieldNode(Node):
         if self._settings.has_pose_topic:
             subscribe(PoseWithCovarianceStamped, self._settings.pose_topic,
                       self._on_localised_pose, refuse, *qos.LOCALISATIONS)
-        # These are of a fixed size, whatever comes.
+        # Messages of a fixed size:
         qos.hear_all(self, Bool, 'contact', threads.locked(self._on_contact), qos.CONTACTS)
         self.create_subscription(
-            Empty, 'teleop_heartbeat', lambda _: self.supervisor.heartbeat.on_heartbeat(),
-            qos.SENSOR)
+            Empty, 'teleop_heartbeat', self.supervisor.heartbeat.on_heartbeat, qos.SENSOR)
 
     @property
     def subscriptions(self) -> Any:
@@ -163,8 +162,8 @@ class ControlFieldNode(Node):
 
     def _leave_field(self) -> None:
         """End a trial: a field that belongs to something else has come in the place of its own."""
-        self._out.publish(self.supervisor.stop(
-            StopReason.WRONG_FIELD, self.supervisor.field.refusal))
+        refusal = self.supervisor.field.refusal
+        self._out.publish(self.supervisor.stop(StopReason.WRONG_FIELD, refusal))
 
     def _on_neighbourhood(self, msg: OccupancyGrid) -> None:
         if self._read_local_grid(msg):

@@ -9,8 +9,8 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from control_field.robot.limits import Velocity
-from control_field_node.command_writer import CommandWriter
 from control_field_node.command_publishers import CommandPublishers
+from control_field_node.command_writer import CommandWriter
 from control_field_node.diagnostics import diagnostic_from_supervisor
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor

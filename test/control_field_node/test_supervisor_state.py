@@ -183,6 +183,7 @@ def test_a_robot_that_was_placed_before_its_trial_has_not_leapt():
     assert bench.supervisor.trial.run is None
     assert bench.supervisor.trial.ended.outcome is Outcome.ABORTED
 
+
 def test_a_start_is_ramped_and_what_was_asked_for_is_told():
     bench = Bench().start()
     bench.tick()
