@@ -2,16 +2,22 @@
 
 from functools import cache
 
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid
 import numpy as np
+from rclpy.serialization import serialize_message
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
 
-from bridge_helpers import nanoseconds, ODOMETRY, raw_odometry
+from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_local_grid, raw_odometry
 from episode_store.external.drive import open_drive, Reading
 from episode_store.external.take_over import learnt_from
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
+OCCUPANCY = 'nav_msgs/msg/OccupancyGrid'
+#: Messages on each topic of a `drive_bag`.
+N_POSES = 200
 EXTERNAL = {'odom': '/wheel/odometry', 'cmd_vel': '/cmd_vel'}
 
 
@@ -65,4 +71,32 @@ def ros1_bag(path, n=100, compression=None, chunk=None):
                 types['PoseWithCovariance'](pose, covariance),
                 types['TwistWithCovariance'](types['Twist'](zero, zero), covariance))
             writer.write(connection, nanoseconds(1.0 + i / 20), store.serialize_ros1(msg, kind))
+    return path
+
+
+@cache
+def _message(role, i, frame):
+    """Return what a robot on its way along x says for the i-th time."""
+    stamp, x, y = i / 20, 0.6 + 0.01 * i, 0.6
+    if role == 'neighbourhood':
+        return raw_local_grid(stamp, *GRID.cell_from_world(x, y), np.zeros((3, 3)))
+    if role in ('odom', 'other'):
+        return raw_odometry(stamp, *((x, y) if role == 'odom' else (0.0, 0.0)), frame)
+    return {'map': serialize_message(OccupancyGrid()), 'goal': serialize_message(PoseStamped()),
+            'cmd_vel': b'\0\1\0\0' + bytes(48)}[role]
+
+
+def drive_bag(path, topics, storage=StoragePlugin.MCAP, compression=None, frame='odom'):
+    """Record a drive along x as `ros2 bag record` does; ``topics`` are names by role."""
+    writer = Writer(path, version=9, storage_plugin=storage)
+    if compression is not None:
+        writer.set_compression(compression, CompressionFormat.ZSTD)
+    kinds = {'odom': ODOMETRY, 'other': ODOMETRY, 'neighbourhood': OCCUPANCY, 'map': OCCUPANCY,
+             'cmd_vel': 'geometry_msgs/msg/Twist', 'goal': 'geometry_msgs/msg/PoseStamped'}
+    with writer:
+        made = {role: writer.add_connection(name, kinds[role], typestore=STORE)
+                for role, name in topics.items()}
+        for i in range(N_POSES):
+            for role, connection in made.items():
+                writer.write(connection, nanoseconds(i / 20), _message(role, i, frame))
     return path

@@ -15,34 +15,6 @@ from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
 from sample_helpers import DEMO, field_of, files_of, FIRST, sample_copy, SECOND
 
-
-@pytest.fixture
-def task(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return sample_copy(tmp_path)
-
-
-@pytest.fixture
-def experience(capsys):
-    """Run a command that must do what it says; return its output."""
-    def call(*words, code=0):
-        assert main(list(words)) == code
-        return capsys.readouterr().out
-
-    return call
-
-
-@pytest.fixture
-def mistake(capsys):
-    """Run a command that the user got wrong; return the one line that says so."""
-    def call(*words):
-        assert main(list(words)) == 2
-        [line] = capsys.readouterr().err.splitlines()
-        return line
-
-    return call
-
-
 # list and show
 
 

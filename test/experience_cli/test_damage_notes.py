@@ -3,17 +3,11 @@
 import pytest
 
 from experience_cli.main import main
-from sample_helpers import files_of, FIRST, sample_copy
+from sample_helpers import files_of, FIRST
 
 READING = [('show', FIRST), ('explain', FIRST, '--at', '1'), ('learn', 'bags/sample'),
            ('learn', '--quiet', 'bags/sample/0002_trial', 'bags/sample/0001_demo'),
            ('inspect', 'bags/sample', '--out', 'out.png')]
-
-
-@pytest.fixture
-def task(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return sample_copy(tmp_path)
 
 
 def cut(task, n):

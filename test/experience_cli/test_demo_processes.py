@@ -30,28 +30,26 @@ def look(domain):
     assert found
     print('open' if 7400 + 250 * domain in found else 'closed')
 
-before = dict(os.environ)
-with own_domain() as environment:
-    look(int(environment.get('ROS_DOMAIN_ID', sys.argv[1])))
-assert dict(os.environ) == before
-look(int(sys.argv[1]))
+for discovery in sys.argv[2:]:
+    os.environ.pop('ROS_AUTOMATIC_DISCOVERY_RANGE', None)
+    if discovery != 'unset':
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = discovery
+    before = dict(os.environ)
+    with own_domain() as environment:
+        look(int(environment.get('ROS_DOMAIN_ID', sys.argv[1])))
+    assert dict(os.environ) == before
+    look(int(sys.argv[1]))
 """
 
 
 @pytest.mark.skipif(sys.platform != 'linux', reason='looks into /proc')
-@pytest.mark.parametrize('discovery', [None, 'SUBNET', 'SYSTEM_DEFAULT', 'OFF'])
-def test_the_node_that_drives_is_kept_on_this_machine(
-    ros_domain, tmp_path, monkeypatch, discovery,
-):
-    monkeypatch.delenv('ROS_AUTOMATIC_DISCOVERY_RANGE')
-    if discovery:
-        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', discovery)
-    done = ros_helpers.run([sys.executable, '-c', LOOK, str(ros_domain)], tmp_path)
-    assert done.popen.returncode == 0, done.report()
-    inside, after = done.stdout.split()
-    assert inside == 'closed'
+def test_the_node_that_drives_is_kept_on_this_machine(ros_domain, tmp_path):
     # The look does tell the difference, and what the user has set is his again.
-    assert after == ('closed' if discovery == 'OFF' else 'open')
+    afterwards = {'unset': 'open', 'SUBNET': 'open', 'SYSTEM_DEFAULT': 'open', 'OFF': 'closed'}
+    done = ros_helpers.run([sys.executable, '-c', LOOK, str(ros_domain), *afterwards], tmp_path)
+    assert done.popen.returncode == 0, done.report()
+    assert done.stdout.split() == [
+        word for after in afterwards.values() for word in ('closed', after)]
 
 
 @pytest.mark.parametrize('domain', ['', '17'])

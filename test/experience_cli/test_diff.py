@@ -15,13 +15,7 @@ from episode_store.episode import Episode
 from episode_store.relearn import relearn
 from experience_cli.main import main
 from robot_bags import robot_bag
-from sample_helpers import DEMO, FIRST, sample_copy, SECOND
-
-
-@pytest.fixture
-def task(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return sample_copy(tmp_path)
+from sample_helpers import DEMO, FIRST, SECOND
 
 
 @pytest.fixture

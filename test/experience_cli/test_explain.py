@@ -21,13 +21,7 @@ from experience_cli.compass import COMPASS
 from experience_cli.explanation import Moment
 from experience_cli.main import main
 from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes
-from sample_helpers import DEMO, FIRST, rewritten, sample_copy, SECOND
-
-
-@pytest.fixture
-def task(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return sample_copy(tmp_path)
+from sample_helpers import DEMO, FIRST, rewritten, SECOND
 
 
 @pytest.fixture

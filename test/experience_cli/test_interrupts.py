@@ -98,8 +98,8 @@ def test_an_interrupt_that_gets_lost_comes_again_and_only_then(tmp_path):
     assert process.stderr.splitlines() == ['tidy']
 
 
-@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGHUP])
-@pytest.mark.parametrize('word', ['sitecustomize', ' numpy'])
+@pytest.mark.parametrize(('word', 'number'), [
+    ('sitecustomize', signal.SIGTERM), (' numpy', signal.SIGHUP)])
 def test_so_it_is_for_other_signals_that_end(tmp_path, word, number):
     code, said = interrupted(['-m', 'experience_cli.main', *EVALUATE], tmp_path, word, number,
                              env=early_python(tmp_path))

@@ -59,14 +59,6 @@ def add_trial(task, field=None, header=None):
             State.ENDED, int(rows['trial'][-1]), Outcome.GAVE_UP, decisions=3, revision=1), 2)
 
 
-def mistake(capsys, *arguments):
-    """Run a command that the user got wrong; return the one line it says."""
-    assert main([str(argument) for argument in arguments]) == 2
-    captured = capsys.readouterr()
-    [line] = captured.err.splitlines()
-    return line
-
-
 class TestLearn:
 
     def test_says_what_every_bag_taught_and_the_hash(self, task, capsys):
@@ -145,26 +137,26 @@ class TestLearn:
         assert 'nothing was learnt' in capsys.readouterr().out
         assert main(['inspect', str(task.path)]) == 0
 
-    def test_wants_a_demonstration(self, task, capsys):
+    def test_wants_a_demonstration(self, task, mistake):
         add_trial(task)
-        assert 'no demonstration' in mistake(capsys, 'learn', task.episodes()[1].path)
+        assert 'no demonstration' in mistake('learn', task.episodes()[1].path)
 
-    def test_says_what_is_no_bag(self, tmp_path, capsys):
-        assert str(tmp_path / 'nope') in mistake(capsys, 'learn', tmp_path / 'nope')
-        assert 'holds no bags' in mistake(capsys, 'learn', tmp_path)
+    def test_says_what_is_no_bag(self, tmp_path, mistake):
+        assert str(tmp_path / 'nope') in mistake('learn', tmp_path / 'nope')
+        assert 'holds no bags' in mistake('learn', tmp_path)
 
-    def test_says_that_a_file_is_no_npz(self, task, capsys):
-        assert '.npz' in mistake(capsys, 'learn', task.path, '--save', 'field.txt')
+    def test_says_that_a_file_is_no_npz(self, task, mistake):
+        assert '.npz' in mistake('learn', task.path, '--save', 'field.txt')
 
-    def test_says_that_it_cannot_write(self, task, capsys, tmp_path):
+    def test_says_that_it_cannot_write(self, task, mistake, tmp_path):
         (tmp_path / 'file').touch()
-        line = mistake(capsys, 'learn', task.path, '--save', tmp_path / 'file' / 'field.npz')
+        line = mistake('learn', task.path, '--save', tmp_path / 'file' / 'field.npz')
         assert 'cannot write' in line
 
-    def test_names_both_workspaces_of_a_mixture(self, task, capsys):
+    def test_names_both_workspaces_of_a_mixture(self, task, mistake):
         other = Grid(3, 4, 1.5)
         add_trial(task, header=EpisodeHeader(EpisodeKind.TRIAL, task.task, other, Parameters()))
-        line = mistake(capsys, 'learn', task.path)
+        line = mistake('learn', task.path)
         assert '3 x 4 cells of 1.5 m' in line
         assert f'{GRID.n_rows} x {GRID.n_cols}' in line
 
@@ -240,15 +232,15 @@ def test_wrong_arguments_are_one_line_and_exit_code_2(capsys, arguments):
     (['--tasks', '../..'], ['--tasks', 'letters']),
     (['--tasks', '1,dyna'], ['dyna', '20 x 20 cells of 0.25 m']),
 ])
-def test_demo_says_what_is_wrong(arguments, words, tmp_path, capsys):
-    line = mistake(capsys, 'demo', '--out', tmp_path / 'out', *arguments)
+def test_demo_says_what_is_wrong(arguments, words, tmp_path, mistake):
+    line = mistake('demo', '--out', tmp_path / 'out', *arguments)
     for word in words:
         assert word in line
 
 
-def test_demo_does_not_touch_bags_that_no_demo_made(tmp_path, capsys):
+def test_demo_does_not_touch_bags_that_no_demo_made(tmp_path, mistake):
     (tmp_path / 'bags' / 'task1' / '0001_demo').mkdir(parents=True)
-    line = mistake(capsys, 'demo', '--out', tmp_path)
+    line = mistake('demo', '--out', tmp_path)
     assert '--out' in line
     assert (tmp_path / 'bags' / 'task1' / '0001_demo').is_dir()
 
@@ -256,14 +248,14 @@ def test_demo_does_not_touch_bags_that_no_demo_made(tmp_path, capsys):
 @pytest.mark.parametrize('option', [
     ['--out', 'x'], ['--profile', 'full'], ['--seed', '0'], ['--realtime']])
 def test_what_nodes_that_run_already_have_is_not_taken_with_attach(
-    tmp_path, monkeypatch, capsys, option,
+    tmp_path, monkeypatch, mistake, option,
 ):
     monkeypatch.chdir(tmp_path)
-    line = mistake(capsys, 'demo', '--attach', *option)
+    line = mistake('demo', '--attach', *option)
     assert f'{option[0]}: is not for --attach' in line
     assert not any(tmp_path.iterdir())
 
 
-def test_demo_says_that_it_cannot_write(tmp_path, capsys):
+def test_demo_says_that_it_cannot_write(tmp_path, mistake):
     (tmp_path / 'file').write_text(json.dumps({}))
-    assert 'cannot write' in mistake(capsys, 'demo', '--out', tmp_path / 'file')
+    assert 'cannot write' in mistake('demo', '--out', tmp_path / 'file')

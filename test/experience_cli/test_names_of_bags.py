@@ -5,19 +5,12 @@ import json
 import pytest
 
 from experience_cli.main import main
-from sample_helpers import sample_copy
 
 NAMES = ['sample/0001', 'sample/1', 'sample/0001_demo', 'bags/sample/0001', 'bags/sample/1',
          'bags/sample/0001_demo']
 COMMANDS = ['list {}', 'show {}', 'explain {} --at 1', 'inspect {} --out out.png',
             'learn sample/1 {} --quiet', 'repair {}', 'diff sample {} --out out.png',
             'label {} success', 'forget {}', 'forget --undo {}']
-
-
-@pytest.fixture
-def task(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return sample_copy(tmp_path)
 
 
 @pytest.mark.parametrize('command', COMMANDS)
