@@ -42,6 +42,8 @@ _U8: Final = struct.Struct('<Q')
 #: Of a message: opcode, length, channel.
 _MESSAGE: Final = struct.Struct('<BQH')
 _LONGEST_NAME: Final = 32
+#: Metadata records that a file may have; recorders write one or two.
+_MOST_METADATA: Final = 10_000
 #: A footer's record up to its checksum: opcode, length, where the index begins, where its offsets.
 _FOOTER: Final = struct.Struct('<BQQQ')
 _IN_CHUNK: Final = (SCHEMA_OP, CHANNEL_OP, MESSAGE_OP)
@@ -257,6 +259,8 @@ class Scan:
                 channel.id, self.schemas.get(channel.schema_id, Schema('', '', b'')),
                 channel.topic, channel.message_encoding, channel.metadata)
         elif opcode == METADATA_OP:
+            if len(self.found.metadata) == _MOST_METADATA:
+                raise BagError(f'it has more than {_MOST_METADATA} metadata records')
             metadata = read(MetadataRecord)
             self.found.metadata.append((metadata.name, metadata.metadata))
 

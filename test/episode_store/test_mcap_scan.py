@@ -174,6 +174,13 @@ def test_claims_of_great_sizes_cost_no_memory(opcode, claim):
     assert peak < 100_000
 
 
+def test_a_file_of_nothing_but_metadata_has_a_bound():
+    one = record(12, struct.pack('<II', 0, 0))
+    assert len(scan(memoryview(MAGIC + 10_000 * one)).metadata) == 10_000
+    with pytest.raises(BagError, match='more than 10000 metadata records'):
+        scan(memoryview(MAGIC + 10_001 * one))
+
+
 @settings(max_examples=500)
 @given(st.lists(st.tuples(st.integers(0, len(SAMPLE) - 1), st.integers(0, 255)), max_size=6),
        st.integers(len(SAMPLE) // 2, len(SAMPLE)))
