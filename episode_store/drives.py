@@ -91,7 +91,11 @@ def read_drive(
     record, report = demonstration_from_poses(
         grid, poses.stamps, poses.xy, local_grids.stamps[seen], local_grids.blocked[seen],
         local_grids.unknown[seen], number, speed_max, local_grids.cells[seen], poses.motion)
-    _check_open(record)
+    if record.cells[0].tolist() == record.cells[-1].tolist():
+        raise ValueError(  # with the loop cut out no way to a goal is left
+            'nothing to learn from this drive: it ends in the cell where it began, so that it '
+            'leads nowhere; end the drive at the goal, or cut it to the way there with '
+            '`experience trim`')
     return record, report, notes
 
 
@@ -187,16 +191,6 @@ def _remedy_by_cutting(error: ValueError, begins: float, command: str) -> str:
     after = begins + np.ceil(found.at * 100.0 - _ROUNDED) / 100.0
     return (f', or keep what is before it ({command.format(before)}) or after it (--from '
             f'{after:.2f})')
-
-
-def _check_open(record: Demonstration) -> None:
-    """Refuse a drive that is one loop: with it cut out no way to a goal is left."""
-    first, last = (tuple(cell) for cell in record.cells[[0, -1]].tolist())
-    if first == last:
-        raise ValueError(
-            'nothing to learn from this drive: it ends in the cell where it began, so that it '
-            'leads nowhere; end the drive at the goal, or cut it to the way there with '
-            '`experience trim`')
 
 
 def _in_order(stamps: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:

@@ -1,6 +1,7 @@
 """A bag of ours, opened: what it says of itself, what it teaches, and what is wrong with it."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 import os
@@ -11,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.drives.demonstration import DemonstrationReport
-from control_field.records import ControlField, Demonstration, Outcome, Prototypes, Trial
+from control_field.records import (
+    ControlField, DECISION_DTYPE, Demonstration, Outcome, Prototypes, Trial)
 from control_field.words import counted
 from episode_store.damage import Damage, find_damage
 from episode_store.drives import NoPoseError, read_drive, remedy_for_own
@@ -24,14 +26,14 @@ from episode_store.rosbag2.columns import read_columns
 from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.metadata import NAME
 from episode_store.rosbag2.reader import BagReader, RawMessages
-from episode_store.rosbag2.topic_tables import decision_table
+from episode_store.rosbag2.topic_tables import decision_table, statuses
 from episode_store.rosbag2.writer import HEADER_NAME
 from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind
-from episode_store.trials import doubt_about, judged, own_trial, status_of_demonstration
+from episode_store.trials import doubt_about, judged, own_trial
 from msgs_bridge.messages.memory_identity import difference
 from msgs_bridge.messages.raw_cloud import cloud_from_cdr
 from msgs_bridge.messages.tables import field_from_cloud, prototypes_from_cloud
-from msgs_bridge.messages.trial_status import Label, TrialStatus
+from msgs_bridge.messages.trial_status import Label, State, TrialStatus
 
 _Table = TypeVar('_Table', ControlField, Prototypes)
 
@@ -145,20 +147,19 @@ class Episode:
     @cached_property
     def status(self) -> TrialStatus | None:
         """Return how it ended, as it was recorded; None if nobody says."""
-        if self.header.kind is EpisodeKind.DEMO:
-            return status_of_demonstration(self.messages('trial'))
-        return self._own_trial[1]
-
-    @property
-    def recorded_label(self) -> Label:
-        """Return what a person said of it while it was recorded."""
-        return Label.NONE if self.status is None else self.status.label
+        if self.header.kind is EpisodeKind.TRIAL:
+            return self._own_trial[1]
+        # The learner's own: those of trial 0 are none of the controller's.
+        return next((status for _, status in statuses(self.messages('trial'), newest_first=True)
+                     if status.trial == 0 and status.state in (State.RUNNING, State.ENDED)), None)
 
     @cached_property
     def label(self) -> Label:
         """Return what a person said of it last: since it was recorded, else while it was."""
         since = read_label(self.path)
-        return self.recorded_label if since is None else since
+        if since is not None:
+            return since
+        return Label.NONE if self.status is None else self.status.label
 
     def judge(self, label: Label) -> None:
         """
@@ -176,11 +177,10 @@ class Episode:
             If the label cannot be written, or the bag was not closed.
 
         """
-        try:
-            is_as_recorded = label is Label.NONE and self.recorded_label is Label.NONE
-        except NothingToLearnError:
-            is_as_recorded = label is Label.NONE
-        write_label(self.path, None if is_as_recorded else label)
+        recorded = Label.NONE
+        with suppress(NothingToLearnError):
+            recorded = recorded if self.status is None else self.status.label
+        write_label(self.path, None if label is recorded is Label.NONE else label)
         self.__dict__.pop('label', None)
 
     def changes(self) -> list[str]:
@@ -308,9 +308,9 @@ class Episode:
     @property
     def decisions(self) -> npt.NDArray[np.void]:
         """Return the decisions of the trial that it is about; none for a demonstration."""
-        rows = self._decision_table[0]
         if self.header.kind is EpisodeKind.DEMO:
-            return rows[:0]
+            return np.zeros(0, dtype=DECISION_DTYPE)
+        rows = self._decision_table[0]
         return np.asarray(rows[rows['trial'] == self._own_trial[0]])
 
     @cached_property

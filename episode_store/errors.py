@@ -28,6 +28,10 @@ class NothingToLearnError(BagError):
         self.why, self.frame = printable(why), frame
 
 
+class UnwritableError(BagError):
+    """A bag cannot be mended: no permission, a read-only or a full disk."""
+
+
 class WorkspaceError(BagError):
     """A bag was recorded in another workspace."""
 

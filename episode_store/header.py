@@ -59,6 +59,13 @@ class EpisodeHeader:
     imported_from: str = ''
     imported_notes: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse what makes no sense."""
+        if not 0.0 < self.speed_max < math.inf:
+            raise ValueError(f'speed_max is {self.speed_max}, must be above 0')
+        if not all(isinstance(topic, str) for topic in self.topics.values()):
+            raise ValueError('topics must be texts')
+
     def to_mapping(self) -> dict[str, str]:
         """Return the texts that the MCAP metadata record holds."""
         return {
@@ -89,7 +96,8 @@ class EpisodeHeader:
                 kind=EpisodeKind(values['kind']), task=values['task'],
                 grid=Grid(**_object(values, 'grid')),
                 parameters=Parameters.from_mapping(_object(values, 'parameters')),
-                topics=_texts(_object(values, 'topics')), speed_max=_speed(values),
+                topics=_object(values, 'topics'),
+                speed_max=float(values.get('speed_max', SPEED_MAX)),
                 memory=values.get('memory', ''), imported_from=values.get('imported_from', ''),
                 imported_notes=_notes(values.get('imported_notes', '[]')))
         except KeyError as error:
@@ -119,13 +127,6 @@ def _object(values: Mapping[str, str], key: str) -> dict[str, Any]:
     return found
 
 
-def _speed(values: Mapping[str, str]) -> float:
-    speed = float(values.get('speed_max', SPEED_MAX))
-    if not 0.0 < speed < math.inf:
-        raise ValueError(f'speed_max is {speed}, must be above 0')
-    return speed
-
-
 def _notes(text: str) -> tuple[str, ...]:
     """Return the notes that are texts; they are for people, nothing hangs on them."""
     try:
@@ -134,12 +135,6 @@ def _notes(text: str) -> tuple[str, ...]:
         return ()
     found = notes if isinstance(notes, list) else []
     return tuple(note for note in found if isinstance(note, str))
-
-
-def _texts(values: dict[str, Any]) -> dict[str, str]:
-    if not all(isinstance(value, str) for value in values.values()):
-        raise ValueError('topics must be texts')
-    return values
 
 
 def find_topic(topics: Mapping[str, str], role: str, names: Mapping[str, str]) -> str:

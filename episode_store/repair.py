@@ -1,5 +1,6 @@
 """Mending bags whose recorder was killed or ran out of disk."""
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 import os
@@ -9,6 +10,7 @@ from typing import Final
 
 from control_field.words import counted
 from episode_store.episode import Episode
+from episode_store.errors import UnwritableError
 from episode_store.gaps import note_gaps
 from episode_store.header import LOST_NAME
 from episode_store.rosbag2.errors import BagError, error_line, mcap_path
@@ -101,8 +103,10 @@ def repair_bag(folder: Path | str) -> RepairReport:
 
     Raises
     ------
+    UnwritableError
+        If it cannot be written.
     BagError
-        If it cannot be read or written, or is no bag of ours.
+        If it cannot be read, or is no bag of ours.
 
     """
     folder = Path(folder)
@@ -112,23 +116,36 @@ def repair_bag(folder: Path | str) -> RepairReport:
             _check_empty(folder)
             os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644))
         reader = BagReader(path, verify=True)
-        kept = None
-        if reader.damage:
-            kept = path.with_suffix(CUT) if reader.n_lost_bytes else None
-            summary = _rewrite(reader, path, kept)
-        else:
-            summary = summary_of_file(path, path.name)
+        kept = path.with_suffix(CUT) if reader.damage and reader.n_lost_bytes else None
+        summary = _mended(reader, path, kept) if reader.damage else (
+            summary_of_file(path, path.name))
         changed = bool(reader.damage) or not has_metadata(folder)
-        if changed:
-            write_metadata(folder, summary)
     except OSError as error:
-        raise BagError(error_line('repair', folder, error)) from None
+        raise UnwritableError(error_line('repair', folder, error)) from None
     if changed:
-        with suppress(BagError):  # there may be nothing in it
-            note_gaps(Episode.at(folder))
+        _note(folder, summary)
     return RepairReport(
         folder, changed, reader.damage, reader.complete, summary.count,
         reader.n_lost_bytes, summary.end if summary.count else None, kept)
+
+
+def _mended(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
+    """Let what is readable of a bag take its place."""
+    with replacing(path) as draft:
+        summary = rewrite(reader, draft, path.name)
+        if kept is not None and not kept.exists():
+            os.link(path, kept)
+    return summary
+
+
+def _note(folder: Path, summary: BagSummary) -> None:
+    """Write what a mended bag holds and lacks beside it."""
+    try:
+        write_metadata(folder, summary)
+    except BagError as error:
+        raise UnwritableError(str(error)) from None
+    with suppress(BagError):  # there may be nothing in it
+        note_gaps(Episode.at(folder))
 
 
 def repair_task(task: TaskFolder) -> list[RepairReport]:
@@ -160,24 +177,47 @@ def _check_empty(folder: Path) -> None:
         raise BagError(f'{folder} is no bag of ours: it holds {others[0]}')
 
 
-def _rewrite(reader: BagReader, path: Path, kept: Path | None) -> BagSummary:
-    """Write all that is readable into a new file, and let it take the old one's place."""
-    headers = [values for name, values in reader.metadata if name == HEADER_NAME]
-    with replacing(path) as draft:
-        file = McapFile(draft, headers[0] if headers else None)
+def rewrite(
+    reader: BagReader, path: Path, name: str,
+    moved: Callable[[int, Channel, int], int | None] = lambda place, channel, log_time: log_time,
+) -> BagSummary:
+    """
+    Write all that is readable of a bag into another file.
+
+    Parameters
+    ----------
+    reader : BagReader
+    path : Path
+        The new file.
+    name : str
+        What it will be called.
+    moved : callable
+        Returns the log time, [ns], that a message gets, given its place in the bag, channel and
+        log time; None leaves it out.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+
+    """
+    headers = [values for key, values in reader.metadata if key == HEADER_NAME]
+    file = McapFile(path, headers[0] if headers else None)
+    try:
         for channel in filter(_is_sound, reader.channels.values()):
             file.add_channel(channel.topic, channel.schema.name, _sound_definition(channel),
                              _sound_metadata(channel))
-        for channel, log_time, publish_time, message in reader.records():
-            if _is_sound(channel):
-                file.add(channel.topic, message, log_time, publish_time)
-        for name, values in reader.metadata:
-            if name == LOST_NAME:
-                file.add_metadata(name, values)
-        summary = file.finish(path.name)
-        if kept is not None and not kept.exists():
-            os.link(path, kept)
-    return summary
+        for place, (channel, log_time, publish_time, message) in enumerate(reader.records()):
+            at = moved(place, channel, log_time)
+            if at is not None and _is_sound(channel):
+                file.add(channel.topic, message, at, publish_time)
+        for key, values in reader.metadata:
+            if key == LOST_NAME:
+                file.add_metadata(key, values)
+    except OSError:
+        file.abandon()
+        raise
+    return file.finish(name)
 
 
 def _is_sound(channel: Channel) -> bool:

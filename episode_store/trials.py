@@ -43,12 +43,6 @@ def own_trial(
                          and status.state is State.ENDED and status.trial == number), None)
 
 
-def status_of_demonstration(messages: RawMessages) -> TrialStatus | None:
-    """Return the last of the learner's own: those of trial 0 are none of the controller's."""
-    return next((status for _, status in statuses(messages, True)
-                 if status.trial == 0 and status.state in (State.RUNNING, State.ENDED)), None)
-
-
 def judged(outcome: Outcome, label: Label) -> Outcome:
     """
     Return how a trial counts as having ended, once a person has judged it.

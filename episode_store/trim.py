@@ -1,19 +1,17 @@
 """Cutting a bag to a span of time; the recording as it was is kept beside it."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from contextlib import suppress
 import os
 from pathlib import Path
 import shutil
 from typing import Final
 
-from episode_store.header import LOST_NAME
-from episode_store.repair import summary_of_file
+from episode_store.repair import rewrite, summary_of_file
 from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.mcap_scan import Channel
 from episode_store.rosbag2.metadata import BagSummary, NAME, write_metadata
 from episode_store.rosbag2.reader import BagReader
-from episode_store.rosbag2.writer import HEADER_NAME, McapFile
 from episode_store.task_folder import EpisodeFolder
 from msgs_bridge.untrusted.files import read_bytes, replacing, sync_folder
 
@@ -48,7 +46,7 @@ def cut_copy(episode: EpisodeFolder, folder: Path, first: int, last: int) -> Bag
 
     path = folder / episode.bag.name
     try:
-        summary = _copy(BagReader(episode.bag), path, path.name, moved)
+        summary = rewrite(BagReader(episode.bag), path, path.name, moved)
         (folder / NAME).write_bytes(read_bytes(episode.path / NAME, within=episode.path))
     except OSError as error:
         raise BagError(error_line('write', path, error)) from None
@@ -78,33 +76,10 @@ def drop_messages(episode: EpisodeFolder, places: Collection[int]) -> None:
 
     try:
         with replacing(episode.bag) as draft:
-            summary = _copy(BagReader(episode.bag), draft, episode.bag.name, others)
+            summary = rewrite(BagReader(episode.bag), draft, episode.bag.name, others)
     except OSError as error:
         raise BagError(error_line('write', episode.bag, error)) from None
     write_metadata(episode.path, summary)
-
-
-def _copy(
-    reader: BagReader, path: Path, name: str, moved: Callable[[int, Channel, int], int | None],
-) -> BagSummary:
-    """Write a bag's messages into another file, at other log times; None leaves one out."""
-    headers = [values for key, values in reader.metadata if key == HEADER_NAME]
-    file = McapFile(path, headers[0] if headers else None)
-    try:
-        for channel in reader.channels.values():
-            file.add_channel(channel.topic, channel.schema.name, channel.schema.data,
-                             channel.metadata)
-        for place, (channel, log_time, publish_time, message) in enumerate(reader.records()):
-            at = moved(place, channel, log_time)
-            if at is not None:
-                file.add(channel.topic, message, at, publish_time)
-        for key, values in reader.metadata:
-            if key == LOST_NAME:
-                file.add_metadata(key, values)
-    except OSError:
-        file.abandon()
-        raise
-    return file.finish(name)
 
 
 def replace_recording(episode: EpisodeFolder, copy: Path, summary: BagSummary) -> None:

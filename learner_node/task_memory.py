@@ -12,6 +12,7 @@ from control_field.poses import StartPose
 from control_field.records import ControlField
 from control_field.words import counted, sentences
 from episode_store.episode import Episode
+from episode_store.errors import UnwritableError
 from episode_store.gaps import note_gaps
 from episode_store.header import EpisodeHeader
 from episode_store.relearn import goal_moved, LearntBag, Relearner
@@ -133,9 +134,7 @@ class TaskMemory:
         self.doubts = []
         try:
             return [f'found {report}' for report in repair_task(self.task)]
-        except BagError as error:
-            if not isinstance(error.__context__, OSError):
-                raise
+        except UnwritableError as error:
             self.doubts = [f'{error}; what is readable of it is learnt from as it is']
             return []
 

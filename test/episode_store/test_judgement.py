@@ -33,7 +33,7 @@ def test_a_label_taken_back_leaves_no_trace(tmp_path, make):
 
 def test_what_was_said_while_it_was_recorded_is_taken_back_too(tmp_path):
     folder = trial(tmp_path, label=Label.FAILURE)
-    assert Episode.at(folder).recorded_label is Label.FAILURE
+    assert Episode.at(folder).status.label is Label.FAILURE
     assert content_of(folder).record.outcome is Outcome.GAVE_UP
     Episode.at(folder).judge(Label.NONE)
     assert read_label(folder) is Label.NONE
