@@ -145,7 +145,7 @@ def _see(source: str) -> Callable[[Any], None]:
     odometry = odometry_from_pose(_POSE)
 
     def see(msg: Any) -> None:
-        maker.saw(msg)
+        maker.update(msg)
         maker.neighbourhood(odometry)
 
     return see

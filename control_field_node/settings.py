@@ -119,12 +119,12 @@ class Settings:
 
     @property
     def has_pose_topic(self) -> bool:
-        """Tell whether there is a localisation."""
+        """Return whether there is a localisation."""
         return bool(self.pose_topic)
 
     @property
     def mends_odometry(self) -> bool:
-        """Tell whether odometry is not taken at its word."""
+        """Return whether odometry is not taken at its word."""
         return self.anchoring or self.has_pose_topic
 
     @property
@@ -146,5 +146,5 @@ class Settings:
 
     @property
     def is_stamped(self) -> bool:
-        """Tell whether cmd_vel is a TwistStamped."""
+        """Return whether cmd_vel is a TwistStamped."""
         return self.lockstep or self.enable_stamped_cmd_vel

@@ -98,7 +98,7 @@ class LocalisedOdometry:
 
     @property
     def problem(self) -> str:
-        """Say why nothing is published, empty if something is."""
+        """Return why nothing is published, empty if something is."""
         topic = self.settings.pose_topic
         if self.odometry_refusal:
             return f'odometry arrives but does not count: {self.odometry_refusal}'
@@ -115,7 +115,7 @@ class LocalisedOdometry:
         return (f'no pose has arrived on {topic} for {driven:.1f} m, must be one every '
                 f'{self.settings.trusted_distance:g} m')
 
-    def saw_pose(self, pose: Pose) -> None:
+    def on_pose(self, pose: Pose) -> None:
         """
         Take in a pose of the localisation; one that is older than the last is passed over.
 

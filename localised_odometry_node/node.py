@@ -67,7 +67,7 @@ class LocalisedOdometryNode(Node):
 
     def _on_pose(self, msg: PoseWithCovarianceStamped) -> None:
         try:
-            self._localised.saw_pose(
+            self._localised.on_pose(
                 pose_from_initialpose(msg, self._localised.settings.pose_topic))
             self._localised.pose_refusal = ''
         except ValueError as error:

@@ -1,4 +1,4 @@
-"""From what a real robot senses to its 3x3 neighbourhood: which pose goes with which scan."""
+"""The 3x3 neighbourhood of a real robot: from its newest scan or costmap and its poses."""
 
 from bisect import bisect_left
 from collections import deque
@@ -52,7 +52,7 @@ class NeighbourhoodMaker:
 
     Parameters
     ----------
-    settings : SightSettings
+    settings : NeighbourhoodSettings
 
     """
 
@@ -81,7 +81,7 @@ class NeighbourhoodMaker:
         """Whether a scan or a costmap was ever taken in."""
         return self._read is not None
 
-    def saw(self, msg: Any) -> None:
+    def update(self, msg: Any) -> None:
         """
         Take in a scan or a costmap.
 
@@ -119,7 +119,7 @@ class NeighbourhoodMaker:
         return Neighbourhood(pose.stamp, *cell, self._cells(cell, pose), self.grid.frame_id)
 
     def problem(self, now: float) -> str:
-        """Say why nothing is known at a time, empty if something is."""
+        """Return why nothing is known at a time, empty if something is."""
         source = self.settings.source
         if source == 'scan' and self.laser.problem:
             return f'as /tf_static says, {self.laser.problem}'

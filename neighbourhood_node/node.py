@@ -21,11 +21,11 @@ from msgs_bridge.node.parameters import declare_parameters_from
 from msgs_bridge.node.peers import PeerMonitor
 from msgs_bridge.node.run import run_node
 from msgs_bridge.node.throttled_log import ThrottledLog
-from neighbourhood_node.laser_place import LaserPlace
+from neighbourhood_node.laser_mount_finder import LaserMountFinder
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker
 from neighbourhood_node.settings import FIXED, NeighbourhoodSettings
 
-_TELL_PERIOD: Final = 1.0
+_DIAGNOSTICS_PERIOD: Final = 1.0
 #: Time without odometry after which none arrives, [s].
 _SILENCE: Final = 2.0
 
@@ -33,8 +33,8 @@ PROGRAM: Final = Program(
     'neighbourhood_node', 'makes the 3x3 local grid of a robot from its laser scan or a costmap.',
     '-p source:=costmap -r costmap:=local_costmap/costmap', names_of(NeighbourhoodSettings))
 
-#: Costmaps that are known again when they come through another subscription.
-_N_HEARD: Final = 8
+#: Number of costmaps recognised when they come through another subscription.
+_N_RECENT: Final = 8
 
 
 class NeighbourhoodNode(Node):
@@ -59,11 +59,11 @@ class NeighbourhoodNode(Node):
         check_names(self)
         self._throttled_log = ThrottledLog(self)
         self._neighbourhoods = qos.tell_all(self, OccupancyGrid, 'neighbourhood', qos.SENSOR)
-        #: What came last, as it was sent: a costmap is heard through several subscriptions.
-        self._heard: deque[int] = deque(maxlen=_N_HEARD)
-        self._place = None
+        #: Hashes of the last messages: several subscriptions get the same costmap.
+        self._recent: deque[int] = deque(maxlen=_N_RECENT)
+        self._mount_finder: LaserMountFinder | None = None
         if self._maker.settings.source == 'scan':
-            self._place = LaserPlace(self, self._maker)
+            self._mount_finder = LaserMountFinder(self, self._maker)
             self.create_subscription(LaserScan, 'scan', self._on_local_grid, qos.SENSOR)
         else:
             qos.hear_all(
@@ -73,10 +73,11 @@ class NeighbourhoodNode(Node):
         self._peers = PeerMonitor(self, 'sight')
         self._peers.describe(workspace_from_grid(self._maker.grid))
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        self.create_timer(_TELL_PERIOD, self._tell, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self._say_what_is_here()
+        self.create_timer(_DIAGNOSTICS_PERIOD, self._publish_diagnostics,
+                          clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._log_topics()
 
-    def _say_what_is_here(self) -> None:
+    def _log_topics(self) -> None:
         settings, named = self._maker.settings, self.resolve_topic_name
         logger = self.get_logger()  # type: ignore[no-untyped-call]
         logger.info(
@@ -84,10 +85,10 @@ class NeighbourhoodNode(Node):
             f'in {settings.rows} x {settings.cols} cells of {settings.resolution:g} m from '
             f'({settings.origin_x:g}, {settings.origin_y:g}) m in {settings.frame_id} on')
 
-    def _tell(self) -> None:
-        """Publish how the local grid stands, and what this node says of itself."""
-        if self._place is not None:
-            self._place.tell()
+    def _publish_diagnostics(self) -> None:
+        """Publish the diagnostics, and log once where the laser is mounted."""
+        if self._mount_finder is not None:
+            self._mount_finder.log()
         now = time.monotonic()
         problem = self._problem
         if self._odometry.is_stale(now):
@@ -106,25 +107,25 @@ class NeighbourhoodNode(Node):
         self._maker.settings = settings
 
     def _on_costmap(self, raw: bytes) -> None:
-        """Take in a costmap that was not heard yet; only then is it worth to be decoded."""
+        """Take in a costmap, unless another subscription got it already."""
         mark = hash(raw)
-        if mark not in self._heard:
-            self._heard.append(mark)
+        if mark not in self._recent:
+            self._recent.append(mark)
             self._on_local_grid(deserialize_message(raw, OccupancyGrid))
 
     def _on_local_grid(self, msg: Any) -> None:
-        if self._place is not None:
-            self._place.saw(laser=msg.header.frame_id)
+        if self._mount_finder is not None:
+            self._mount_finder.on_frames(laser=msg.header.frame_id)
         try:
-            self._maker.saw(msg)
+            self._maker.update(msg)
         except ValueError as error:
             self._maker.refusal = str(error)
             self._throttled_log.log_refused(error)
 
     def _on_odometry(self, msg: Odometry) -> None:
         now = time.monotonic()
-        if self._place is not None:
-            self._place.saw(base=msg.child_frame_id)
+        if self._mount_finder is not None:
+            self._mount_finder.on_frames(base=msg.child_frame_id)
         try:
             neighbourhood = self._maker.neighbourhood(msg)
         except ValueError as error:

@@ -1,4 +1,4 @@
-"""What `/tf_static` says live: where the laser sits on the robot."""
+"""The static transforms of a running robot: where the laser is mounted."""
 
 import struct
 
@@ -9,20 +9,20 @@ from msgs_bridge.sensing.frame_tree import BASES, Edge, Transforms, transforms_i
 from msgs_bridge.sensing.laser_mount import Mount, mount_from_transform
 from msgs_bridge.sensing.rigid_motions import Motions
 
-#: Frames that are remembered: a robot has some tens.
-_MOST = 1000
+#: Greatest number of frames; a robot has some tens.
+_MAX_FRAMES = 1000
 
 
 class StaticFrames:
-    """The fixed joints of a robot, as far as they were said."""
+    """The static transforms that have arrived."""
 
     def __init__(self) -> None:
         """Start with none."""
         self._tree = Transforms()
-        #: How often any of them was said.
-        self.n_heard = 0
+        #: Number of messages.
+        self.n_messages = 0
 
-    def saw(self, message: bytes) -> None:
+    def update(self, message: bytes) -> None:
         """
         Take in a TFMessage, serialised.
 
@@ -42,11 +42,11 @@ class StaticFrames:
             if not (np.abs(shift).max() <= MAX_PLACE
                     and abs(length - 1.0) <= QUATERNION_TOLERANCE):
                 raise ValueError(f'tf_static: where {child[:80]!r} sits is no place')
-            if child in self._tree.edges or len(self._tree.edges) < _MOST:
+            if child in self._tree.edges or len(self._tree.edges) < _MAX_FRAMES:
                 at = np.array([stamp], dtype=np.int64)
                 self._tree.edges[child] = Edge(
                     parent, child, at, at, Motions(shift, turn / length))
-        self.n_heard += 1
+        self.n_messages += 1
 
     def mount(self, laser: str, base: str) -> Mount | None:
         """Return where a laser sits on the robot; None if nothing says so."""

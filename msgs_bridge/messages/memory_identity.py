@@ -58,7 +58,7 @@ def is_of_another_task(memory: str, other: str) -> bool:
 
 def difference(theirs: str, own: str) -> str:
     """
-    Say whose field the controller has, if it is not this learner's; empty if it is.
+    Return whose field the controller has, if it is not this learner's; empty if it is.
 
     Parameters
     ----------

@@ -92,7 +92,7 @@ class Given:
 
     @property
     def wants_help(self) -> bool:
-        """Tell whether the page of help is asked for."""
+        """Return whether the page of help is asked for."""
         return '-h' in self.plain or '--help' in self.plain
 
     def unknown(self, names: Collection[str]) -> tuple[list[str], list[str]]:

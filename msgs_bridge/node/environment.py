@@ -35,7 +35,7 @@ def prepare() -> None:
 
 
 def has_home(folder: str) -> bool:
-    """Tell whether a folder in the user's home is there, or can be made, to write to."""
+    """Return whether a folder in the user's home is there, or can be made, to write to."""
     home = os.environ.get('HOME')
     if not home:
         return False

@@ -231,7 +231,7 @@ def _is_same(one: Any, other: Any) -> bool:
 
 
 def _shares_cells(ours: Values, theirs: Values) -> bool:
-    """Tell whether what one calls a cell is one of the other's, too, or would be."""
+    """Return whether what one calls a cell is one of the other's, too, or would be."""
     if not all(_is_same(ours[name], theirs[name]) for name in ('frame_id', 'resolution')):
         return False
     offsets = [(ours[name] - theirs[name]) / ours['resolution']

@@ -42,7 +42,7 @@ def _sections(content: Any, before: str = '') -> Iterator[tuple[str, Any]]:
 
 def is_for(section: str, full_name: str) -> bool:
     """
-    Tell whether ROS gives a node what stands in a section.
+    Return whether ROS gives a node what stands in a section.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def problem_with_file(path: Path, full_name: str, names: Collection[str]) -> str
 
 
 def _is_meant(section: str, names: Collection[str]) -> bool:
-    """Tell whether a section has the name of a node, or one that is but a slip of the pen off."""
+    """Return whether a section has the name of a node, or nearly that."""
     nearest = get_close_matches(_last(section), [*names, *NODES], 1, _SLIP)
     return bool(nearest) and nearest[0] in names
 

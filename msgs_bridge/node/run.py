@@ -188,7 +188,7 @@ def spin_until_signal(
 
 
 def signal_came() -> bool:
-    """Tell whether a signal to end came since `start_node` began."""
+    """Return whether a signal to end came since `start_node` began."""
     return _signals.came
 
 

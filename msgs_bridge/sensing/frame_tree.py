@@ -70,7 +70,7 @@ class Edge:
 
     @property
     def is_fixed(self) -> bool:
-        """Tell whether it stays as it is."""
+        """Return whether it stays as it is."""
         shift, turn = self.motions
         same = np.abs((turn * turn[:1]).sum(axis=1))
         return bool(np.abs(shift - shift[:1]).max() < _FIXED and (1.0 - same).max() < _FIXED**2)

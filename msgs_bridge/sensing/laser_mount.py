@@ -56,7 +56,7 @@ class Mount(NamedTuple):
 
     @property
     def problem(self) -> str:
-        """Say why such a laser shows no cells; empty if it does."""
+        """Return why such a laser shows no cells; empty if it does."""
         if self.tilt <= MAX_TILT + 1e-9:
             return ''
         return (f'the laser is tilted by {math.degrees(self.tilt):.0f} degrees (roll '
@@ -65,7 +65,7 @@ class Mount(NamedTuple):
 
     def is_floor(self, angles: Floats, ranges: Floats) -> npt.NDArray[np.bool_]:
         """
-        Tell which rays of a tilted laser end at the floor; none where its height is not known.
+        Return which rays of a tilted laser end at the floor; none where its height is not known.
 
         Parameters
         ----------

@@ -227,7 +227,7 @@ def corner_of(cell: tuple[int, int], grid: Grid) -> tuple[float, float]:
 def _seen(
     scan: Scan, robot: Placement, eye: _Eye, cell: tuple[int, int], grid: Grid, body: Body,
 ) -> npt.NDArray[np.bool_]:
-    """Tell of which of the nine cells enough is seen: its points lie along a ray, in front."""
+    """Return of which of the nine cells enough is seen: its points lie along a ray, in front."""
     along = (np.arange(3 * _N_POINTS) + 0.5) / _N_POINTS * grid.resolution
     low_x, low_y = corner_of(cell, grid)
     x, y = np.meshgrid(low_x + along, low_y + along)
@@ -259,7 +259,7 @@ def _ray_of(scan: Scan, bearing: Floats) -> tuple[npt.NDArray[np.int64], Floats]
 def _hit(
     scan: Scan, robot: Placement, eye: _Eye, cell: tuple[int, int], grid: Grid, body: Body,
 ) -> npt.NDArray[np.bool_]:
-    """Tell in which of the nine cells something is, or so near that the disc would touch it."""
+    """Return in which of the nine cells something is, or so near that the disc would touch it."""
     side = grid.resolution
     low = np.array(corner_of(cell, grid))
     points, rays = _returns(scan, eye)
@@ -284,7 +284,7 @@ def _returns(scan: Scan, eye: _Eye) -> tuple[Floats, Floats]:
 
 def _holds(places: Floats, rays: Floats, slack: float) -> npt.NDArray[np.bool_]:
     """
-    Tell which of the nine cells hold a return.
+    Return which of the nine cells hold a return.
 
     Near an edge a return belongs to the cell behind it, as seen along its ray. Near a corner it
     could belong to several: to one that is blocked anyway, or else to the one behind the edge

@@ -53,7 +53,7 @@ class TestLocalisedOdometry:
     def test_one_pose_carries_all_the_odometry_that_follows(self, origin):
         localised = LocalisedOdometry(LocalisedSettings())
         assert localised.place(drive(0)) is None
-        localised.saw_pose(in_map(origin, drive(0)))
+        localised.on_pose(in_map(origin, drive(0)))
         for k in range(1, 60):
             placed = localised.place(drive(k))
             assert max(apart(placed, in_map(origin, drive(k)))) < 1e-6
@@ -64,13 +64,13 @@ class TestLocalisedOdometry:
     def test_a_small_difference_is_made_up_for_without_a_jump(self, origin, dx, dy, turn):
         localised = LocalisedOdometry(LocalisedSettings())
         localised.place(drive(0))
-        localised.saw_pose(in_map(origin, drive(0)))
+        localised.on_pose(in_map(origin, drive(0)))
         before = localised.place(drive(1))
         seen = in_map(origin, drive(1))
         found = Placement(seen.x + dx, seen.y + dy, seen.yaw + turn)
         here = Placement(drive(1).x, drive(1).y, drive(1).yaw)
         better = found.compose(Placement(0.0, 0.0, 0.0).seen_from(here))
-        localised.saw_pose(in_map(better, drive(1)))
+        localised.on_pose(in_map(better, drive(1)))
         for k in range(2, 200):
             placed = localised.place(drive(k))
             step, turned = apart(placed, before)
@@ -84,9 +84,9 @@ class TestLocalisedOdometry:
     def test_who_is_found_elsewhere_is_there_at_once(self, far):
         localised = LocalisedOdometry(LocalisedSettings())
         localised.place(odom(0))
-        localised.saw_pose(in_map(Placement(0.0, 0.0, 0.0), odom(0)))
+        localised.on_pose(in_map(Placement(0.0, 0.0, 0.0), odom(0)))
         localised.place(odom(1))
-        localised.saw_pose(in_map(far, odom(1)))
+        localised.on_pose(in_map(far, odom(1)))
         assert max(apart(localised.place(odom(2)), far)) < 1e-9
 
     def test_a_pose_of_long_ago_belongs_to_the_odometry_of_then(self):
@@ -94,7 +94,7 @@ class TestLocalisedOdometry:
         for k in range(40):
             localised.place(drive(k))
         origin = Placement(3.0, -4.0, 2.0)
-        localised.saw_pose(in_map(origin, drive(12)))
+        localised.on_pose(in_map(origin, drive(12)))
         assert max(apart(localised.place(drive(40)), in_map(origin, drive(40)))) < 1e-6
 
     @pytest.mark.parametrize(('pose', 'words'), [
@@ -105,7 +105,7 @@ class TestLocalisedOdometry:
         localised = LocalisedOdometry(LocalisedSettings())
         localised.place(odom(0))
         with pytest.raises(ValueError, match=words):
-            localised.saw_pose(pose)
+            localised.on_pose(pose)
         assert localised.place(odom(1)) is None
         assert localised.problem.startswith('no pose has arrived on amcl_pose (')
 
@@ -113,7 +113,7 @@ class TestLocalisedOdometry:
         localised = LocalisedOdometry(LocalisedSettings())
         assert localised.problem == 'no odometry has arrived yet'
         with pytest.raises(ValueError, match='no odometry has arrived'):
-            localised.saw_pose(in_map(Placement(0.0, 0.0, 0.0), odom(0)))
+            localised.on_pose(in_map(Placement(0.0, 0.0, 0.0), odom(0)))
 
     def test_what_was_refused_is_not_called_absent(self):
         localised = LocalisedOdometry(LocalisedSettings())
@@ -128,17 +128,17 @@ class TestLocalisedOdometry:
     def test_wheels_alone_are_trusted_for_a_while_only(self):
         localised = LocalisedOdometry(LocalisedSettings(trusted_distance=1.0))
         localised.place(odom(0))
-        localised.saw_pose(in_map(Placement(0.0, 0.0, 0.0), odom(0)))
+        localised.on_pose(in_map(Placement(0.0, 0.0, 0.0), odom(0)))
         said = [localised.place(odom(k, 0.1 * k)) for k in range(1, 20)]
         assert [pose is not None for pose in said] == [True] * 10 + [False] * 9
         assert localised.problem.startswith('no pose has arrived on amcl_pose for 1.9 m')
-        localised.saw_pose(in_map(Placement(0.0, 0.0, 0.0), odom(19, 1.9)))
+        localised.on_pose(in_map(Placement(0.0, 0.0, 0.0), odom(19, 1.9)))
         assert localised.place(odom(20, 2.0)) is not None
 
     def test_late_odometry_is_passed_over_and_a_new_run_begins_anew(self):
         localised = LocalisedOdometry(LocalisedSettings())
         localised.place(odom(0))
-        localised.saw_pose(in_map(Placement(1.0, 0.0, 0.0), odom(0)))
+        localised.on_pose(in_map(Placement(1.0, 0.0, 0.0), odom(0)))
         assert localised.place(odom(4)).x == pytest.approx(1.0)
         assert localised.place(odom(2)) is None
         assert localised.place(odom(5)).x == pytest.approx(1.0)
@@ -149,13 +149,13 @@ class TestLocalisedOdometry:
     def test_odometry_that_is_reset_leaves_the_robot_nowhere_until_it_is_seen_again(self, reset):
         localised = LocalisedOdometry(LocalisedSettings())
         localised.place(odom(0, 5.0))
-        localised.saw_pose(in_map(Placement(1.0, 0.0, 0.0), odom(0, 5.0)))
+        localised.on_pose(in_map(Placement(1.0, 0.0, 0.0), odom(0, 5.0)))
         assert localised.place(odom(1, 5.0)) is not None
         assert localised.place(odom(2, *reset)) is None
-        localised.saw_pose(in_map(Placement(1.0, 0.0, 0.0), odom(1, 5.0)))  # of before
+        localised.on_pose(in_map(Placement(1.0, 0.0, 0.0), odom(1, 5.0)))  # of before
         assert localised.place(odom(3, *reset)) is None
         found = Placement(7.0, 7.0, 0.5)
-        localised.saw_pose(in_map(found, odom(3, *reset)))
+        localised.on_pose(in_map(found, odom(3, *reset)))
         expected = in_map(found, odom(4, *reset))
         assert max(apart(localised.place(odom(4, *reset)), expected)) < 1e-9
 
@@ -163,8 +163,8 @@ class TestLocalisedOdometry:
         localised = LocalisedOdometry(LocalisedSettings(trusted_distance=1.02))
         for k in range(20):
             localised.place(odom(k, 0.05 * k))
-        localised.saw_pose(in_map(Placement(0.0, 0.0, 0.0), odom(9, 0.45)))
-        localised.saw_pose(in_map(Placement(0.2, 0.0, 0.0), odom(2, 0.1)))
+        localised.on_pose(in_map(Placement(0.0, 0.0, 0.0), odom(9, 0.45)))
+        localised.on_pose(in_map(Placement(0.2, 0.0, 0.0), odom(2, 0.1)))
         assert localised.place(odom(20, 1.0)).x == pytest.approx(1.0)
         said = [localised.place(odom(k, 0.05 * k)) is not None for k in range(21, 35)]
         assert said == [True] * 9 + [False] * 5  # a metre after the pose, not after it arrived

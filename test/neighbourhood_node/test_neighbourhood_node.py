@@ -45,7 +45,7 @@ class TestMaker:
 
     def test_a_wall_ahead(self):
         maker = self.maker()
-        maker.saw(scan(1.0, 2.8))
+        maker.update(scan(1.0, 2.8))
         made = maker.neighbourhood(odometry(1.02))
         np.testing.assert_array_equal(made.cells, [[FREE, FREE, BLOCKED]] * 3)
         assert (made.stamp, made.row, made.col) == (1.02, 10, 10)
@@ -54,7 +54,7 @@ class TestMaker:
         maker = self.maker()
         for k in range(6):
             maker.neighbourhood(odometry(1.0 + 0.05 * k, x=2.4 + 0.05 * k))
-        maker.saw(scan(1.1, 2.95, robot_x=2.5))
+        maker.update(scan(1.1, 2.95, robot_x=2.5))
         made = maker.neighbourhood(odometry(1.3, x=2.7))
         np.testing.assert_array_equal(made.cells, [[FREE, FREE, BLOCKED]] * 3)
         made = maker.neighbourhood(odometry(1.35, x=2.76))  # the next cell, the same scan
@@ -63,7 +63,7 @@ class TestMaker:
 
     def test_a_scan_that_is_newer_than_odometry_is_placed_anew_when_its_own_comes(self):
         maker = self.maker()
-        maker.saw(scan(1.2, 3.2, robot_x=2.74))
+        maker.update(scan(1.2, 3.2, robot_x=2.74))
         made = maker.neighbourhood(odometry(1.15, x=2.5))  # from there the wall were at 2.96
         np.testing.assert_array_equal(made.cells[:, 2], BLOCKED)
         made = maker.neighbourhood(odometry(1.2, x=2.74))
@@ -71,7 +71,7 @@ class TestMaker:
 
     def test_settings_count_at_once(self):
         maker = self.maker()
-        maker.saw(scan(1.0, 3.1))
+        maker.update(scan(1.0, 3.1))
         assert (maker.neighbourhood(odometry(1.0)).cells[:, 2] == FREE).all()
         maker.settings = NeighbourhoodSettings(robot_radius=0.3)
         assert (maker.neighbourhood(odometry(1.05)).cells[:, 2] == BLOCKED).all()
@@ -81,7 +81,7 @@ class TestMaker:
     def test_stale_is_unknown(self, age, said):
         maker = self.maker()
         assert not maker.has_seen
-        maker.saw(scan(200.0, 2.8))
+        maker.update(scan(200.0, 2.8))
         made = maker.neighbourhood(odometry(200.0 + age))
         assert (made.cells == UNKNOWN).all()
         assert maker.has_seen
@@ -99,11 +99,11 @@ class TestMaker:
 
     def test_what_cannot_be_used_leaves_what_was_there(self):
         maker = self.maker()
-        maker.saw(scan(1.0, 2.8))
+        maker.update(scan(1.0, 2.8))
         bad = scan(1.1, 9.0)
         bad.angle_increment = math.nan
         with pytest.raises(ValueError, match='angles'):
-            maker.saw(bad)
+            maker.update(bad)
         assert (maker.neighbourhood(odometry(1.1)).cells[:, 2] == BLOCKED).all()
 
     def test_odometry_from_elsewhere(self):
@@ -124,19 +124,19 @@ class TestMaker:
         states[:, 42] = 100
         states[:, 41] = 99
         costmap = map_from_occupancy(states, Grid(60, 60, 0.05, 0.8, 1.1), 1.0)
-        maker.saw(costmap)
+        maker.update(costmap)
         cells = maker.neighbourhood(odometry(1.1)).cells
         np.testing.assert_array_equal(cells, [[FREE, FREE, BLOCKED]] * 3)
         costmap.header.frame_id = 'map'
         with pytest.raises(ValueError, match="costmap: frame is 'map', must be 'odom'"):
-            maker.saw(costmap)
+            maker.update(costmap)
 
     def test_a_costmap_that_is_turned(self):
         maker = self.maker(source='costmap')
         costmap = map_from_occupancy(np.zeros((9, 9), np.int8), Grid(9, 9, 0.05), 1.0)
         costmap.info.origin.orientation.z, costmap.info.origin.orientation.w = 1.0, 0.0
         with pytest.raises(ValueError, match='turned'):
-            maker.saw(costmap)
+            maker.update(costmap)
 
 
 def test_the_nearest_pose():
@@ -152,7 +152,7 @@ def test_the_nearest_pose():
 def test_a_costmap_that_is_heard_several_times_is_taken_in_once(ros_node, monkeypatch):
     taken = []
     monkeypatch.setattr(
-        NeighbourhoodMaker, 'saw', lambda self, msg: taken.append(msg.header.stamp.sec))
+        NeighbourhoodMaker, 'update', lambda self, msg: taken.append(msg.header.stamp.sec))
     node = NeighbourhoodNode(
         context=ros_node.context, use_global_arguments=False,
         parameter_overrides=[Parameter('source', value='costmap')])

@@ -19,7 +19,7 @@ from control_field.local_grid import BLOCKED, FREE
 from msgs_bridge.messages.poses import odometry_from_pose, Pose, stamp_from_seconds
 from msgs_bridge.node import qos
 from msgs_bridge.sensing.laser_mount import Mount
-from neighbourhood_node.laser_place import are_alike, frames_type, LaserPlace
+from neighbourhood_node.laser_mount_finder import are_alike, frames_type, LaserMountFinder
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker
 from neighbourhood_node.settings import NeighbourhoodSettings
 from neighbourhood_node.static_frames import StaticFrames
@@ -75,9 +75,9 @@ UPSIDE_DOWN = 'base_link', 'base_scan', 0.0, 0.0, 0.16, math.pi, 0.0, 0.0
 def test_a_chain_of_joints_in_any_order_is_the_place(frames_message):
     frames = StaticFrames()
     assert frames.mount('base_scan', 'base_footprint') is None
-    frames.saw(frames_message(('base_link', '/base_scan', *LASER[:2], LASER.z - 0.01, *LASER[4:],
-                               LASER.yaw)))
-    frames.saw(frames_message(FOOT))
+    frames.update(frames_message((
+        'base_link', '/base_scan', *LASER[:2], LASER.z - 0.01, *LASER[4:], LASER.yaw)))
+    frames.update(frames_message(FOOT))
     for base in 'base_footprint', '/base_link', '':
         found = frames.mount('/base_scan', base)
         assert are_alike(found, LASER)
@@ -92,23 +92,23 @@ def test_whatever_comes_is_taken_or_refused(data):
     frames = StaticFrames()
     for message in data, b'\0\1\0\0' + struct.pack('<I', 2) + data:
         with suppress(ValueError):
-            frames.saw(message)
+            frames.update(message)
     assert frames.mount('base_scan', 'base_link') is None
 
 
 def test_a_place_that_is_none_is_refused(frames_message):
     frames = StaticFrames()
     with pytest.raises(ValueError, match=r'base_scan.* is no place'):
-        frames.saw(frames_message(('base_link', 'base_scan', math.nan, *LEFT[3:])))
+        frames.update(frames_message(('base_link', 'base_scan', math.nan, *LEFT[3:])))
 
 
 class TestMaker:
     def made(self, message, **settings):
         """Return the local grid of a wall ahead of the laser, with what the frames say."""
         maker, frames = NeighbourhoodMaker(NeighbourhoodSettings(**settings)), StaticFrames()
-        frames.saw(message)
+        frames.update(message)
         maker.found = frames.mount('base_scan', 'base_footprint')
-        maker.saw(scan(1.0))
+        maker.update(scan(1.0))
         return maker, maker.neighbourhood(odometry(1.02)).cells
 
     def test_the_frames_count_where_no_parameter_does(self, frames_message):
@@ -125,34 +125,34 @@ class TestMaker:
 
 
 class TestNode:
-    def place(self, node, **settings):
+    def finder(self, node, **settings):
         maker = NeighbourhoodMaker(NeighbourhoodSettings(**settings))
-        return LaserPlace(node, maker), maker
+        return LaserMountFinder(node, maker), maker
 
     def test_what_it_makes_of_the_place_is_said(self, ros_node, frames_message):
-        place, maker = self.place(ros_node)
-        place.saw(laser='base_scan')
-        place.tell()
-        assert not place.said  # no odometry yet
-        place.saw(base='base_footprint')
-        place.tell()
-        assert "'base_scan' is taken to sit in the robot's middle: " in place.said
-        assert 'set laser_x, laser_y, laser_z, laser_roll' in place.said
-        assert ('tf2_msgs is not installed' in place.said) == (frames_type() is None)
-        place.heard(frames_message(FOOT, UPSIDE_DOWN))
-        place.tell()
-        assert 'turned by 180, 0, 0 degrees' in place.said
+        finder, maker = self.finder(ros_node)
+        finder.on_frames(laser='base_scan')
+        finder.log()
+        assert not finder.last_logged  # no odometry yet
+        finder.on_frames(base='base_footprint')
+        finder.log()
+        assert "'base_scan' is taken to sit in the robot's middle: " in finder.last_logged
+        assert 'set laser_x, laser_y, laser_z, laser_roll' in finder.last_logged
+        assert ('tf2_msgs is not installed' in finder.last_logged) == (frames_type() is None)
+        finder.on_static_transforms(frames_message(FOOT, UPSIDE_DOWN))
+        finder.log()
+        assert 'turned by 180, 0, 0 degrees' in finder.last_logged
         assert are_alike(maker.laser, Mount(roll=math.pi))
-        place.heard(b'nonsense')
-        assert 'no transforms; it is left out' in place.said
+        finder.on_static_transforms(b'nonsense')
+        assert 'no transforms; it is left out' in finder.last_logged
 
     def test_parameters_that_say_otherwise_count_and_are_called_so(
             self, ros_node, frames_message):
-        place, maker = self.place(ros_node, laser_x=0.1)
-        place.saw('base_scan', 'base_footprint')
-        place.heard(frames_message(FOOT, LEFT))
-        place.tell()
-        assert place.said.endswith('the parameters count')
+        finder, maker = self.finder(ros_node, laser_x=0.1)
+        finder.on_frames('base_scan', 'base_footprint')
+        finder.on_static_transforms(frames_message(FOOT, LEFT))
+        finder.log()
+        assert finder.last_logged.endswith('the parameters count')
         assert maker.laser == Mount(0.1)
 
     @pytest.fixture
@@ -169,8 +169,8 @@ class TestNode:
             self, ros_node, with_type, frames_message):
         frames = ros_node.create_publisher(with_type, '/tf_static', qos.STATIC_FRAMES)
         frames.publish(frames_message(FOOT, UPSIDE_DOWN))
-        place, maker = self.place(ros_node)
-        place.saw('base_scan', 'base_footprint')
+        finder, maker = self.finder(ros_node)
+        finder.on_frames('base_scan', 'base_footprint')
         ros_helpers.wait_until(
             lambda: maker.found is not None, node=ros_node, what='the place of the laser')
         assert maker.laser.roll == pytest.approx(math.pi)
