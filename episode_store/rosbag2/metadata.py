@@ -154,7 +154,7 @@ class BagSummary:
             'starting_time': {'nanoseconds_since_epoch': self.start if self.count else _NEVER},
             'duration': {'nanoseconds': self.end - self.start}, 'message_count': self.count}
         return {
-            'version': 9, 'storage_identifier': 'mcap', **span,
+            'version': 9, 'storage_identifier': 'mcap', 'duration': span['duration'], **span,
             'topics_with_message_count': [topic.to_mapping() for topic in self.topics],
             'compression_format': '', 'compression_mode': '', 'relative_file_paths': [self.file],
             'files': [{'path': self.file, **span}], _NOTES: None,

@@ -55,13 +55,18 @@ def yaml_node(text: str) -> Any:
 
 
 def text_from_yaml(value: Any) -> str:
-    """Return plain types as YAML, in their order and without aliases."""
+    """Return plain types as YAML in their order, without aliases, laid out as by yaml-cpp."""
     import yaml
 
-    class Plain(getattr(yaml, 'CSafeDumper', yaml.SafeDumper)):  # type: ignore[misc]
+    class Plain(yaml.SafeDumper):  # type: ignore[misc, unused-ignore]
         def ignore_aliases(self, data: object) -> bool:
             return True
 
+        def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
+            super().increase_indent(flow, False)
+
+    Plain.add_representer(str, lambda dumper, text: dumper.represent_scalar(
+        'tag:yaml.org,2002:str', text, None if text else '"'))
     Plain.add_representer(type(None), lambda dumper, _: dumper.represent_scalar(
         'tag:yaml.org,2002:null', '~'))
     return str(yaml.dump(value, Dumper=Plain, sort_keys=False, width=2**30))
