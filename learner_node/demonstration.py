@@ -3,10 +3,10 @@
 from typing import Final
 
 from episode_store.task_folder import EpisodeKind
-from learner_node.effects import Abandon, Close, Discard, Effects, Record, Say, StopTrial
 from learner_node.inputs import is_running
 from learner_node.intruder import Intruder
 from learner_node.odometry_monitor import OdometryMonitor
+from learner_node.outputs import Abandon, Close, Discard, Outputs, Record, Say, StopTrial
 from learner_node.phases import Phase, SessionError
 from learner_node.series import Series
 from learner_node.state import SessionState
@@ -46,7 +46,7 @@ class Demonstration:
         self._state, self._series = state, series
         self._reported: set[str] = set()
 
-    def record(self, now: float) -> Effects:
+    def record(self, now: float) -> Outputs:
         """Begin a demonstration; SessionError if something else is under way, or no odometry."""
         state = self._state
         state.check_idle('record a demonstration', Operation.TEACH)
@@ -60,13 +60,13 @@ class Demonstration:
         state.go(Phase.DEMONSTRATION, now)
         return [Record(EpisodeKind.DEMO)]
 
-    def keep(self, now: float) -> Effects:
+    def keep(self, now: float) -> Outputs:
         """End the demonstration and learn from it; SessionError if none is recorded."""
         self._check_recording()
         self._state.go(Phase.SETTLING, now)
         return []
 
-    def discard(self, now: float) -> Effects:
+    def discard(self, now: float) -> Outputs:
         """Throw the demonstration that is being recorded away; like `keep` otherwise."""
         self._check_recording()
         self._state.go(Phase.IDLE, now)
@@ -82,24 +82,24 @@ class Demonstration:
         """Return True if it matters whether the robot moves."""
         return self._state.phase is Phase.DEMONSTRATION and self.teacher.asks_for_poses(now)
 
-    def settle(self, now: float) -> Effects:
+    def settle(self, now: float) -> Outputs:
         """Close the bag once no more comes, or the last messages have had their time."""
         state, inputs = self._state, self._state.inputs
         is_quiet = now - max(inputs.last_sign_of_life, state.since) >= _QUIET
         is_complete = is_quiet and not inputs.awaits_local_grid(inputs.odometry_stamp)
         return [] if state.may_settle(now) and not is_complete else self._learn(now)
 
-    def cut_off(self, now: float) -> Effects:
+    def cut_off(self, now: float) -> Outputs:
         """Close the demonstration that is being kept before the drive of a trial that begins."""
         inputs = self._state.inputs
         begins = is_running(inputs.status) and inputs.status.stamp <= inputs.odometry_stamp
         return self._learn(now) if begins and self._state.phase is Phase.SETTLING else []
 
-    def _learn(self, now: float) -> Effects:
+    def _learn(self, now: float) -> Outputs:
         self._state.go(Phase.LEARNING, now)
         return [Close()]
 
-    def break_off(self, status: TrialStatus, now: float) -> Effects:
+    def break_off(self, status: TrialStatus, now: float) -> Outputs:
         """Break the demonstration off: what a trial drives is not what a person shows."""
         self.ended_because = _INTRUDED.format(status.trial)
         self._state.go(Phase.IDLE, now)
@@ -107,7 +107,7 @@ class Demonstration:
                 Say(f'the demonstration is broken off and not kept: {self.ended_because}',
                     warns=True)]
 
-    def watch(self, now: float) -> Effects:
+    def watch(self, now: float) -> Outputs:
         """Say why a drive cannot be learnt: who shows it must not find out at its end."""
         settings = self._state.settings
         if self.teacher.has_left(now, settings.teacher_timeout):
@@ -120,7 +120,7 @@ class Demonstration:
         self._reported.add(template_of(problem))
         return [Say(f'nothing can be learnt from what is driven now: {problem}', warns=True)]
 
-    def _leave_alone(self, now: float) -> Effects:
+    def _leave_alone(self, now: float) -> Outputs:
         """End the demonstration of a teacher who is gone; it can be kept later all the same."""
         self.ended_because = _LEFT_ANSWER
         self._state.go(Phase.IDLE, now)

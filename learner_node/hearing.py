@@ -9,8 +9,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import PointCloud2
 
 from control_field.grid import Grid
-from learner_node.effects import Effects
 from learner_node.odometry_check import OdometryCheck
+from learner_node.outputs import Outputs
 from learner_node.recorder import stamp_of
 from learner_node.session import Session
 from msgs_bridge.messages.serialized import message_from_cdr
@@ -36,7 +36,7 @@ class Hearing:
     """
 
     def __init__(
-        self, session: Session, grid: Grid, carry_out: Callable[[Effects], None],
+        self, session: Session, grid: Grid, carry_out: Callable[[Outputs], None],
         check: OdometryCheck, throttled_log: ThrottledLog,
     ) -> None:
         self._session, self._grid = session, grid

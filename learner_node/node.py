@@ -22,11 +22,11 @@ from episode_store.gaps import BagGaps, note_gaps
 from episode_store.relearn import LearntBag
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
-from learner_node import effects as to
 from learner_node.field_in_force import FieldInForce
 from learner_node.hearing import Hearing
 from learner_node.odometry_check import OdometryCheck
-from learner_node.performer import Performer
+from learner_node.output_handler import OutputHandler
+from learner_node.outputs import Outputs
 from learner_node.phases import IN_TRIAL, Phase
 from learner_node.publications import Publications
 from learner_node.recorder import Recorder, stamp_of
@@ -119,9 +119,9 @@ class LearnerNode(Node):
     def _make_topics(self) -> None:
         self._publications = Publications(self, self._settings.frame_id)
         self._requests = Requests(self, self._settings.controller)
-        self._performer = Performer(self, self._recorder, self._publications, self._requests)
+        self._handler = OutputHandler(self, self._recorder, self._publications, self._requests)
         self._hearing = Hearing(
-            self._session, self._task_memory.grid, self.carry_out,
+            self._session, self._task_memory.grid, self._handler.carry_out,
             OdometryCheck(self._task_memory.grid), ThrottledLog(self))
         topics = recorded_topics(self._settings)
         self._task_memory.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
@@ -138,12 +138,12 @@ class LearnerNode(Node):
 
     def _make_services(self) -> None:
         self._learner_services = LearnerServices(
-            self, self._session, lambda: Future(executor=self.executor),
-            MutuallyExclusiveCallbackGroup())
+            self, self._session, self._handler.carry_out,
+            lambda: Future(executor=self.executor), MutuallyExclusiveCallbackGroup())
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
         self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=steady)
-        self.create_timer(_FLUSH_PERIOD, partial(self._performer.guard, self._recorder.flush),
+        self.create_timer(_FLUSH_PERIOD, partial(self._handler.guard, self._recorder.flush),
                           clock=steady)
         self.create_timer(_TELL_PERIOD, self.tell, clock=steady)
         self.create_timer(_TELL_PERIOD, self._look_at_field, clock=steady)
@@ -172,7 +172,7 @@ class LearnerNode(Node):
             arrival = self._recorder.oldest()
             if arrival is None:
                 return
-            self._performer.guard(self._recorder.take)
+            self._handler.guard(self._recorder.take)
             self._hearing.saw(arrival.name, arrival.message.cdr)
         self._wake()
 
@@ -191,7 +191,7 @@ class LearnerNode(Node):
     def _tick(self) -> None:
         self._requests.send()
         self._collect()
-        self.carry_out(self._session.tick(time.monotonic()))
+        self._handler.carry_out(self._session.tick(time.monotonic()))
         state = self._session.state
         told = (state.phase, self._session.series.n_left, state.revision,
                 len(self._hearing.heard))
@@ -200,7 +200,7 @@ class LearnerNode(Node):
             self.tell()
 
     def _look_at_peers(self) -> None:
-        self.carry_out(self._session.on_peers(self._requests.peers(), time.monotonic()))
+        self._handler.carry_out(self._session.on_peers(self._requests.peers(), time.monotonic()))
 
     def _look_at_field(self) -> None:
         """Publish the field once more where a stranger's has taken its place."""
@@ -225,16 +225,12 @@ class LearnerNode(Node):
 
     def _name_trial(self) -> None:
         """Note in which bag the controller's trial is recorded: people look for it there."""
-        named = {'trial': str(self._session.state.trial), 'bag': self._performer.bag}
+        named = {'trial': str(self._session.state.trial), 'bag': self._handler.bag}
         if self._session.state.trial and named != self._named:
             self._named = named
-            self.get_logger().info(f'trial {self._session.state.trial} is {self._performer.bag}')
+            self.get_logger().info(f'trial {self._session.state.trial} is {self._handler.bag}')
 
     # What others ask of the node
-
-    def carry_out(self, effects: to.Effects) -> None:
-        """Do what the session wants done, in order."""
-        self._performer.carry_out(effects)
 
     def say(self, text: str, warns: bool = False) -> None:
         """Tell people."""
@@ -249,11 +245,11 @@ class LearnerNode(Node):
         self.get_logger().error(text)
         self.said = why
         self._learner_services.answer(False, why)
-        self.carry_out(self._session.on_recording_failed(why, time.monotonic()))
+        self._handler.carry_out(self._session.on_recording_failed(why, time.monotonic()))
 
     def on_answer(self, accepted: bool, message: str) -> None:
         """Take in the controller's answer to a request to start."""
-        self.carry_out(self._session.on_start_response(accepted, message, time.monotonic()))
+        self._handler.carry_out(self._session.on_start_response(accepted, message, time.monotonic()))
 
     def learn(self, episode: EpisodeFolder) -> None:
         """Learn from a bag that was recorded."""
@@ -264,12 +260,12 @@ class LearnerNode(Node):
         """Note what is missing in a bag that is not learnt from."""
         self._worker.do(lambda: note_gaps(Episode(episode)), self._on_noted)
 
-    def change_trials(self, change: Callable[[float], to.Effects], now: float) -> to.Effects:
+    def change_trials(self, change: Callable[[float], Outputs], now: float) -> Outputs:
         """Begin or stop trials; those from chosen starts drive on a field of their own."""
-        effects = change(now)
+        outputs = change(now)
         if self._settings.starts == 'spread' and self._session.state.phase not in IN_TRIAL:
             self._publish_field(self._session.series.n_left > 0)
-        return effects
+        return outputs
 
     # What was learnt
 
@@ -279,7 +275,7 @@ class LearnerNode(Node):
 
     def _on_changed(self, future: 'JobFuture[str]') -> None:
         try:
-            text = self._result(future)
+            text = result_of(future, self.get_logger().error)
         except BagError as error:
             self._go_on()
             self._learner_services.answer(False, str(error))
@@ -290,7 +286,7 @@ class LearnerNode(Node):
 
     def _on_relearnt(self, future: 'JobFuture[list[str]]') -> None:
         try:
-            for line in self._result(future):
+            for line in result_of(future, self.get_logger().error):
                 self.say(line)
             for line in self._task_memory.doubts:
                 self.say(line, warns=True)
@@ -303,9 +299,9 @@ class LearnerNode(Node):
 
     def _on_learnt_bag(self, future: 'JobFuture[LearntBag]') -> None:
         try:
-            self._learnt_bag = self._result(future)
+            self._learnt_bag = result_of(future, self.get_logger().error)
         except BagError as error:
-            self._performer.lose(error)
+            self._handler.lose(error)
             return
         self._learnt()
         sentence = sentence_from_learnt_bag(self._learnt_bag)
@@ -320,7 +316,7 @@ class LearnerNode(Node):
 
     def _on_noted(self, future: 'JobFuture[BagGaps]') -> None:
         try:
-            gaps = self._result(future)
+            gaps = result_of(future, self.get_logger().error)
         except BagError as error:
             self.say(str(error), warns=True)
             return
@@ -329,12 +325,9 @@ class LearnerNode(Node):
 
     def _on_warm(self, future: 'JobFuture[None]') -> None:
         try:
-            self._result(future)
+            result_of(future, self.get_logger().error)
         except BagError as error:
             self.say(str(error), warns=True)
-
-    def _result(self, future: 'JobFuture[Any]') -> Any:
-        return result_of(future, self.get_logger().error)
 
     def _learnt(self) -> None:
         """Push the field, then let the session go on with it."""
@@ -345,14 +338,14 @@ class LearnerNode(Node):
 
     def _go_on(self) -> None:
         refresh = self._task_memory.refresh
-        self.carry_out(self._session.on_learnt(
+        self._handler.carry_out(self._session.on_learnt(
             -1 if refresh is None else refresh.field.revision, time.monotonic(),
             self._task_memory.memory))
         missing = self._settings.auto_trials - self._task_memory.n_trials
         series, is_idle = self._session.series, self._session.state.phase is Phase.IDLE
         if (self._settings.auto_start and missing > 0 and refresh is not None and is_idle
                 and not series.is_stopped):
-            self.carry_out(self.change_trials(partial(series.begin, missing), time.monotonic()))
+            self._handler.carry_out(self.change_trials(partial(series.begin, missing), time.monotonic()))
 
     def _publish_field(self, more_trials: bool = False) -> None:
         refresh = self._task_memory.refresh
@@ -363,14 +356,14 @@ class LearnerNode(Node):
             return
         field = self._task_memory.field(more_trials and self._settings.starts == 'spread')
         messages = self._publications.publish_field(field, refresh, self._task_memory.memory)
-        self._recorder.in_force = [self._performer.raw(*message) for message in messages.items()]
+        self._recorder.in_force = [self._handler.raw(*message) for message in messages.items()]
 
     def close(self) -> None:
         """End what is under way: the trial is stopped, the bag closed and marked as aborted."""
         self._listener.close()
         while self._recorder.oldest() is not None:
             self._collect()
-        self.carry_out(self._session.shut_down(time.monotonic()))
+        self._handler.carry_out(self._session.shut_down(time.monotonic()))
         self.has_ended = self._worker.close(_WORKER_PATIENCE)
 
     def destroy_node(self) -> None:

@@ -5,8 +5,8 @@ import math
 from typing import Final
 
 from control_field.poses import StartPose
-from learner_node.effects import Effect, Effects, Place, Say, StartTrial, StopTrial
 from learner_node.inputs import is_running
+from learner_node.outputs import Output, Outputs, Place, Say, StartTrial, StopTrial
 from learner_node.phases import IN_TRIAL, Phase, SessionError
 from learner_node.state import SessionState
 from msgs_bridge.node.node_info import Operation
@@ -138,7 +138,7 @@ class Series:
         self._arrival = Arrival()
         self._reported = ''  #: what people were told that is waited for
 
-    def run(self, n_trials: int, now: float) -> Effects:
+    def run(self, n_trials: int, now: float) -> Outputs:
         """Run trials one after the other; SessionError if that cannot be done now, or at all."""
         settings = self._state.settings
         if not settings.simulation:
@@ -150,13 +150,13 @@ class Series:
                 'nothing was learnt yet: show the way first, press s in teleop_node')
         return self.begin(n_trials, now)
 
-    def begin(self, n_trials: int, now: float) -> Effects:
+    def begin(self, n_trials: int, now: float) -> Outputs:
         """Run trials that nobody asked for (`auto_start`): they wait until they can begin."""
         self.n_left, self.is_stopped = n_trials, False
         self._state.go(Phase.WAITING, now)
         return self.proceed(now)
 
-    def stop(self, now: float) -> Effects:
+    def stop(self, now: float) -> Outputs:
         """Stop the trial and run no more; SessionError if none are being run."""
         phase = self._state.phase
         is_between = phase in (Phase.WAITING, Phase.PLACING)
@@ -175,7 +175,7 @@ class Series:
         """Wait for the next trial, if there is one to run."""
         self._state.go(Phase.WAITING if self.n_left else Phase.IDLE, now)
 
-    def proceed(self, now: float) -> Effects:
+    def proceed(self, now: float) -> Outputs:
         """Set the robot back for the next trial when everything is there for it."""
         if self._state.phase is not Phase.WAITING:
             return []
@@ -188,17 +188,17 @@ class Series:
         self._state.go(Phase.PLACING, now)
         return self._ask(Place(self._start), now)
 
-    def _wait(self, obstacle: str, now: float) -> Effects:
-        effects: Effects = []
+    def _wait(self, obstacle: str, now: float) -> Outputs:
+        outputs: Outputs = []
         if is_running(self._state.inputs.status) and self.request.is_due(now):
-            effects += self._ask(StopTrial(), now)
+            outputs += self._ask(StopTrial(), now)
         waited = now - self._state.since
         if obstacle != self._reported and waited > self._state.settings.peer_timeout:
             self._reported = obstacle
-            effects.append(Say(f'the next trial waits: {obstacle}', warns=True))
-        return effects
+            outputs.append(Say(f'the next trial waits: {obstacle}', warns=True))
+        return outputs
 
-    def _ask(self, request: Effect, now: float) -> Effects:
+    def _ask(self, request: Output, now: float) -> Outputs:
         self.request.on_made(now)
         return [request]
 
@@ -217,7 +217,7 @@ class Series:
         return self._state.phase is Phase.PLACING and self._arrival.is_seen(
             self._state.inputs.local_grid_stamp, now)
 
-    def start(self, now: float) -> Effects:
+    def start(self, now: float) -> Outputs:
         """Ask the controller to start the trial."""
         self.request.begin()
         self._state.go(Phase.STARTING, now)
@@ -238,7 +238,7 @@ class Series:
             return 'the robot was not set back'
         return self.request.refusal or 'the controller does not answer'
 
-    def ask_again(self, now: float) -> Effects:
+    def ask_again(self, now: float) -> Outputs:
         """Make the request of this phase again."""
         if self._state.phase is Phase.STARTING:
             return self._ask(StartTrial(), now)

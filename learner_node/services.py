@@ -8,13 +8,13 @@ from typing import Any
 from std_srvs.srv import SetBool, Trigger
 
 from control_field.words import counted
-from learner_node.effects import Effects
+from learner_node.outputs import Outputs
 from learner_node.phases import SessionError
 from learner_node.session import Session
 from msgs_bridge.messages.trial_status import Label
 
 #: What is asked of the session at a time, [s], such as `Demonstration.keep`.
-Request = Callable[[float], Effects]
+Request = Callable[[float], Outputs]
 
 
 class LearnerServices:
@@ -26,8 +26,10 @@ class LearnerServices:
     Parameters
     ----------
     node : LearnerNode
-        Whose services they are; it carries effects out.
+        Whose services they are.
     session : Session
+    carry_out : callable
+        Does what the session wants done.
     future : callable
         Makes a future of the node's executor.
     group : callback group
@@ -35,9 +37,13 @@ class LearnerServices:
 
     """
 
-    def __init__(self, node: Any, session: Session, future: Callable[[], Any], group: Any) -> None:
+    def __init__(
+        self, node: Any, session: Session, carry_out: Callable[[Outputs], None],
+        future: Callable[[], Any], group: Any,
+    ) -> None:
         self._node = node
         self._session = session
+        self._carry_out = carry_out
         self._future = future
         self._waiting: Any = None
         node.create_service(
@@ -90,10 +96,10 @@ class LearnerServices:
     def _try(self, request: Request) -> tuple[bool, str]:
         """Do what is asked for; return whether it can be done, and why not."""
         try:
-            effects = request(time.monotonic())
+            outputs = request(time.monotonic())
         except SessionError as error:
             return False, str(error)
-        self._node.carry_out(effects)
+        self._carry_out(outputs)
         return True, ''
 
     def _at_once(self, response: Any, request: Request, success: str = '') -> Any:

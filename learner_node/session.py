@@ -2,15 +2,15 @@
 The learner's session: what is recorded, which trial comes next, and what is done when a peer dies.
 
 It knows no ROS and no files: whoever owns a `Session` tells it what happens, with the time on a
-steady clock, and carries out the effects it returns, in order. `phases.TRANSITIONS` is its map.
+steady clock, and carries out the outputs it returns, in order. `phases.TRANSITIONS` is its map.
 """
 
 from collections.abc import Callable
 
 from control_field.poses import StartPose
 from learner_node.demonstration import Demonstration
-from learner_node.effects import Abandon, Effects, Say, StopTrial
 from learner_node.inputs import Peers
+from learner_node.outputs import Abandon, Outputs, Say, StopTrial
 from learner_node.phases import IN_TRIAL, Phase
 from learner_node.series import Series
 from learner_node.settings import Settings
@@ -43,21 +43,21 @@ class Session:
         """Wait for the bags that were found to be learnt from."""
         self.state.go(Phase.LEARNING, now)
 
-    def relearn(self, now: float) -> Effects:
+    def relearn(self, now: float) -> Outputs:
         """Wait for all bags to be learnt from anew, because one is changed; only when idle."""
         self.state.check_idle('change a bag', Operation.CHANGE)
         self.begin(now)
         return []
 
-    def shut_down(self, now: float) -> Effects:
+    def shut_down(self, now: float) -> Outputs:
         """End what is under way, because the learner ends."""
         state = self.state
-        effects: Effects = [StopTrial()] if state.phase in IN_TRIAL else []
+        outputs: Outputs = [StopTrial()] if state.phase in IN_TRIAL else []
         if state.is_recording:
-            effects += [Abandon(why := 'the learner was stopped', state.trial),
+            outputs += [Abandon(why := 'the learner was stopped', state.trial),
                         Say(f'{state.describe()}: broken off, {why}', warns=True)]
         state.go(Phase.IDLE, now)
-        return effects
+        return outputs
 
     def wants_pose(self, now: float) -> bool:
         """Return True if `on_pose` is to be told where the robot is."""
@@ -65,7 +65,7 @@ class Session:
 
     # What arrives
 
-    def on_peers(self, peers: Peers, now: float) -> Effects:
+    def on_peers(self, peers: Peers, now: float) -> Outputs:
         """Go on with who is there."""
         self._look_at_clock(now)
         state, inputs = self.state, self.state.inputs
@@ -80,7 +80,7 @@ class Session:
             return self.trials.break_off(f'{lost} went away', now)
         return self.series.proceed(now)
 
-    def on_odometry(self, stamp: float, now: float) -> Effects:
+    def on_odometry(self, stamp: float, now: float) -> Outputs:
         """Go on with an odometry of a stamp."""
         inputs = self.state.inputs
         self.demonstration.odometry.on_odometry(stamp, now)
@@ -93,22 +93,22 @@ class Session:
         """Note that a command has arrived; in a trial it shows that all are alive."""
         self.state.inputs.last_sign_of_life = now
 
-    def on_pose(self, x: float, y: float, yaw: float, now: float) -> Effects:
+    def on_pose(self, x: float, y: float, yaw: float, now: float) -> Outputs:
         """Go on with where the robot is; of interest only where `wants_pose`."""
         if self.state.phase is Phase.DEMONSTRATION:
             self.demonstration.teacher.on_pose(x, y, yaw, now)
         self.series.on_pose(x, y, yaw, now)
         return self._start_trial(now)
 
-    def on_local_grid(self, stamp: float, now: float) -> Effects:
+    def on_local_grid(self, stamp: float, now: float) -> Outputs:
         """Go on with a local grid of a stamp: no trial starts on that of another place."""
         self.state.inputs.local_grid_stamp = stamp
         return self._start_trial(now)
 
-    def _start_trial(self, now: float) -> Effects:
+    def _start_trial(self, now: float) -> Outputs:
         return self.trials.start(now) if self.series.can_start(now) else []
 
-    def on_status(self, status: TrialStatus, now: float) -> Effects:
+    def on_status(self, status: TrialStatus, now: float) -> Outputs:
         """Go on with how the controller's trial stands."""
         self._look_at_clock(now)
         inputs = self.state.inputs
@@ -119,7 +119,7 @@ class Session:
                 return self._break_off_demonstration(now)
         return self.trials.on_status(status, before, now) or self.demonstration.cut_off(now)
 
-    def on_start_response(self, accepted: bool, message: str, now: float) -> Effects:
+    def on_start_response(self, accepted: bool, message: str, now: float) -> Outputs:
         """Go on with the controller's answer to a request to start."""
         if self.state.phase is not Phase.STARTING or accepted:
             return []
@@ -128,7 +128,7 @@ class Session:
         request.refusal = f'the controller does not start it: {message}'
         return self.trials.break_off(request.refusal, now) if request.is_vain else []
 
-    def on_learnt(self, revision: int, now: float, memory: str = '') -> Effects:
+    def on_learnt(self, revision: int, now: float, memory: str = '') -> Outputs:
         """Go on with what the closed bag taught (or could not: the revision is as before)."""
         state, series = self.state, self.series
         state.revision, state.memory = revision, memory
@@ -139,7 +139,7 @@ class Session:
         series.go_on(now)
         return self.trials.take_up(now) or series.proceed(now)
 
-    def on_recording_failed(self, why: str, now: float) -> Effects:
+    def on_recording_failed(self, why: str, now: float) -> Outputs:
         """Stop the robot, whoever drives it: nothing more can be recorded."""
         self.demonstration.ended_because = why
         stops = self.state.is_recording
@@ -150,7 +150,7 @@ class Session:
 
     # Time alone
 
-    def tick(self, now: float) -> Effects:
+    def tick(self, now: float) -> Outputs:
         """Look whether something has not come for too long; call it about every 50 ms."""
         self._look_at_clock(now)
         match self.state.phase:
@@ -164,19 +164,19 @@ class Session:
                 return self.trials.tick(now)
         return []
 
-    def _watch_demonstration(self, now: float) -> Effects:
+    def _watch_demonstration(self, now: float) -> Outputs:
         self.demonstration.intruder.tick(self.state.inputs.status)
         if self.demonstration.intruder.is_there:
             return self._break_off_demonstration(now)
         return self.demonstration.watch(now)
 
-    def _break_off_demonstration(self, now: float) -> Effects:
+    def _break_off_demonstration(self, now: float) -> Outputs:
         status = self.state.inputs.status
         assert status is not None
         self.trials.unrecorded.pass_over(status.trial)
         return self.demonstration.break_off(status, now)
 
-    def _watch_series(self, now: float) -> Effects:
+    def _watch_series(self, now: float) -> Outputs:
         if self.series.is_placed:
             return self._start_trial(now)
         self.series.request.tick()

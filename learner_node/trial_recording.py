@@ -6,8 +6,8 @@ from typing import Final
 from control_field.records import Outcome
 from control_field.robot.stop_rules import StopReason
 from episode_store.task_folder import EpisodeKind
-from learner_node.effects import Abandon, Close, Discard, Effects, Record, Say, StopTrial
 from learner_node.inputs import is_running
+from learner_node.outputs import Abandon, Close, Discard, Outputs, Record, Say, StopTrial
 from learner_node.phases import IN_TRIAL, Phase
 from learner_node.series import Series
 from learner_node.state import SessionState
@@ -42,18 +42,18 @@ class TrialRecording:
         self._n_decisions.clear()
         self.unrecorded.pass_over(0)
 
-    def start(self, now: float) -> Effects:
+    def start(self, now: float) -> Outputs:
         """Record the trial that the controller is asked to start."""
         self.forget()
         self._state.trial = 0
         return [Record(EpisodeKind.TRIAL), *self._series.start(now)]
 
-    def on_decisions(self, trial: int, n_rows: int, now: float) -> Effects:
+    def on_decisions(self, trial: int, n_rows: int, now: float) -> Outputs:
         """Count decisions that have arrived."""
         self._n_decisions[trial] += n_rows
         return self.finish(now) or self.take_up(now)
 
-    def on_status(self, status: TrialStatus, before: TrialStatus | None, now: float) -> Effects:
+    def on_status(self, status: TrialStatus, before: TrialStatus | None, now: float) -> Outputs:
         """Go on with what the controller says; ``before`` is what it said before."""
         if self._is_overtaken(status, now):
             return self._break_off_overtaken(status, now)
@@ -79,20 +79,20 @@ class TrialRecording:
         state = self._state
         return state.inputs.suspension.age(now) <= 2.0 * state.settings.peer_timeout
 
-    def _break_off_overtaken(self, status: TrialStatus, now: float) -> Effects:
+    def _break_off_overtaken(self, status: TrialStatus, now: float) -> Outputs:
         """Break a trial off whose end was slept through; who runs the one there is goes on."""
         inputs = self._state.inputs
         inputs.status = None
-        effects = self.break_off(
+        outputs = self.break_off(
             f'the controller is at trial {status.trial} by now, and its end was not heard; trial '
             f'{status.trial} is not recorded either', now)
         inputs.status = status
         self.unrecorded.pass_over(status.trial)
-        return effects
+        return outputs
 
     def _on_running(
         self, status: TrialStatus, before: TrialStatus | None, now: float,
-    ) -> Effects:
+    ) -> Outputs:
         state = self._state
         if state.phase is Phase.STARTING and (before is None or status.trial != before.trial):
             state.trial = status.trial
@@ -105,7 +105,7 @@ class TrialRecording:
             return self.break_off(f'the controller {misfit}', now)
         return self.take_up(now)
 
-    def take_up(self, now: float) -> Effects:
+    def take_up(self, now: float) -> Outputs:
         """Record the trial that somebody else has started, as long as nothing of it is lost."""
         state, status = self._state, self._state.inputs.status
         if (state.phase is not Phase.IDLE or not is_running(status)
@@ -120,7 +120,7 @@ class TrialRecording:
 
     def _on_ended(
         self, status: TrialStatus, before: TrialStatus | None, now: float,
-    ) -> Effects:
+    ) -> Outputs:
         state = self._state
         if state.phase is Phase.STARTING and self._n_decisions[status.trial] > 0:
             state.trial = status.trial  # it ended before it was seen to run
@@ -129,7 +129,7 @@ class TrialRecording:
         state.go(Phase.FINISHING, now)
         return self.finish(now)
 
-    def finish(self, now: float) -> Effects:
+    def finish(self, now: float) -> Outputs:
         """Close the trial's bag when all its decisions are there, and the drive up to its end."""
         state, status = self._state, self._state.inputs.status
         if state.phase is not Phase.FINISHING or status is None or status.outcome is None:
@@ -152,7 +152,7 @@ class TrialRecording:
         inputs = self._state.inputs
         return inputs.odometry_stamp < status.stamp or inputs.awaits_local_grid(status.stamp)
 
-    def tick(self, now: float) -> Effects:
+    def tick(self, now: float) -> Outputs:
         """Break the trial off if something of it has not come for too long."""
         state, status = self._state, self._state.inputs.status
         timeout = state.settings.peer_timeout
@@ -175,21 +175,21 @@ class TrialRecording:
             return said
         return f'{said}; the learner itself had stood still for {suspension.duration:.1f} s'
 
-    def break_off(self, reason: str, now: float, told: bool = False) -> Effects:
+    def break_off(self, reason: str, now: float, told: bool = False) -> Outputs:
         """End the trial as aborted; nothing is learnt from it, and it is tried again."""
         state, inputs = self._state, self._state.inputs
         trial = f'trial {state.trial}' if state.trial else 'the trial to come'
-        effects: Effects = [Say(f'{trial} is broken off: {reason}', warns=True)]
+        outputs: Outputs = [Say(f'{trial} is broken off: {reason}', warns=True)]
         if state.phase is Phase.STARTING:
-            effects.append(Discard())
+            outputs.append(Discard())
         elif state.phase in IN_TRIAL:
-            effects.append(Abandon('' if told else reason, state.trial))
+            outputs.append(Abandon('' if told else reason, state.trial))
         # A request to a controller that runs nothing could come late and stop the trial after it.
         if state.phase in IN_TRIAL and inputs.peers.controller and is_running(inputs.status):
-            effects.append(StopTrial())
+            outputs.append(StopTrial())
         self.forget()
         self.unrecorded.pass_over(state.trial if is_running(inputs.status) else 0)
         state.trial = 0
         self._series.request.postpone(now)
         self._series.go_on(now)
-        return effects
+        return outputs

@@ -2,8 +2,8 @@
 
 from typing import Final
 
-from learner_node.effects import Effects, Say
 from learner_node.inputs import is_running
+from learner_node.outputs import Outputs, Say
 from learner_node.phases import Phase
 from learner_node.state import SessionState
 from msgs_bridge.messages.trial_status import TrialStatus
@@ -43,7 +43,7 @@ class UnrecordedTrials:
         """Return True if people know already that a trial is not recorded."""
         return trial == self._known
 
-    def tick(self, n_decisions: int) -> Effects:
+    def tick(self, n_decisions: int) -> Outputs:
         """
         Say that a trial runs that cannot be recorded any more, once that is sure.
 
@@ -65,7 +65,7 @@ class UnrecordedTrials:
         return self._report(status, f'{n_decisions} of its {status.decisions} decisions arrived '
                             f'here, it began before the learner could hear it')
 
-    def on_ended(self, status: TrialStatus, before: TrialStatus | None) -> Effects:
+    def on_ended(self, status: TrialStatus, before: TrialStatus | None) -> Outputs:
         """
         Say that a trial has ended that was not recorded, if people do not know it yet.
 
@@ -82,7 +82,7 @@ class UnrecordedTrials:
         return self._report(
             status, _BUSY.get(self._state.phase, 'the learner runs trials itself'))
 
-    def _report(self, status: TrialStatus, why: str) -> Effects:
+    def _report(self, status: TrialStatus, why: str) -> Outputs:
         """Say why a trial is not recorded; that it is on another field once for each field."""
         self._known = status.trial
         if misfit := self._state.misfit(status):

@@ -11,7 +11,7 @@ HERE = (START.x, START.y, START.yaw)
 
 
 class Play:
-    """A session with a clock and a log of all its effects; calls it, or a part, by name."""
+    """A session with a clock and a log of all its outputs; calls it, or a part, by name."""
 
     def __init__(self, **changes):
         self.now = 0.0
@@ -20,12 +20,12 @@ class Play:
         self.log = []
 
     def __call__(self, name, *arguments):
-        effects = attrgetter(name)(self.session)(*arguments, self.now) or []
-        self.log += effects
-        return effects
+        outputs = attrgetter(name)(self.session)(*arguments, self.now) or []
+        self.log += outputs
+        return outputs
 
     def wait(self, seconds):
-        """Let time pass, tick by tick; return the effects."""
+        """Let time pass, tick by tick; return the outputs."""
         found = []
         for _ in range(round(seconds / 0.05)):
             self.now += 0.05

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import pytest
 
 from control_field.poses import StartPose
-from learner_node.effects import Say
 from learner_node.hearing import Hearing
 from learner_node.odometry_check import OdometryCheck
+from learner_node.outputs import Say
 from learner_node.phases import SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings
@@ -60,7 +60,7 @@ class Drive:
     def __init__(self):
         self.session, self.now, self.said = make(), 0.0, []
         self.hearing = Hearing(
-            self.session, None, lambda effects: None, OdometryCheck(Settings().grid),
+            self.session, None, lambda outputs: None, OdometryCheck(Settings().grid),
             SimpleNamespace(refused=lambda *_: None))
 
     def go(self, seconds, *, monkeypatch, frame_id='odom', **pose):
@@ -72,8 +72,8 @@ class Drive:
                 msg.header.frame_id = frame_id
                 msg.pose.pose.position.x = pose.get('x', msg.pose.pose.position.x)
                 self.hearing.saw('odom', cdr_from_message(msg))
-            self.said += [effect.text for effect in self.session.tick(self.now)
-                          if isinstance(effect, Say)]
+            self.said += [output.text for output in self.session.tick(self.now)
+                          if isinstance(output, Say)]
 
 
 @pytest.mark.parametrize(('odometry', 'words'), [

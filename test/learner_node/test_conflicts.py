@@ -3,8 +3,8 @@
 import pytest
 
 from control_field.poses import StartPose
-from learner_node.effects import Place, Say
 from learner_node.inputs import Peers
+from learner_node.outputs import Place, Say
 from learner_node.phases import Phase, SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings
@@ -39,8 +39,8 @@ def test_a_series_waits_for_what_does_not_fit_and_says_so(session):
     session.on_peers(Peers(True, False), 0.5)
     session.series.run(2, 1.0)
     session.state.why_not = lambda what: '2 controllers in one namespace'
-    effects = [effect for k in range(200) for effect in session.tick(2.0 + 0.05 * k)]
-    said = [effect.text for effect in effects if isinstance(effect, Say)]
+    outputs = [output for k in range(200) for output in session.tick(2.0 + 0.05 * k)]
+    said = [output.text for output in outputs if isinstance(output, Say)]
     assert 'the next trial waits: 2 controllers in one namespace' in said
     session.state.why_not = lambda what: ''
-    assert any(isinstance(effect, Place) for effect in session.on_peers(Peers(True, True), 20.0))
+    assert any(isinstance(output, Place) for output in session.on_peers(Peers(True, True), 20.0))

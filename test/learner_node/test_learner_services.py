@@ -20,13 +20,11 @@ class Services:
         self.callbacks, self.changes, self.said = {}, [], ''
         self.session = Session(Settings(), lambda: StartPose(0.0, 0.0))
         self.session.on_odometry(0.0, time.monotonic())
-        self.services = LearnerServices(self, self.session, Future, None)
+        self.services = LearnerServices(
+            self, self.session, lambda outputs: None, Future, None)
 
     def create_service(self, kind, name, callback, callback_group=None):
         self.callbacks[name] = callback
-
-    def carry_out(self, effects):
-        pass
 
     def relearn_after(self, *change):
         self.changes.append(change)

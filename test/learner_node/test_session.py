@@ -1,12 +1,12 @@
-"""The session: phases, retries, lost peers; events in, effects out."""
+"""The session: phases, retries, lost peers; events in, outputs out."""
 
 import pytest
 
 from control_field.records import Outcome
 from control_field.robot.stop_rules import StopReason
 from episode_store.task_folder import EpisodeKind
-from learner_node.effects import Abandon, Close, Discard, Place, Record, Say, StartTrial, StopTrial
 from learner_node.inputs import Peers
+from learner_node.outputs import Abandon, Close, Discard, Place, Record, Say, StartTrial, StopTrial
 from learner_node.phases import Phase, SessionError
 from learner_node.series import LOCAL_GRID_PATIENCE, LOST, MAX_REQUESTS
 from learner_node.session import Session
@@ -86,8 +86,8 @@ class TestSleep:
         for _ in range(60):
             trying('on_command')
             trying.wait(0.1)
-        assert any('went away' in effect.text for effect in trying('on_peers', Peers())
-                   if isinstance(effect, Say))
+        assert any('went away' in output.text for output in trying('on_peers', Peers())
+                   if isinstance(output, Say))
 
     @pytest.mark.parametrize('status', [running(2), ended(2)])
     def test_a_trial_whose_end_was_slept_through_is_broken_off_and_the_next_left_alone(
@@ -104,9 +104,9 @@ class TestSleep:
         trying.now += 30.0
         trying('trials.on_decisions', 1, 2)
         trying('on_status', ended(decisions=3))
-        effects = trying.wait(5.2)
+        outputs = trying.wait(5.2)
         assert any('2 of 3 decisions arrived; the learner itself had stood still for 30'
-                   in effect.text for effect in effects if isinstance(effect, Say))
+                   in output.text for output in outputs if isinstance(output, Say))
 
 
 class TestDemonstration:
@@ -131,11 +131,11 @@ class TestDemonstration:
     def test_of_a_real_robot_does_not_wait_for_quiet(self, play):
         play('demonstration.record')
         play('demonstration.keep')
-        effects = []
+        outputs = []
         for _ in range(8):
             play('on_odometry', 1.0)
-            effects += play.wait(0.05)
-        assert effects == [Close()]
+            outputs += play.wait(0.05)
+        assert outputs == [Close()]
 
     def test_waits_for_the_local_grid_of_its_end_but_not_for_long(self, play):
         play('on_local_grid', 0.5)
@@ -187,8 +187,8 @@ class TestTrials:
             play('trials.on_decisions', trial, 3)
             assert play('on_status', ended(trial)) == [Close()]
             play('on_learnt', trial + 1)
-            effects = play('on_status', idle(trial + 1, trial))
-            assert effects == ([Place(START)] if trial == 1 else [])
+            outputs = play('on_status', idle(trial + 1, trial))
+            assert outputs == ([Place(START)] if trial == 1 else [])
         assert play.phase is Phase.IDLE
         assert play.session.series.n_left == 0
 
@@ -324,8 +324,8 @@ class TestTrials:
         assert play.phase is Phase.IDLE
 
 
-def warnings_of(effects):
-    return [effect.text for effect in effects if isinstance(effect, Say) and effect.warns]
+def warnings_of(outputs):
+    return [output.text for output in outputs if isinstance(output, Say) and output.warns]
 
 
 class TestTrialsOfOthers:
@@ -437,7 +437,7 @@ class TestRetries:
             play('on_start_response', False, 'a person is driving')
             play.wait(0.4)
         assert Discard() in play.log
-        assert any(isinstance(effect, Say) and 'broken off' in effect.text for effect in play.log)
+        assert any(isinstance(output, Say) and 'broken off' in output.text for output in play.log)
         assert play.session.series.n_left == 1
 
     def test_a_trial_that_is_being_started_is_called_so(self, play):
@@ -470,17 +470,17 @@ class TestRetries:
     def test_a_start_that_nobody_answers_is_given_up(self, play):
         play('series.run', 1)
         play('on_pose', *HERE)
-        effects = play.wait(12.1)
-        assert effects.count(StartTrial()) == 3
-        assert any(isinstance(effect, Say) and 'does not answer' in effect.text
-                   for effect in effects)
-        assert Discard() in effects
+        outputs = play.wait(12.1)
+        assert outputs.count(StartTrial()) == 3
+        assert any(isinstance(output, Say) and 'does not answer' in output.text
+                   for output in outputs)
+        assert Discard() in outputs
 
     def test_a_trial_on_an_old_field_is_broken_off(self, play):
         play('series.run', 1)
         play('on_pose', *HERE)
-        effects = play('on_status', running(1, revision=0))
-        assert [type(effect) for effect in effects] == [Say, Abandon, StopTrial]
+        outputs = play('on_status', running(1, revision=0))
+        assert [type(output) for output in outputs] == [Say, Abandon, StopTrial]
         assert play.phase is Phase.WAITING
 
 
@@ -488,10 +488,10 @@ class TestLostPeers:
 
     @pytest.mark.parametrize('left', [Peers(controller=True), Peers(robot=True)])
     def test_a_trial_is_broken_off_and_run_again(self, trying, left):
-        effects = trying('on_peers', left)
-        assert any(isinstance(effect, Abandon) and 'went away' in effect.reason
-                   and effect.trial == 1 for effect in effects)
-        assert (StopTrial() in effects) == left.controller
+        outputs = trying('on_peers', left)
+        assert any(isinstance(output, Abandon) and 'went away' in output.reason
+                   and output.trial == 1 for output in outputs)
+        assert (StopTrial() in outputs) == left.controller
         assert trying.phase is Phase.WAITING
         trying('on_peers', Peers(controller=True, robot=True))
         trying('on_status', idle(1))
@@ -508,8 +508,8 @@ class TestLostPeers:
 
     def test_silence_breaks_a_trial_off(self, trying):
         assert trying.wait(4.9) == []
-        effects = trying.wait(0.2)
-        assert any(isinstance(effect, Abandon) for effect in effects)
+        outputs = trying.wait(0.2)
+        assert any(isinstance(output, Abandon) for output in outputs)
 
     def test_commands_show_that_a_trial_lives(self, trying):
         for _ in range(10):
@@ -521,20 +521,20 @@ class TestLostPeers:
         assert trying.wait(20.0) == []
 
     def test_a_controller_that_started_anew_has_no_trial(self, trying):
-        effects = trying('on_status', idle(-1))
-        assert any(isinstance(effect, Abandon) for effect in effects)
-        assert StopTrial() not in effects  # it would come late, and stop the trial after this one
+        outputs = trying('on_status', idle(-1))
+        assert any(isinstance(output, Abandon) for output in outputs)
+        assert StopTrial() not in outputs  # it would come late, and stop the trial after this one
 
     def test_missing_decisions_break_a_trial_off(self, trying):
         trying('on_status', ended(decisions=3))
-        effects = trying.wait(6.0)
-        assert any(isinstance(effect, Abandon) and '0 of 3' in effect.reason
-                   for effect in effects)
+        outputs = trying.wait(6.0)
+        assert any(isinstance(output, Abandon) and '0 of 3' in output.reason
+                   for output in outputs)
 
     def test_a_trial_that_the_controller_aborted_is_run_again(self, trying):
         trying('trials.on_decisions', 1, 3)
-        effects = trying('on_status', ended(outcome=Outcome.ABORTED, reason='jumped'))
-        assert Abandon('', trial=1) in effects
+        outputs = trying('on_status', ended(outcome=Outcome.ABORTED, reason='jumped'))
+        assert Abandon('', trial=1) in outputs
         assert trying('on_status', idle(1, 1)) == [Place(START)]
 
     def test_a_trial_of_before_is_stopped_first(self, play):
@@ -553,19 +553,19 @@ def test_nothing_goes_on_when_nothing_can_be_recorded(trying):
 
 
 def test_the_end_of_the_learner_stops_the_trial_and_marks_the_bag(trying):
-    effects = trying('shut_down')
-    assert effects[0] == StopTrial()
-    assert effects[1].reason
-    assert effects[2] == Say('trial 1 is under way: broken off, the learner was stopped', True)
+    outputs = trying('shut_down')
+    assert outputs[0] == StopTrial()
+    assert outputs[1].reason
+    assert outputs[2] == Say('trial 1 is under way: broken off, the learner was stopped', True)
 
 
 def test_the_end_of_the_learner_keeps_an_unfinished_demonstration_apart(play):
     play('demonstration.record')
-    assert [type(effect) for effect in play('shut_down')] == [Abandon, Say]
+    assert [type(output) for output in play('shut_down')] == [Abandon, Say]
 
 
 def test_it_says_what_is_missing(play):
     play('on_peers', Peers(controller=True))
     play('series.run', 1)
-    assert any('no robot' in effect.text for effect in play.wait(6.0))
+    assert any('no robot' in output.text for output in play.wait(6.0))
     assert 'no robot' in play.session.state.describe()

@@ -4,7 +4,7 @@ import pytest
 
 from episode_store.task_folder import EpisodeKind
 from learner_node.demonstration import LEFT
-from learner_node.effects import Abandon, Discard, Record, Say
+from learner_node.outputs import Abandon, Discard, Record, Say
 from learner_node.phases import Phase, SessionError
 from session_helpers import Play
 
@@ -22,16 +22,16 @@ def play():
 
 
 def rest(play, seconds, *each, place=(0.0, 0.0, 0.0)):
-    """Let time pass with the robot at a place; return the effects."""
-    effects = []
+    """Let time pass with the robot at a place; return the outputs."""
+    outputs = []
     for _ in range(round(seconds * 10)):
         for name in each:
             play(name)
         play('on_odometry', play.now)
         if play.session.wants_pose(play.now):
             play('on_pose', *place)
-        effects += play.wait(0.1)
-    return effects
+        outputs += play.wait(0.1)
+    return outputs
 
 
 def test_the_recording_ends_and_nothing_is_thrown_away(play):
@@ -43,7 +43,7 @@ def test_the_recording_ends_and_nothing_is_thrown_away(play):
     assert said.warns
     assert said.text.startswith('The recording of the drive has ended, because nobody was at')
     assert play.phase is Phase.IDLE
-    assert not any(isinstance(effect, Discard) for effect in play.log)
+    assert not any(isinstance(output, Discard) for output in play.log)
     with pytest.raises(SessionError, match='press y in teleop_node to keep it all the same'):
         play('demonstration.keep')
     assert play('demonstration.record') == [Record(EpisodeKind.DEMO)]
@@ -67,10 +67,10 @@ def test_a_robot_that_somebody_drives_is_not_left(play):
 
 def test_odometry_that_trembles_does_not_drive(play):
     play('demonstration.record')
-    effects = []
+    outputs = []
     for step in range(130):
-        effects += rest(play, 0.1, place=(0.02 * (step % 2), 0.0, 0.05 * (step % 3)))
-    assert Abandon(LEFT) in effects
+        outputs += rest(play, 0.1, place=(0.02 * (step % 2), 0.0, 0.05 * (step % 3)))
+    assert Abandon(LEFT) in outputs
 
 
 def test_who_teaches_without_a_heartbeat_is_not_missed(play):

@@ -4,8 +4,8 @@ import pytest
 
 from control_field.poses import StartPose
 from control_field.records import Outcome
-from learner_node.effects import Abandon, Say, StopTrial
 from learner_node.inputs import Peers
+from learner_node.outputs import Abandon, Say, StopTrial
 from learner_node.phases import Phase, SessionError
 from learner_node.session import Session
 from learner_node.settings import Settings
@@ -39,9 +39,9 @@ def session():
     return session
 
 
-def is_broken_off(session, effects, stops=True):
+def is_broken_off(session, outputs, stops=True):
     """Tell whether the demonstration was, with one warning."""
-    assert effects == [*([StopTrial()] if stops else []), Abandon(WHY), Say(
+    assert outputs == [*([StopTrial()] if stops else []), Abandon(WHY), Say(
         f'the demonstration is broken off and not kept: {WHY}', warns=True)]
     return session.state.phase is Phase.IDLE
 
@@ -56,26 +56,26 @@ class TestATrialThatRuns:
 
     def test_is_said_once_and_not_recorded(self, session):
         session.on_status(status(stamp=BEGAN + 0.1), 1.0)
-        effects = session.on_status(status(stamp=BEGAN + 0.3), 1.1)
-        effects += session.trials.on_decisions(7, 1, 1.1)
+        outputs = session.on_status(status(stamp=BEGAN + 0.3), 1.1)
+        outputs += session.trials.on_decisions(7, 1, 1.1)
         for tick in range(100):
-            effects += session.tick(1.1 + 0.05 * tick)
-        effects += session.on_status(status(State.ENDED, BEGAN + 0.4), 7.0)
-        assert effects == []
+            outputs += session.tick(1.1 + 0.05 * tick)
+        outputs += session.on_status(status(State.ENDED, BEGAN + 0.4), 7.0)
+        assert outputs == []
         session.on_odometry(BEGAN + 8.0, 8.0)
         session.demonstration.record(8.0)
         assert session.state.phase is Phase.DEMONSTRATION
 
     def test_is_stopped_where_no_stamp_shows_that_it_is_new(self, session):
-        effects = session.on_status(status(), 1.0)
+        outputs = session.on_status(status(), 1.0)
         for tick in range(5):
-            effects += session.tick(1.0 + 0.05 * tick)
-        assert is_broken_off(session, effects)
+            outputs += session.tick(1.0 + 0.05 * tick)
+        assert is_broken_off(session, outputs)
 
     def test_that_ended_before_it_was_known_to_be_new_breaks_off_too(self, session):
         assert session.on_status(status(), 1.0) == []
-        effects = session.on_status(status(State.ENDED, BEGAN + 3.0), 1.01)
-        assert is_broken_off(session, effects, stops=False)
+        outputs = session.on_status(status(State.ENDED, BEGAN + 3.0), 1.01)
+        assert is_broken_off(session, outputs, stops=False)
 
 
 class TestATrialThatHasEnded:
@@ -83,11 +83,11 @@ class TestATrialThatHasEnded:
     def test_and_is_heard_of_late_breaks_nothing_off(self, session):
         session.on_status(status(stamp=BEGAN - 1.0), 1.0)
         session.tick(1.05)
-        effects = session.on_status(status(State.ENDED, BEGAN), 1.1)
+        outputs = session.on_status(status(State.ENDED, BEGAN), 1.1)
         for tick in range(100):
             session.on_odometry(BEGAN + 0.05 * (tick + 1), 1.1 + 0.05 * tick)
-            effects += session.tick(1.1 + 0.05 * tick)
-        assert [type(effect) for effect in effects] == [Say]
+            outputs += session.tick(1.1 + 0.05 * tick)
+        assert [type(output) for output in outputs] == [Say]
         assert session.state.phase is Phase.DEMONSTRATION
 
     def test_and_is_latched_breaks_nothing_off(self, session):

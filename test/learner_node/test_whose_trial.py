@@ -10,8 +10,8 @@ from sensor_msgs.msg import PointCloud2
 from bridge_helpers import demonstration_bag, GRID, random_decisions
 from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind, TaskFolder
-from learner_node.effects import Record, Say
 from learner_node.inputs import Peers
+from learner_node.outputs import Record, Say
 from learner_node.phases import Phase
 from msgs_bridge.messages.memory_identity import NOTHING, task_of
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
@@ -49,8 +49,8 @@ def play():
     return play
 
 
-def said(effects):
-    return [effect.text for effect in effects if isinstance(effect, Say)]
+def said(outputs):
+    return [output.text for output in outputs if isinstance(output, Say)]
 
 
 def test_a_trial_that_others_start_on_the_own_field_is_recorded(play):
@@ -90,9 +90,9 @@ def test_a_trial_is_broken_off_when_another_field_comes_in_the_middle(play):
     play('on_start_response', True, '')
     play('on_status', status(trial=1))
     assert play.phase is Phase.TRIAL
-    effects = play('on_status', status(trial=1, memory=OTHER))
+    outputs = play('on_status', status(trial=1, memory=OTHER))
     assert 'trial 1 is broken off: the controller drives by the field of task hall' in said(
-        effects)[0]
+        outputs)[0]
     assert play.phase is Phase.WAITING
 
 

@@ -1,4 +1,4 @@
-"""What a session wants done."""
+"""The outputs of a session: what it wants done, in order."""
 
 from dataclasses import dataclass
 
@@ -56,5 +56,5 @@ class Say:
     warns: bool = False
 
 
-Effect = Record | Close | Abandon | Discard | Place | StartTrial | StopTrial | Say
-Effects = list[Effect]
+Output = Record | Close | Abandon | Discard | Place | StartTrial | StopTrial | Say
+Outputs = list[Output]

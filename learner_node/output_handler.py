@@ -1,4 +1,4 @@
-"""Doing what the session wants done."""
+"""Doing what the session wants done: its outputs become files, topics, requests and words."""
 
 from collections.abc import Callable
 from functools import partial
@@ -8,7 +8,8 @@ from control_field.records import Outcome
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind
 from episode_store.undo import THROWN_AWAY, UNDO
-from learner_node import effects as to
+from learner_node.outputs import (
+    Abandon, Close, Discard, Output, Outputs, Place, Record, Say, StartTrial, StopTrial)
 from learner_node.publications import Publications
 from learner_node.recorder import BagGoneError, Recorder
 from learner_node.requests import Requests
@@ -18,7 +19,7 @@ from msgs_bridge.messages.serialized import cdr_from_message
 from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
 
 
-class Performer:
+class OutputHandler:
     """
     Does what the session wants done.
 
@@ -40,14 +41,14 @@ class Performer:
         self._publications, self._requests = publications, requests
         self.bag = ''  #: name of what is recorded, or was last
 
-    def carry_out(self, effects: to.Effects) -> None:
+    def carry_out(self, outputs: Outputs) -> None:
         """Do what the session wants done, in order."""
-        for effect in effects:
-            if not self.guard(partial(self._do, effect)):
+        for output in outputs:
+            if not self.guard(partial(self._do, output)):
                 return
 
     def guard(self, work: Callable[[], Any]) -> bool:
-        """Do what fails when nothing can be recorded any more; tell whether it succeeded."""
+        """Do what fails when nothing can be recorded any more; return True if it succeeded."""
         try:
             work()
         except BagError as error:
@@ -55,23 +56,23 @@ class Performer:
             return False
         return True
 
-    def _do(self, effect: to.Effect) -> None:
-        match effect:
-            case to.Record(kind):
+    def _do(self, output: Output) -> None:
+        match output:
+            case Record(kind):
                 self._record(kind)
-            case to.Close():
+            case Close():
                 self._close_and_learn()
-            case to.Abandon(reason, trial):
+            case Abandon(reason, trial):
                 self._abandon(reason, trial)
-            case to.Discard():
+            case Discard():
                 self._discard()
-            case to.Place(pose):
+            case Place(pose):
                 self._publications.place(pose, self._node.odometry_time * 1e-9)
-            case to.StartTrial():
+            case StartTrial():
                 self._requests.start(self._node.on_answer)
-            case to.StopTrial():
+            case StopTrial():
                 self._requests.stop()
-            case to.Say(text, warns):
+            case Say(text, warns):
                 self._node.say(text, warns)
 
     def _record(self, kind: EpisodeKind) -> None:
