@@ -23,7 +23,7 @@ from episode_store.relearn import LearntBag
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from learner_node.field_in_force import FieldInForce
-from learner_node.hearing import Hearing
+from learner_node.message_dispatcher import MessageDispatcher
 from learner_node.odometry_check import OdometryCheck
 from learner_node.output_handler import OutputHandler
 from learner_node.outputs import Outputs
@@ -120,7 +120,7 @@ class LearnerNode(Node):
         self._publications = Publications(self, self._settings.frame_id)
         self._requests = Requests(self, self._settings.controller)
         self._handler = OutputHandler(self, self._recorder, self._publications, self._requests)
-        self._hearing = Hearing(
+        self._dispatcher = MessageDispatcher(
             self._session, self._task_memory.grid, self._handler.carry_out,
             OdometryCheck(self._task_memory.grid), ThrottledLog(self))
         topics = recorded_topics(self._settings)
@@ -173,13 +173,13 @@ class LearnerNode(Node):
             if arrival is None:
                 return
             self._handler.guard(self._recorder.take)
-            self._hearing.saw(arrival.name, arrival.message.cdr)
+            self._dispatcher.dispatch(arrival.name, arrival.message.cdr)
         self._wake()
 
     @property
     def odometry_time(self) -> int:
         """Return the stamp of the newest odometry, [ns]."""
-        return self._hearing.odometry_time
+        return self._dispatcher.odometry_time
 
     def now(self) -> int:
         """Return the time, [ns]; in lock-step the simulator's."""
@@ -194,7 +194,7 @@ class LearnerNode(Node):
         self._handler.carry_out(self._session.tick(time.monotonic()))
         state = self._session.state
         told = (state.phase, self._session.series.n_left, state.revision,
-                len(self._hearing.heard))
+                len(self._dispatcher.topics_heard))
         if told != self._told:
             self._told = told
             self.tell()
@@ -216,10 +216,10 @@ class LearnerNode(Node):
         """Publish how the learner stands."""
         self._name_trial()
         more = {**self._task_memory.places, **self._named,
-                'refused': str(self._hearing.n_refused)}
+                'refused': str(self._dispatcher.n_refused)}
         status = diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self._learnt_bag,
-            self._task_memory.refresh, self._hearing.heard, more)
+            self._task_memory.refresh, self._dispatcher.topics_heard, more)
         self._peers.add_to(status)
         self._publications.tell(status, self.get_clock().now().to_msg())
 
@@ -248,8 +248,9 @@ class LearnerNode(Node):
         self._handler.carry_out(self._session.on_recording_failed(why, time.monotonic()))
 
     def on_answer(self, accepted: bool, message: str) -> None:
-        """Take in the controller's answer to a request to start."""
-        self._handler.carry_out(self._session.on_start_response(accepted, message, time.monotonic()))
+        """Go on with the controller's answer to a request to start."""
+        self._handler.carry_out(
+            self._session.on_start_response(accepted, message, time.monotonic()))
 
     def learn(self, episode: EpisodeFolder) -> None:
         """Learn from a bag that was recorded."""
@@ -345,7 +346,8 @@ class LearnerNode(Node):
         series, is_idle = self._session.series, self._session.state.phase is Phase.IDLE
         if (self._settings.auto_start and missing > 0 and refresh is not None and is_idle
                 and not series.is_stopped):
-            self._handler.carry_out(self.change_trials(partial(series.begin, missing), time.monotonic()))
+            self._handler.carry_out(
+                self.change_trials(partial(series.begin, missing), time.monotonic()))
 
     def _publish_field(self, more_trials: bool = False) -> None:
         refresh = self._task_memory.refresh

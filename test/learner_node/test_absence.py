@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from control_field.poses import StartPose
-from learner_node.hearing import Hearing
+from learner_node.message_dispatcher import MessageDispatcher
 from learner_node.odometry_check import OdometryCheck
 from learner_node.outputs import Say
 from learner_node.phases import SessionError
@@ -59,7 +59,7 @@ class Drive:
 
     def __init__(self):
         self.session, self.now, self.said = make(), 0.0, []
-        self.hearing = Hearing(
+        self.dispatcher = MessageDispatcher(
             self.session, None, lambda outputs: None, OdometryCheck(Settings().grid),
             SimpleNamespace(refused=lambda *_: None))
 
@@ -71,7 +71,7 @@ class Drive:
                 msg = odometry_from_pose(Pose(self.now, 0.1 * self.now, 0.0, 0.0))
                 msg.header.frame_id = frame_id
                 msg.pose.pose.position.x = pose.get('x', msg.pose.pose.position.x)
-                self.hearing.saw('odom', cdr_from_message(msg))
+                self.dispatcher.dispatch('odom', cdr_from_message(msg))
             self.said += [output.text for output in self.session.tick(self.now)
                           if isinstance(output, Say)]
 

@@ -1,4 +1,4 @@
-"""What the topics tell the session."""
+"""Messages on their way from the topics to the session."""
 
 from collections.abc import Callable
 from functools import partial
@@ -19,9 +19,9 @@ from msgs_bridge.messages.trial_status import trial_from_status
 from msgs_bridge.node.throttled_log import ThrottledLog
 
 
-class Hearing:
+class MessageDispatcher:
     """
-    Tells the session what arrives.
+    Decodes what arrives and hands it to the session; a message that is no such one is refused.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Hearing:
         Does what the session wants done.
     check : OdometryCheck
     throttled_log : ThrottledLog
-        Are told what is not to be trusted.
+        Logs what is refused.
 
     """
 
@@ -44,12 +44,12 @@ class Hearing:
         self._check = check
         self._throttled_log = throttled_log
         #: Topics that something has arrived on.
-        self.heard: set[str] = set()
+        self.topics_heard: set[str] = set()
         #: Stamp of the newest odometry, [ns].
         self.odometry_time = 0
-        self._looks: dict[str, Callable[[bytes], None]] = {
-            'odom': self._saw_odometry, 'experience': self._saw_experience,
-            'trial': self._saw_trial, 'neighbourhood': self._saw_local_grid,
+        self._handlers: dict[str, Callable[[bytes], None]] = {
+            'odom': self._on_odometry, 'experience': self._on_experience,
+            'trial': self._on_trial, 'neighbourhood': self._on_local_grid,
             'cmd_vel': lambda _: self._session.on_command(time.monotonic())}
 
     @property
@@ -57,14 +57,14 @@ class Hearing:
         """Return how many messages were not to be trusted."""
         return self._throttled_log.n_refused
 
-    def saw(self, name: str, cdr: bytes) -> None:
-        """Take in a message of a topic, such as ``odom``."""
-        self.heard.add(name)
-        look = self._looks.get(name)
-        if look is not None:
-            look(cdr)
+    def dispatch(self, name: str, cdr: bytes) -> None:
+        """Hand a message of a topic, such as ``odom``, to the session."""
+        self.topics_heard.add(name)
+        handle = self._handlers.get(name)
+        if handle is not None:
+            handle(cdr)
 
-    def _saw_odometry(self, cdr: bytes) -> None:
+    def _on_odometry(self, cdr: bytes) -> None:
         self.odometry_time = stamp_of(cdr)
         now = time.monotonic()
         self._carry_out(self._session.on_odometry(self.odometry_time * 1e-9, now))
@@ -85,16 +85,16 @@ class Hearing:
         if wants:
             self._carry_out(self._session.on_pose(pose.x, pose.y, pose.yaw, now))
 
-    def _saw_local_grid(self, cdr: bytes) -> None:
+    def _on_local_grid(self, cdr: bytes) -> None:
         self._carry_out(self._session.on_local_grid(stamp_of(cdr) * 1e-9, time.monotonic()))
 
-    def _saw_experience(self, cdr: bytes) -> None:
+    def _on_experience(self, cdr: bytes) -> None:
         rows = self._read(partial(decisions_from_cloud, grid=self._grid), PointCloud2, cdr)
         if rows is not None and len(rows):
             self._carry_out(self._session.trials.on_decisions(
                 int(rows['trial'][0]), len(rows), time.monotonic()))
 
-    def _saw_trial(self, cdr: bytes) -> None:
+    def _on_trial(self, cdr: bytes) -> None:
         status = self._read(trial_from_status, DiagnosticStatus, cdr)
         if status is not None:
             self._carry_out(self._session.on_status(status, time.monotonic()))
