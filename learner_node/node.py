@@ -24,6 +24,7 @@ from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from learner_node.field_in_force import FieldInForce
 from learner_node.message_dispatcher import MessageDispatcher
+from learner_node.message_queue import RawMessage
 from learner_node.odometry_check import OdometryCheck
 from learner_node.output_handler import OutputHandler
 from learner_node.outputs import Outputs
@@ -39,7 +40,6 @@ from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.task_memory import TaskMemory
 from learner_node.topics import Recorded, recorded_topics
-from learner_node.waiting import Raw
 from learner_node.warm_up import warm_up
 from learner_node.worker import result_of, Worker
 from msgs_bridge.node import qos
@@ -161,7 +161,7 @@ class LearnerNode(Node):
             if topic.name == 'odom':
                 self._newest = stamp_of(cdr)
             stamp = self._newest if self._settings.lockstep else arrived
-            self._recorder.arrived(topic.name, Raw(name, kind, cdr, stamp))
+            self._recorder.arrived(topic.name, RawMessage(name, kind, cdr, stamp))
             self._wake()
 
         return read

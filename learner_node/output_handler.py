@@ -8,13 +8,13 @@ from control_field.records import Outcome
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind
 from episode_store.undo import THROWN_AWAY, UNDO
+from learner_node.message_queue import RawMessage
 from learner_node.outputs import (
     Abandon, Close, Discard, Output, Outputs, Place, Record, Say, StartTrial, StopTrial)
 from learner_node.publications import Publications
 from learner_node.recorder import BagGoneError, Recorder
 from learner_node.requests import Requests
 from learner_node.topics import type_name
-from learner_node.waiting import Raw
 from msgs_bridge.messages.serialized import cdr_from_message
 from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
 
@@ -121,7 +121,7 @@ class OutputHandler:
         task = self._recorder.task.task
         self._recorder.write(self.raw('trial', status_from_trial(status, task)))
 
-    def raw(self, topic: str, message: Any) -> Raw:
+    def raw(self, topic: str, message: Any) -> RawMessage:
         """Return a message of our own as a recorder would have got it."""
-        return Raw(self._node.resolve_topic_name(topic), type_name(type(message)),
+        return RawMessage(self._node.resolve_topic_name(topic), type_name(type(message)),
                    cdr_from_message(message), self._node.now())

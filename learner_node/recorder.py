@@ -16,7 +16,7 @@ from episode_store.rosbag2.writer import BagWriter
 from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.trim import drop_messages
 from episode_store.undo import take_away
-from learner_node.waiting import Arrival, Raw, Waiting
+from learner_node.message_queue import MessageQueue, QueuedMessage, RawMessage
 
 #: Messages of decisions that may arrive before their trial is recorded: while a demonstration is
 #: kept, or the learner learns, a person may start one.
@@ -59,13 +59,13 @@ class Recorder:
         self._file: tuple[int, int] | None = None
         self._kind = EpisodeKind.DEMO
         #: What is in force: written first into every bag.
-        self.in_force: list[Raw] = []
-        self._local_grid: Raw | None = None
+        self.in_force: list[RawMessage] = []
+        self._local_grid: RawMessage | None = None
         self._contact = b''
-        self._early: deque[Raw] = deque()
+        self._early: deque[RawMessage] = deque()
         self._n_early_bytes = 0
         self._lock = RLock()
-        self._waiting = Waiting()
+        self._queue = MessageQueue()
         #: Messages that are lost, by topic: since the start, and then as the open bag began.
         self.lost: Counter[str] = Counter()
         self._lost_before: Counter[str] = Counter()
@@ -111,7 +111,7 @@ class Recorder:
             self._n_early_bytes = 0
             return episode_from_path(self._writer.folder)
 
-    def arrived(self, name: str, message: Raw) -> None:
+    def arrived(self, name: str, message: RawMessage) -> None:
         """
         Take in what has arrived on a topic; it waits for `take`.
 
@@ -119,28 +119,28 @@ class Recorder:
         ----------
         name : str
             Of the topic among ours, such as ``odom``.
-        message : Raw
+        message : RawMessage
 
         """
-        if not self._waiting.put(name, message):
+        if not self._queue.put(name, message):
             self.lost[message.topic] += 1
 
     def catch_up(self) -> None:
         """Write what waits for long into the open bag; a failure is told by the next `take`."""
         with self._lock, suppress(BagError):
-            late = self._waiting.unwritten()
+            late = self._queue.unwritten()
             if self._writer is None or not late or (
                     time.monotonic() - late[0].since < _PATIENCE):
                 return
-            for arrival in late:
+            for queued in late:
                 place = self._writer.n_messages
-                self.write(arrival.message)
-                arrival.place = place
+                self.write(queued.message)
+                queued.place = place
             self._writer.flush()
 
-    def oldest(self) -> Arrival | None:
+    def oldest(self) -> QueuedMessage | None:
         """Return what `take` takes next; None if nothing waits."""
-        return self._waiting.oldest()
+        return self._queue.oldest()
 
     def take(self) -> None:
         """
@@ -153,20 +153,20 @@ class Recorder:
 
         """
         with self._lock:
-            arrival = self._waiting.pop()
-            name, message = arrival.name, arrival.message
+            queued = self._queue.pop()
+            name, message = queued.name, queued.message
             if name == 'contact':
                 if message.cdr == self._contact:
                     return  # it is read more than once, and a bumper may say it all the time
                 self._contact = message.cdr
             if name == 'neighbourhood':
                 self._local_grid = message
-            if arrival.place is None:
+            if queued.place is None:
                 self.write(message)
             if name == 'experience' and self.kind is not EpisodeKind.TRIAL:
                 self._keep_early(message)
 
-    def _keep_early(self, message: Raw) -> None:
+    def _keep_early(self, message: RawMessage) -> None:
         """Keep a message for the next bag, within bounds; the oldest go first."""
         if len(message.cdr) > _EARLY_BYTES:
             return
@@ -175,13 +175,13 @@ class Recorder:
         while len(self._early) > _N_EARLY or self._n_early_bytes > _EARLY_BYTES:
             self._n_early_bytes -= len(self._early.popleft().cdr)
 
-    def write(self, message: Raw, log_time: int | None = None) -> None:
+    def write(self, message: RawMessage, log_time: int | None = None) -> None:
         """
         Write a message, if a bag is open.
 
         Parameters
         ----------
-        message : Raw
+        message : RawMessage
         log_time : int, [ns]
             Of the record; when the message arrived by default.
 
@@ -230,7 +230,7 @@ class Recorder:
             if self._writer is not None:
                 self._check_there(self._writer)
             writer, self._writer = self._writer, None
-            later = self._waiting.take_back()
+            later = self._queue.take_back()
             if writer is None:
                 return None
             lost = self.lost - self._lost_before
@@ -247,7 +247,7 @@ class Recorder:
         if _identity(writer.path) == self._file:
             return
         self._writer = None
-        self._waiting.take_back()
+        self._queue.take_back()
         with suppress(BagError):
             writer.close()
         raise BagGoneError(
@@ -265,7 +265,7 @@ class Recorder:
         """
         with self._lock:
             writer, self._writer = self._writer, None
-            self._waiting.take_back()
+            self._queue.take_back()
             if writer is not None:
                 writer.close()
                 self.task.remove(episode_from_path(writer.folder).number)

@@ -13,10 +13,10 @@ from episode_store.episode import Episode
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import EpisodeKind, TaskFolder
+from learner_node.message_queue import RawMessage
 from learner_node.recorder import Recorder, stamp_of
 from learner_node.settings import Settings, start_poses_from_list
 from learner_node.task_memory import set_aside, TaskMemory
-from learner_node.waiting import Raw
 from learner_node.worker import result_of, Worker
 from msgs_bridge.messages.trial_status import Label
 from ros_helpers import wait_until
@@ -182,13 +182,13 @@ class TestRecorder:
     def test_begins_with_what_is_in_force_and_was_seen_last(self, tmp_path):
         task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
         recorder = Recorder(task_memory.task, task_memory.header)
-        recorder.in_force = [Raw('/contact', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 1)]
+        recorder.in_force = [RawMessage('/contact', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 1)]
         for stamp in (1, 2):
             saw(recorder, 'neighbourhood',
-                Raw('/map', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
-        saw(recorder, 'odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', 3))
+                RawMessage('/map', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
+        saw(recorder, 'odom', RawMessage('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', 3))
         episode = recorder.start(EpisodeKind.DEMO, 5)
-        saw(recorder, 'odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 6))
+        saw(recorder, 'odom', RawMessage('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 6))
         assert recorder.close() == episode
         records = list(BagReader(episode.bag).records())
         # Who plays it does not wait from when the field was sent until the bag begins.
@@ -200,7 +200,7 @@ class TestRecorder:
         recorder = Recorder(task_memory.task, task_memory.header)
         first = recorder.start(EpisodeKind.DEMO, 0)
         for stamp in range(6):
-            recorder.arrived('odom', Raw('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
+            recorder.arrived('odom', RawMessage('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
         recorder.take()
 
         def catch_up():
@@ -226,10 +226,10 @@ class TestRecorder:
         recorder = Recorder(task_memory.task, task_memory.header)
         recorder.start(EpisodeKind.DEMO, 0)
         for stamp in range(200):
-            saw(recorder, 'experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', stamp))
+            saw(recorder, 'experience', RawMessage('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', stamp))
         recorder.close()
         trial = recorder.start(EpisodeKind.TRIAL, 300)
-        saw(recorder, 'experience', Raw('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 301))
+        saw(recorder, 'experience', RawMessage('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 301))
         recorder.close()
         assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(200), 301]
 
@@ -241,8 +241,8 @@ class TestRecorder:
         try:
             for stamp in range(100):
                 saw(recorder, 'experience',
-                    Raw('/e', 'std_msgs/msg/Bool', bytes(size), stamp))
-            saw(recorder, 'experience', Raw('/e', 'std_msgs/msg/Bool', bytes(20 * size), 100))
+                    RawMessage('/e', 'std_msgs/msg/Bool', bytes(size), stamp))
+            saw(recorder, 'experience', RawMessage('/e', 'std_msgs/msg/Bool', bytes(20 * size), 100))
             held, _ = tracemalloc.get_traced_memory()
         finally:
             tracemalloc.stop()

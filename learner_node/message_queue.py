@@ -1,4 +1,4 @@
-"""What has arrived and the session has not seen yet."""
+"""Messages that have arrived and the session has not seen yet."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ _MOST_BYTES: Final = 256 * 1024 * 1024
 
 
 @dataclass(frozen=True)
-class Raw:
+class RawMessage:
     """A message as it arrived: topic, type, CDR bytes, and when, [ns]."""
 
     topic: str
@@ -21,7 +21,7 @@ class Raw:
 
 
 @dataclass
-class Arrival:
+class QueuedMessage:
     """
     A message that has arrived.
 
@@ -29,7 +29,7 @@ class Arrival:
     ----------
     name : str
         Of its topic among ours, such as ``odom``.
-    message : Raw
+    message : RawMessage
     since : float, [s]
         When it came here, on a steady clock.
     place : int or None
@@ -38,50 +38,50 @@ class Arrival:
     """
 
     name: str
-    message: Raw
+    message: RawMessage
     since: float
     place: int | None = None
 
 
-class Waiting:
-    """The arrivals in their order, within bounds; for one thread that puts and one that pops."""
+class MessageQueue:
+    """The messages in their order, within bounds; for one thread that puts and one that pops."""
 
     def __init__(self) -> None:
         """Start with none."""
-        self._arrivals: deque[Arrival] = deque()
+        self._messages: deque[QueuedMessage] = deque()
         self._n_bytes = 0
         # Of its own, and never held for long: who puts must not wait for a disk.
         self._lock = Lock()
 
-    def put(self, name: str, message: Raw) -> bool:
-        """Take in a message; tell whether there was room for it."""
+    def put(self, name: str, message: RawMessage) -> bool:
+        """Append a message; return False if there is no room for it."""
         with self._lock:
             if self._n_bytes + len(message.cdr) > _MOST_BYTES:
                 return False
             self._n_bytes += len(message.cdr)
-            self._arrivals.append(Arrival(name, message, time.monotonic()))
+            self._messages.append(QueuedMessage(name, message, time.monotonic()))
             return True
 
-    def oldest(self) -> Arrival | None:
+    def oldest(self) -> QueuedMessage | None:
         """Return the oldest, which goes on waiting; None if none waits."""
-        return self._arrivals[0] if self._arrivals else None
+        return self._messages[0] if self._messages else None
 
-    def pop(self) -> Arrival:
+    def pop(self) -> QueuedMessage:
         """Return the oldest, which waits no more; IndexError if none waits."""
         with self._lock:
-            arrival = self._arrivals.popleft()
-            self._n_bytes -= len(arrival.message.cdr)
-            return arrival
+            queued = self._messages.popleft()
+            self._n_bytes -= len(queued.message.cdr)
+            return queued
 
-    def unwritten(self) -> list[Arrival]:
+    def unwritten(self) -> list[QueuedMessage]:
         """Return those that are not in the open bag."""
         with self._lock:
-            return [arrival for arrival in self._arrivals if arrival.place is None]
+            return [queued for queued in self._messages if queued.place is None]
 
     def take_back(self) -> set[int]:
         """Return which messages of the open bag wait here; they are in no bag from now on."""
         with self._lock:
-            places = {arrival.place for arrival in self._arrivals if arrival.place is not None}
-            for arrival in self._arrivals:
-                arrival.place = None
+            places = {queued.place for queued in self._messages if queued.place is not None}
+            for queued in self._messages:
+                queued.place = None
             return places
