@@ -22,7 +22,7 @@ from episode_store.gaps import BagGaps, note_gaps
 from episode_store.relearn import LearntBag
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
-from learner_node.field_in_force import FieldInForce
+from learner_node.field_monitor import FieldMonitor
 from learner_node.message_dispatcher import MessageDispatcher
 from learner_node.message_queue import RawMessage
 from learner_node.odometry_check import OdometryCheck
@@ -104,7 +104,7 @@ class LearnerNode(Node):
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
         self._named: dict[str, str] = {}
-        self._peers, self._in_force = PeerMonitor(self, 'learner'), FieldInForce()
+        self._peers, self._field_monitor = PeerMonitor(self, 'learner'), FieldMonitor()
         self._peers.describe(workspace_from_grid(grid), method_from_parameters(parameters))
         self._session.state.why_not = self._peers.why_not
         self._make_topics()
@@ -205,9 +205,9 @@ class LearnerNode(Node):
     def _look_at_field(self) -> None:
         """Publish the field once more where a stranger's has taken its place."""
         state = self._session.state
-        if self._in_force.is_to_be_said_again(
-                state.inputs.status, state.revision, state.memory,
-                not self._peers.why_not(Operation.CHANGE)):
+        self._field_monitor.look(state.inputs.status, state.revision, state.memory,
+                                 not self._peers.why_not(Operation.CHANGE))
+        if self._field_monitor.must_publish:
             self.say('the controller has another control field than the one learnt here (was a '
                      'second learner there?): it is given this one again', warns=True)
             self._publish_field(self._session.series.n_left > 0)
@@ -354,11 +354,11 @@ class LearnerNode(Node):
         if refresh is None:
             # A controller may still hold the field of bags that are gone, or of another task.
             self._publications.publish_nothing(self._task_memory.grid)
-            self._recorder.in_force = []
+            self._recorder.latched = []
             return
         field = self._task_memory.field(more_trials and self._settings.starts == 'spread')
         messages = self._publications.publish_field(field, refresh, self._task_memory.memory)
-        self._recorder.in_force = [self._handler.raw(*message) for message in messages.items()]
+        self._recorder.latched = [self._handler.raw(*message) for message in messages.items()]
 
     def close(self) -> None:
         """End what is under way: the trial is stopped, the bag closed and marked as aborted."""

@@ -58,8 +58,8 @@ class Recorder:
         self._writer: BagWriter | None = None
         self._file: tuple[int, int] | None = None
         self._kind = EpisodeKind.DEMO
-        #: What is in force: written first into every bag.
-        self.in_force: list[RawMessage] = []
+        #: The field and its prototypes, as they were published: every bag begins with them.
+        self.latched: list[RawMessage] = []
         self._local_grid: RawMessage | None = None
         self._contact = b''
         self._early: deque[RawMessage] = deque()
@@ -77,7 +77,7 @@ class Recorder:
 
     def start(self, kind: EpisodeKind, now: int) -> EpisodeFolder:
         """
-        Open the next bag; it begins with what is in force and what the robot saw last.
+        Open the next bag; it begins with what is latched and what the robot saw last.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class Recorder:
             self._file = _identity(self._writer.path)
             self._lost_before = Counter(self.lost)
             local_grid = [self._local_grid] if self._local_grid else []
-            for message in (*self.in_force, *self._early, *local_grid):
+            for message in (*self.latched, *self._early, *local_grid):
                 self.write(message, now)
             self._early.clear()
             self._n_early_bytes = 0

@@ -171,7 +171,11 @@ class TestTaskMemory:
         assert None not in held
 
 
-def saw(recorder, name, message):
+def raw_bool(topic, cdr, stamp):
+    return RawMessage(topic, 'std_msgs/msg/Bool', cdr, stamp)
+
+
+def record(recorder, name, message):
     """Let a message arrive, and take it."""
     recorder.arrived(name, message)
     recorder.take()
@@ -179,16 +183,16 @@ def saw(recorder, name, message):
 
 class TestRecorder:
 
-    def test_begins_with_what_is_in_force_and_was_seen_last(self, tmp_path):
+    def test_begins_with_what_is_latched_and_was_seen_last(self, tmp_path):
         task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
         recorder = Recorder(task_memory.task, task_memory.header)
-        recorder.in_force = [RawMessage('/contact', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 1)]
+        recorder.latched = [raw_bool('/contact', b'\0\1\0\0\1', 1)]
         for stamp in (1, 2):
-            saw(recorder, 'neighbourhood',
-                RawMessage('/map', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
-        saw(recorder, 'odom', RawMessage('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', 3))
+            record(recorder, 'neighbourhood',
+                raw_bool('/map', b'\0\1\0\0\0', stamp))
+        record(recorder, 'odom', raw_bool('/odom', b'\0\1\0\0\0', 3))
         episode = recorder.start(EpisodeKind.DEMO, 5)
-        saw(recorder, 'odom', RawMessage('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 6))
+        record(recorder, 'odom', raw_bool('/odom', b'\0\1\0\0\1', 6))
         assert recorder.close() == episode
         records = list(BagReader(episode.bag).records())
         # Who plays it does not wait from when the field was sent until the bag begins.
@@ -200,7 +204,7 @@ class TestRecorder:
         recorder = Recorder(task_memory.task, task_memory.header)
         first = recorder.start(EpisodeKind.DEMO, 0)
         for stamp in range(6):
-            recorder.arrived('odom', RawMessage('/odom', 'std_msgs/msg/Bool', b'\0\1\0\0\0', stamp))
+            recorder.arrived('odom', raw_bool('/odom', b'\0\1\0\0\0', stamp))
         recorder.take()
 
         def catch_up():
@@ -226,10 +230,10 @@ class TestRecorder:
         recorder = Recorder(task_memory.task, task_memory.header)
         recorder.start(EpisodeKind.DEMO, 0)
         for stamp in range(200):
-            saw(recorder, 'experience', RawMessage('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', stamp))
+            record(recorder, 'experience', raw_bool('/e', b'\0\1\0\0\1', stamp))
         recorder.close()
         trial = recorder.start(EpisodeKind.TRIAL, 300)
-        saw(recorder, 'experience', RawMessage('/e', 'std_msgs/msg/Bool', b'\0\1\0\0\1', 301))
+        record(recorder, 'experience', raw_bool('/e', b'\0\1\0\0\1', 301))
         recorder.close()
         assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(200), 301]
 
@@ -240,9 +244,9 @@ class TestRecorder:
         tracemalloc.start()
         try:
             for stamp in range(100):
-                saw(recorder, 'experience',
-                    RawMessage('/e', 'std_msgs/msg/Bool', bytes(size), stamp))
-            saw(recorder, 'experience', RawMessage('/e', 'std_msgs/msg/Bool', bytes(20 * size), 100))
+                record(recorder, 'experience',
+                    raw_bool('/e', bytes(size), stamp))
+            record(recorder, 'experience', raw_bool('/e', bytes(20 * size), 100))
             held, _ = tracemalloc.get_traced_memory()
         finally:
             tracemalloc.stop()

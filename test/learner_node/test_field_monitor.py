@@ -7,7 +7,7 @@ from std_srvs.srv import Trigger
 
 from bridge_helpers import demonstration_bag
 from control_field.records import Outcome
-from learner_node.field_in_force import FieldInForce
+from learner_node.field_monitor import FieldMonitor
 from msgs_bridge.messages.tables import field_from_cloud
 from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
 from msgs_bridge.node import qos
@@ -17,42 +17,48 @@ OWN = 3, 'kitchen:0123456789abcdef'
 VOID = TrialStatus(State.IDLE, 0, revision=0, memory='')
 
 
-def says_again(*looks):
-    watch = FieldInForce()
-    return [watch.is_to_be_said_again(status, *OWN, is_alone) for status, is_alone in looks]
+def look(monitor, *arguments):
+    """Let the monitor look; return whether the field is to be published."""
+    monitor.look(*arguments)
+    return monitor.must_publish
+
+
+def publishes(*looks):
+    monitor = FieldMonitor()
+    return [look(monitor, status, *OWN, is_alone) for status, is_alone in looks]
 
 
 @pytest.mark.parametrize('status', [
     VOID, TrialStatus(State.IDLE, 4, revision=3, memory='garden:0123456789abcdef'),
     TrialStatus(State.ENDED, 4, Outcome.GOAL, revision=2, memory=OWN[1])])
 def test_another_field_is_answered_by_the_own_one_after_a_while_and_not_for_ever(status):
-    said = says_again(*[(status, True)] * 50)
+    said = publishes(*[(status, True)] * 50)
     assert said.index(True) == 2
     assert said.count(True) == 3
 
 
-@pytest.mark.parametrize('look', [
+@pytest.mark.parametrize('seen', [
     (None, True), (TrialStatus(State.IDLE, 0, revision=-1), True), (VOID, False),
     (TrialStatus(State.IDLE, 4, revision=3, memory=OWN[1]), True),
     (TrialStatus(State.RUNNING, 4, revision=2, memory=OWN[1]), True)])
-def test_nothing_is_said_where_it_is_there_or_cannot_be_known(look):
-    assert not any(says_again(*[look] * 20))
-    assert not any(says_again(*[(VOID, True), (VOID, True), look] * 20))
+def test_nothing_is_said_where_it_is_there_or_cannot_be_known(seen):
+    assert not any(publishes(*[seen] * 20))
+    assert not any(publishes(*[(VOID, True), (VOID, True), seen] * 20))
 
 
 def test_before_anything_was_learnt_there_is_nothing_to_say():
-    watch = FieldInForce()
-    assert not any(watch.is_to_be_said_again(VOID, -1, 'nothing', True) for _ in range(20))
+    monitor = FieldMonitor()
+    assert not any(look(monitor, VOID, -1, 'nothing', True) for _ in range(20))
 
 
 def test_a_large_field_has_time_to_arrive():
-    watch, last = FieldInForce(), TrialStatus(State.IDLE, 4, revision=3, memory=OWN[1])
-    assert not watch.is_to_be_said_again(last, *OWN, True)
+    monitor, last = FieldMonitor(), TrialStatus(State.IDLE, 4, revision=3, memory=OWN[1])
+    assert not look(monitor, last, *OWN, True)
     new = 4, 'kitchen:00000000000000ff'
-    assert not any(watch.is_to_be_said_again(last, *new, True) for _ in range(25))
+    assert not any(look(monitor, last, *new, True) for _ in range(25))
     arrived = TrialStatus(State.IDLE, 4, revision=4, memory=new[1])
-    assert not watch.is_to_be_said_again(arrived, *new, True)
-    said = [watch.is_to_be_said_again(last, *new, True) for _ in range(20)]
+    assert not look(monitor, arrived, *new, True)
+    said = [look(monitor, last, *new, True) for _ in range(20)]
     assert said.index(True) == 2
 
 
