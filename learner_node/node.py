@@ -22,7 +22,9 @@ from episode_store.gaps import BagGaps, note_gaps
 from episode_store.relearn import LearntBag
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
+from learner_node.background_worker import BackgroundWorker, result_of
 from learner_node.field_monitor import FieldMonitor
+from learner_node.kernel_warm_up import warm_up_kernels
 from learner_node.message_dispatcher import MessageDispatcher
 from learner_node.message_queue import RawMessage
 from learner_node.odometry_check import OdometryCheck
@@ -40,8 +42,6 @@ from learner_node.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
 from learner_node.task_memory import TaskMemory
 from learner_node.topics import Recorded, recorded_topics
-from learner_node.warm_up import warm_up
-from learner_node.worker import result_of, Worker
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names
 from msgs_bridge.node.listener import Listener
@@ -109,10 +109,10 @@ class LearnerNode(Node):
         self._session.state.why_not = self._peers.why_not
         self._make_topics()
         self._make_services()
-        self._worker = Worker()
+        self._worker = BackgroundWorker()
         self._worker.wake = self.create_guard_condition(self._worker.collect).trigger
         self._worker.do(self._task_memory.relearn, self._on_relearnt)
-        self._worker.do(lambda: warm_up(parameters), self._on_warm)
+        self._worker.do(lambda: warm_up_kernels(parameters), self._on_warm)
         self._session.begin(time.monotonic())
         self._listener.start()
 

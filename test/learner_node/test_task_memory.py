@@ -1,25 +1,16 @@
-"""The memory of a task, its recorder and the worker: files in, fields out; no ROS running."""
+"""The memory of a task: bags in, fields out; no ROS running."""
 
 import resource
-import threading
-import tracemalloc
 
 import pytest
 
 from bridge_helpers import demonstration_bag, GRID, loop_bag
 from control_field.parameters import Parameters
 from control_field.poses import StartPose
-from episode_store.episode import Episode
 from episode_store.rosbag2.errors import BagError
-from episode_store.rosbag2.reader import BagReader
-from episode_store.task_folder import EpisodeKind, TaskFolder
-from learner_node.message_queue import RawMessage
-from learner_node.recorder import Recorder, stamp_of
-from learner_node.settings import Settings, start_poses_from_list
+from episode_store.task_folder import TaskFolder
 from learner_node.task_memory import set_aside, TaskMemory
-from learner_node.worker import result_of, Worker
 from msgs_bridge.messages.trial_status import Label
-from ros_helpers import wait_until
 
 
 @pytest.fixture
@@ -169,162 +160,3 @@ class TestTaskMemory:
         task_memory.relearn()
         assert len(held) > 1
         assert None not in held
-
-
-def raw_bool(topic, cdr, stamp):
-    return RawMessage(topic, 'std_msgs/msg/Bool', cdr, stamp)
-
-
-def record(recorder, name, message):
-    """Let a message arrive, and take it."""
-    recorder.arrived(name, message)
-    recorder.take()
-
-
-class TestRecorder:
-
-    def test_begins_with_what_is_latched_and_was_seen_last(self, tmp_path):
-        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(task_memory.task, task_memory.header)
-        recorder.latched = [raw_bool('/contact', b'\0\1\0\0\1', 1)]
-        for stamp in (1, 2):
-            record(recorder, 'neighbourhood',
-                raw_bool('/map', b'\0\1\0\0\0', stamp))
-        record(recorder, 'odom', raw_bool('/odom', b'\0\1\0\0\0', 3))
-        episode = recorder.start(EpisodeKind.DEMO, 5)
-        record(recorder, 'odom', raw_bool('/odom', b'\0\1\0\0\1', 6))
-        assert recorder.close() == episode
-        records = list(BagReader(episode.bag).records())
-        # Who plays it does not wait from when the field was sent until the bag begins.
-        assert [(channel.topic, log, sent) for channel, log, sent, _ in records] == [
-            ('/contact', 5, 1), ('/map', 5, 2), ('/odom', 6, 6)]
-
-    def test_writes_what_waits_for_long_and_takes_back_what_came_after_the_end(self, tmp_path):
-        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(task_memory.task, task_memory.header)
-        first = recorder.start(EpisodeKind.DEMO, 0)
-        for stamp in range(6):
-            recorder.arrived('odom', raw_bool('/odom', b'\0\1\0\0\0', stamp))
-        recorder.take()
-
-        def catch_up():
-            recorder.catch_up()
-            return len(list(BagReader(first.bag).records())) == 6
-
-        wait_until(catch_up, what='what waits in the bag')
-        # The session, once it goes on, ends the bag behind the third and begins the next there.
-        recorder.take()
-        recorder.take()
-        recorder.close()
-        second = recorder.start(EpisodeKind.TRIAL, 9)
-        while recorder.oldest():
-            recorder.take()
-        recorder.close()
-        found = [[sent for *_, sent, _ in BagReader(episode.bag).records()]
-                 for episode in (first, second)]
-        assert found == [[0, 1, 2], [3, 4, 5]]
-        assert Episode(first).is_closed
-
-    def test_keeps_the_decisions_of_a_trial_that_starts_during_a_demonstration(self, tmp_path):
-        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(task_memory.task, task_memory.header)
-        recorder.start(EpisodeKind.DEMO, 0)
-        for stamp in range(200):
-            record(recorder, 'experience', raw_bool('/e', b'\0\1\0\0\1', stamp))
-        recorder.close()
-        trial = recorder.start(EpisodeKind.TRIAL, 300)
-        record(recorder, 'experience', raw_bool('/e', b'\0\1\0\0\1', 301))
-        recorder.close()
-        assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(200), 301]
-
-    def test_keeps_no_more_than_a_few_megabytes_for_a_trial_to_come(self, tmp_path):
-        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(task_memory.task, task_memory.header)
-        size = 500_000
-        tracemalloc.start()
-        try:
-            for stamp in range(100):
-                record(recorder, 'experience',
-                    raw_bool('/e', bytes(size), stamp))
-            record(recorder, 'experience', raw_bool('/e', bytes(20 * size), 100))
-            held, _ = tracemalloc.get_traced_memory()
-        finally:
-            tracemalloc.stop()
-        assert held < 10 * size
-        trial = recorder.start(EpisodeKind.TRIAL, 300)
-        recorder.close()
-        assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(92, 100)]
-
-    def test_leaves_nothing_of_what_is_discarded(self, tmp_path):
-        task_memory = task_memory_of(TaskFolder(tmp_path, 'task1'))
-        recorder = Recorder(task_memory.task, task_memory.header)
-        recorder.start(EpisodeKind.DEMO, 0)
-        recorder.discard()
-        assert recorder.close() is None
-        assert recorder.kind is None
-        assert not task_memory.task.episodes()
-
-
-@pytest.mark.parametrize(('cdr', 'stamp'), [
-    (b'\0\1\0\0' + b'\2\0\0\0' + b'\3\0\0\0', 2_000_000_003),
-    (b'\0\0\0\0' + b'\0\0\0\2' + b'\0\0\0\3', 2_000_000_003),
-    (b'\0\1\0\0' + b'\xff' * 8, 3_294_967_295), (b'\0\1', 0), (b'', 0)])
-def test_stamps_are_read_from_whatever_arrives(cdr, stamp):
-    assert stamp_of(cdr) == stamp
-
-
-class TestSettings:
-
-    def test_start_poses_come_in_threes(self):
-        assert start_poses_from_list([1, 2, 0.5], GRID) == (StartPose(1.0, 2.0, 0.5),)
-        assert start_poses_from_list(None, GRID) == ()
-
-    @pytest.mark.parametrize('values', [[1.0], [1.0, float('nan'), 0.0], [-1.0, 1.0, 0.0]])
-    def test_start_poses_that_are_none_are_refused(self, values):
-        with pytest.raises(ValueError, match='start_poses'):
-            start_poses_from_list(values, GRID)
-
-    def test_lock_step_means_stamped_commands(self):
-        assert Settings(lockstep=True).is_stamped
-        assert not Settings().is_stamped
-
-    def test_a_task_cannot_lead_out_of_the_bags(self):
-        with pytest.raises(BagError, match='task'):
-            Settings(task='../x')
-
-
-class TestWorker:
-
-    def test_hands_results_to_whom_collects_them(self):
-        worker, woken, got = Worker(), threading.Event(), []
-        worker.wake = woken.set
-        worker.do(threading.get_ident, got.append)
-        assert woken.wait(5.0)
-        assert got == []
-        worker.collect()
-        assert got[0].result() != threading.get_ident()
-        assert worker.close(5.0)
-
-    def test_hands_over_errors_and_goes_on(self):
-        worker, got = Worker(), []
-        worker.do(lambda: 1 / 0, got.append)
-        worker.do(lambda: 2, got.append)
-        assert worker.close(5.0)
-        worker.collect()
-        assert isinstance(got[0].exception(), ZeroDivisionError)
-        assert got[1].result() == 2
-
-    def test_a_mistake_of_ours_is_one_line_and_logged_with_its_place(self):
-        worker, got, logged = Worker(), [], []
-        worker.do(lambda: 1 / 0, got.append)
-        assert worker.close(5.0)
-        worker.collect()
-        with pytest.raises(BagError, match=r'^a mistake .*ZeroDivisionError: division by zero$'):
-            result_of(got[0], logged.append)
-        assert 'test_task_memory.py' in logged[0]
-
-    def test_does_not_wait_for_ever(self):
-        worker, limit_command = Worker(), threading.Event()
-        worker.do(limit_command.wait, lambda future: None)
-        assert not worker.close(0.01)
-        limit_command.set()

@@ -1,4 +1,4 @@
-"""Getting the compiled kernels ready before the first person waits for them."""
+"""Compiling or loading the kernels before the first person waits for them."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Demonstration, Kind, Outcome, Trial
 
 
-def warm_up(parameters: Parameters) -> None:
+def warm_up_kernels(parameters: Parameters) -> None:
     """
     Learn a drive of five cells and a trial with everything in it, and forget them.
 

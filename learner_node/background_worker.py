@@ -41,7 +41,7 @@ def result_of(future: 'Future[Any]', log: Callable[[str], object]) -> Any:
                        f'{error}') from None
 
 
-class Worker:
+class BackgroundWorker:
     """Does jobs one by one, and hands their results to the thread that collects them."""
 
     def __init__(self) -> None:
