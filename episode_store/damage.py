@@ -1,23 +1,20 @@
 """What is wrong with a bag of ours: one answer, whoever asks."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field
-import re
-from typing import Final, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
 from control_field.words import counted
 from episode_store.errors import NothingToLearnError
 from episode_store.gaps import BagGaps
 from episode_store.lock import is_in_use
+from episode_store.rosbag2.bag_files import read_description
 from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.rosbag2.metadata import NAME
 from episode_store.rosbag2.reader import BagReader
-from msgs_bridge.untrusted.files import read_bytes
 
 if TYPE_CHECKING:
     from episode_store.episode import Episode
-
-#: How many messages a bag held when it was closed: in ``metadata.yaml``, of all topics and files.
-_COUNT: Final = re.compile(rb'^  message_count: (\d{1,18})\r?$', re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -98,9 +95,7 @@ def _what_is_cut(episode: 'Episode') -> str:
 
 def _n_recorded(episode: 'Episode') -> int:
     """Return how many messages a bag held when it was closed; 0 if it never was."""
-    path = episode.folder.path
-    try:
-        found = _COUNT.search(read_bytes(path / NAME, within=path))
-    except OSError:
-        return 0
-    return int(found[1]) if found else 0
+    with suppress(BagError):
+        description = read_description(episode.folder.path)
+        return description.count or 0 if description else 0
+    return 0

@@ -1,11 +1,10 @@
 """What a person said of a bag afterwards, kept beside the recording in ``metadata.yaml``."""
 
 from pathlib import Path
-import re
 from typing import Final
 
 from episode_store.rosbag2.errors import BagError, error_line
-from episode_store.rosbag2.metadata import NAME, with_note, write_atomically
+from episode_store.rosbag2.metadata import custom_data, NAME, with_note, write_atomically
 from msgs_bridge.messages.trial_status import Label
 from msgs_bridge.untrusted.files import read_bytes, read_text
 
@@ -13,8 +12,6 @@ from msgs_bridge.untrusted.files import read_bytes, read_text
 KEY: Final = 'experience_label'
 #: What stands there when a person took back what was said.
 _NONE: Final = 'none'
-#: Relearning reads thousands of these files: a YAML parser would take most of the time.
-_SAID: Final = re.compile(KEY.encode() + rb'["\']?\s*:\s*["\']?([^"\'\s,}]*)')
 
 
 def read_label(folder: Path | str) -> Label | None:
@@ -39,12 +36,18 @@ def read_label(folder: Path | str) -> Label | None:
     """
     path = Path(folder) / NAME
     try:
-        found = _SAID.search(read_bytes(path, within=folder))
+        content = read_bytes(path, within=folder)
+        # Relearning reads thousands of these files: parsing each would take a while.
+        if KEY.encode() not in content:
+            return None
+        word = custom_data(content.decode()).get(KEY)
     except FileNotFoundError:
         return None
     except OSError as error:
         raise BagError(error_line('read', path, error)) from None
-    return None if found is None else label_from_text(found[1].decode(errors='replace'), path)
+    except ValueError as error:
+        raise BagError(f'cannot read {path}: {error}') from None
+    return None if word is None else label_from_text(word, path)
 
 
 def label_from_text(text: str, path: Path | str) -> Label:

@@ -114,7 +114,7 @@ def _description(about: Mapping[str, Any]) -> Description:
     return Description(
         tuple(PurePath(str(name)).name for name in names) if isinstance(names, list) else (),
         str(about.get('compression_mode') or '').strip().lower().replace('none', ''),
-        count if isinstance(count, int) else None)
+        count if isinstance(count, int) and 0 <= count < 2**63 else None)
 
 
 def files_of_folder(folder: Path) -> BagFiles:

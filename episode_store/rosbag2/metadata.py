@@ -162,8 +162,8 @@ class BagSummary:
 
 
 def custom_data(text: str) -> dict[str, str]:
-    """Return the ``custom_data`` in the text of a ``metadata.yaml``."""
-    said = read_yaml(text)
+    """Return the ``custom_data`` of a ``metadata.yaml``; ValueError if its text is no YAML."""
+    said = yaml_from_text(text)
     for about in said.values() if isinstance(said, dict) else ():
         notes = about.get(_NOTES) if isinstance(about, dict) else None
         if isinstance(notes, dict):
@@ -184,7 +184,9 @@ def with_note(text: str, key: str, value: str | None, path: Path | str) -> str:
         If the text has no ``custom_data``; ``path`` is named.
 
     """
-    values = custom_data(text)
+    values: dict[str, str] = {}
+    with suppress(ValueError):
+        values = custom_data(text)
     if value is None and key not in values:
         return text
     text = text.removeprefix('\ufeff') + ('' if text.endswith('\n') else '\n')
@@ -247,7 +249,7 @@ def write_metadata(folder: Path, summary: BagSummary) -> None:
 
     """
     about, path = summary.to_mapping(), folder / NAME
-    with suppress(OSError, UnicodeDecodeError):
+    with suppress(OSError, ValueError):
         about[_NOTES] = custom_data(read_text(path, within=folder)) or None
     write_atomically(path, text_from_yaml({_BAG: about}).encode())
 
