@@ -55,9 +55,9 @@ class FieldReader:
         self._done: SimpleQueue[Outcome] = SimpleQueue()
         self._listener: Listener | None = None
 
-    def hear(self, node: Any, settle: Callable[[Outcome], None] | None = None) -> None:
+    def subscribe(self, node: Any, settle: Callable[[Outcome], None] | None = None) -> None:
         """
-        Begin to hear `control_field`.
+        Subscribe to `control_field`.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class FieldReader:
                 qos.LATCHED, raw=True)
             return
         self._listener = Listener(node, Counter(), part='fields', ask=self.ask)
-        self._listener.hear(
+        self._listener.subscribe(
             PointCloud2, node.resolve_topic_name('control_field'),
             lambda message, _: self.take(message), (qos.LATCHED,))
         self._listener.start()
@@ -110,7 +110,7 @@ class FieldReader:
         return outcome
 
     def close(self) -> None:
-        """Hear no more; nobody waits any longer."""
+        """Unsubscribe; nobody waits any longer."""
         self._is_over = True
         if self._listener is not None:
             self._listener.close()

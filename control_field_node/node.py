@@ -100,7 +100,7 @@ class ControlFieldNode(Node):
 
     def _make_subscriptions(self, threads: ReaderThreads) -> None:
         lockstep, refuse = self._settings.lockstep, self.supervisor.refusals.refuse
-        self._fields.hear(self, self._settle if lockstep else None)
+        self._fields.subscribe(self, self._settle if lockstep else None)
         # A lost tick would stop a lock-step for good.
         sensed = qos.LOCKSTEP if lockstep else qos.SENSOR
         kind, is_ours = self._writer.kind, self._writer.acknowledge_raw
@@ -115,7 +115,7 @@ class ControlFieldNode(Node):
             subscribe(PoseWithCovarianceStamped, self._settings.pose_topic,
                       self._on_localised_pose, refuse, *qos.LOCALISATIONS)
         # Messages of a fixed size:
-        qos.hear_all(self, Bool, 'contact', threads.locked(self._on_contact), qos.CONTACTS)
+        qos.subscribe_all(self, Bool, 'contact', threads.locked(self._on_contact), qos.CONTACTS)
         self.create_subscription(
             Empty, 'teleop_heartbeat', self.supervisor.heartbeat.on_heartbeat, qos.SENSOR)
 

@@ -133,7 +133,7 @@ class LearnerNode(Node):
         self._newest = 0  #: stamp of the newest odometry that the listener has heard, [ns]
         self._listener = Listener(self, self._recorder.lost, self._recorder.catch_up)
         for topic in topics:
-            self._listener.hear(topic.kind, self._task_memory.topics[topic.name],
+            self._listener.subscribe(topic.kind, self._task_memory.topics[topic.name],
                                 self._reader(topic), topic.profiles, topic.spare, topic.kept)
 
     def _make_services(self) -> None:

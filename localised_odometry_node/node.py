@@ -55,7 +55,7 @@ class LocalisedOdometryNode(Node):
         self._odometry = Timeout(_SILENCE)
         self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
-        qos.hear_all(self, PoseWithCovarianceStamped, settings.pose_topic, self._on_pose,
+        qos.subscribe_all(self, PoseWithCovarianceStamped, settings.pose_topic, self._on_pose,
                      qos.LOCALISATIONS)
         self.create_timer(_LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         logger, named = self.get_logger(), self.resolve_topic_name  # type: ignore[no-untyped-call]

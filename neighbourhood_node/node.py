@@ -58,7 +58,8 @@ class NeighbourhoodNode(Node):
             self, NeighbourhoodSettings, fixed=FIXED, on_change=self._on_settings))
         check_names(self)
         self._throttled_log = ThrottledLog(self)
-        self._neighbourhoods = qos.tell_all(self, OccupancyGrid, 'neighbourhood', qos.SENSOR)
+        self._neighbourhoods = qos.create_quiet_publisher(
+            self, OccupancyGrid, 'neighbourhood', qos.SENSOR)
         #: Hashes of the last messages: several subscriptions get the same costmap.
         self._recent: deque[int] = deque(maxlen=_N_RECENT)
         self._mount_finder: LaserMountFinder | None = None
@@ -66,7 +67,7 @@ class NeighbourhoodNode(Node):
             self._mount_finder = LaserMountFinder(self, self._maker)
             self.create_subscription(LaserScan, 'scan', self._on_local_grid, qos.SENSOR)
         else:
-            qos.hear_all(
+            qos.subscribe_all(
                 self, OccupancyGrid, 'costmap', self._on_costmap, qos.COSTMAPS, raw=True)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
         self._problem, self._odometry = '', Timeout(_SILENCE)

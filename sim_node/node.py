@@ -124,7 +124,7 @@ class SimNode(Node):
             Odometry, 'odom', qos.LOCKSTEP_PUB if lockstep else qos.ODOMETRY_PUB)
         # A lost local grid would stop a lock-step for good; who reads best effort is served as
         # well.
-        self._local_grid = qos.tell_all(
+        self._local_grid = qos.create_quiet_publisher(
             self, OccupancyGrid, 'neighbourhood', qos.LOCKSTEP_PUB if lockstep else qos.SENSOR)
         self._map = self.create_publisher(OccupancyGrid, 'map', qos.LATCHED)
         self._contact = self.create_publisher(Bool, 'contact', qos.LATCHED)

@@ -2,8 +2,8 @@
 
 from typing import Any, Final
 
-#: What the graph calls a node that it has not heard the name of yet.
-_NOT_YET_KNOWN: Final = '_NODE_NAME_UNKNOWN_'
+from msgs_bridge.node.graph import NOT_YET_KNOWN
+
 #: Who reads `cmd_vel` and is no robot.
 _RECORDER: Final = 'learner_node'
 
@@ -48,11 +48,11 @@ def mismatch(node: Any, topic: str, kind: type) -> str:
         f'{peer.node_name} {verb} {topic} as {peer.topic_type}'
         for verb, peers in (('publishes', node.get_publishers_info_by_topic(name)),
                             ('subscribes to', node.get_subscriptions_info_by_topic(name)))
-        for peer in peers if peer.topic_type != mine and peer.node_name != _NOT_YET_KNOWN]
+        for peer in peers if peer.topic_type != mine and peer.node_name != NOT_YET_KNOWN]
     if not found:
         return ''
     line = f'{" and ".join(dict.fromkeys(found))} but this node has {mine}'
-    robots = [peer for peer in readers if peer.node_name not in (_NOT_YET_KNOWN, _RECORDER)
+    robots = [peer for peer in readers if peer.node_name not in (NOT_YET_KNOWN, _RECORDER)
               and (peer.node_name, peer.node_namespace) != (
                   node.get_name(), node.get_namespace())]
     if robots and all(peer.topic_type == mine for peer in robots):

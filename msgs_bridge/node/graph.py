@@ -1,11 +1,11 @@
-"""Who else is on a topic, by the names that the graph of ROS has for them."""
+"""Who publishes on a topic, by the graph of ROS."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 from msgs_bridge.untrusted.text import printable
 
-#: What the graph calls a node that it has not heard the name of yet.
+#: What the graph calls a node whose name is not known yet.
 NOT_YET_KNOWN: Final = '_NODE_NAME_UNKNOWN_'
 
 
@@ -27,9 +27,9 @@ def publishers_on(node: Any, topic: str) -> list[str]:
     return sorted(map(printable, names - {own}))
 
 
-def in_vain(topic: str, publishers: Iterable[Any], kind: str) -> str:
+def type_conflict(topic: str, publishers: Iterable[Any], kind: str) -> str:
     """
-    Say that all who publish on a topic do so as another type, which nobody hears; else nothing.
+    Return a line if all publishers of a topic have another type than is read; else nothing.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def in_vain(topic: str, publishers: Iterable[Any], kind: str) -> str:
         Full name.
     publishers : iterable of TopicEndpointInfo
     kind : str
-        The type that is heard, as the graph has it.
+        The type that is read, as the graph has it.
 
     """
     peers = [peer for peer in publishers
@@ -50,16 +50,16 @@ def in_vain(topic: str, publishers: Iterable[Any], kind: str) -> str:
             f'remap it (-r), or start what publishes that')
 
 
-def elsewhere(topic: str, kind: str, known: Iterable[tuple[str, Sequence[str]]]) -> str:
+def found_elsewhere(topic: str, kind: str, known: Iterable[tuple[str, Sequence[str]]]) -> str:
     """
-    Say that what nobody publishes on a topic is there under another name; else nothing.
+    Return a line if a topic without publishers is published under another name; else nothing.
 
     Parameters
     ----------
     topic : str
         Full name.
     kind : str
-        The type that is heard, as the graph has it.
+        The type that is read, as the graph has it.
     known : iterable of (str, sequence of str)
         All topics that are published, with their types.
 

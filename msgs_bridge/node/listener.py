@@ -1,4 +1,4 @@
-"""Hearing topics in a thread of its own, so that what arrives waits for nobody's work."""
+"""Subscribing in a node and thread of its own, so that messages wait for nobody's work."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -15,13 +15,13 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from msgs_bridge.node.merged_subscription import Ear
-from msgs_bridge.node.remaps import note_heard
+from msgs_bridge.node.merged_subscription import MergedSubscription
+from msgs_bridge.node.remaps import note_subscription
 
 #: Gets a message's bytes, and when it arrived, [ns].
-Heard = Callable[[bytes, int], None]
+RawCallback = Callable[[bytes, int], None]
 
-#: Longest time until the end is noticed, and between two calls of who is to be called, [s].
+#: Longest time until `close` is noticed, and between two periodic calls, [s].
 _PERIOD: Final = 0.2
 #: Time that the middleware may take to hand over what it received, [ns].
 _MOST_DELAY: Final = 600 * 1_000_000_000
@@ -31,7 +31,7 @@ _ASLEEP: Final = 5.0
 
 
 class _AskFirst(MutuallyExclusiveCallbackGroup):
-    """Asks before a message is taken from the middleware: that holds all of Python up."""
+    """Asks before a message is taken from the middleware, which holds all of Python up."""
 
     def __init__(self, ask: Callable[[], None]) -> None:
         super().__init__()  # type: ignore[no-untyped-call]
@@ -47,7 +47,7 @@ class _AskFirst(MutuallyExclusiveCallbackGroup):
 
 class Listener:
     """
-    Hears topics through a node, an executor and a thread of its own.
+    Subscribes through a node, an executor and a thread of its own.
 
     The middleware receives in threads that Python does not hold up; the queues of its
     subscriptions are as deep as the profiles say, and bridge what holds all of Python up.
@@ -55,13 +55,13 @@ class Listener:
     Parameters
     ----------
     owner : Node
-        In whose name and namespace, and on whose kind of clock.
+        Gives the name, the namespace and the kind of clock.
     lost : counter
-        Counts the messages that the middleware says were lost, by topic.
+        Counts the messages that the middleware reports as lost, by topic.
     again : callable
-        Is called in the thread of the listener every now and then.
+        Is called periodically, in the thread of the listener.
     part : str
-        What its node, its thread are called, behind the owner's name.
+        Name of its thread, and of its node behind the owner's name.
     ask : callable
         Is called in the thread of the listener before each message is taken, and may wait.
 
@@ -85,14 +85,14 @@ class Listener:
         self._lost = lost
         self._thread = Thread(target=self._work, name=part, daemon=True)
         self._group = _AskFirst(ask)
-        self._ears: list[Ear] = []
+        self._subscriptions: list[MergedSubscription] = []
 
-    def hear(
-        self, kind: type, topic: str, callback: Heard, profiles: Sequence[QoSProfile],
-        spare: QoSProfile | None = None, kept: QoSProfile | None = None,
+    def subscribe(
+        self, kind: type, topic: str, callback: RawCallback, profiles: Sequence[QoSProfile],
+        fallback: QoSProfile | None = None, history: QoSProfile | None = None,
     ) -> None:
         """
-        Hear a topic, serialised; before `start`.
+        Subscribe to a topic, serialised; before `start`.
 
         Parameters
         ----------
@@ -103,22 +103,23 @@ class Listener:
         callback : callable
             Gets the bytes and the time of arrival, [ns], in the listener's thread.
         profiles : sequence of QoSProfile
-            It is heard once through each.
-        spare : QoSProfile, optional
-            The same for publishers that offer less: heard once there is one, and then too.
-        kept : QoSProfile, optional
-            How what publishers keep is fetched after this process was asleep, or a publisher was
-            taken for gone: in the place of the first of the profiles.
+            One subscription each.
+        fallback : QoSProfile, optional
+            For publishers that offer less: subscribed to as well once there is one.
+        history : QoSProfile, optional
+            Replaces the first profile to fetch what publishers have kept, after this process slept
+            or lost a publisher.
 
         """
-        note_heard(topic)
-        ear = Ear(self._node, kind, topic, lambda cdr, info: callback(cdr, self._arrived(info)),
-                  self._lost, self._group, spare, kept)
-        ear.subscribe(profiles)
-        self._ears.append(ear)
+        note_subscription(topic)
+        merged = MergedSubscription(
+            self._node, kind, topic, lambda cdr, info: callback(cdr, self._arrived(info)),
+            self._lost, self._group, fallback, history)
+        merged.subscribe(profiles)
+        self._subscriptions.append(merged)
 
     def _arrived(self, info: Any) -> int:
-        """Return when the middleware got a message: a thread that was held up comes later."""
+        """Return when the middleware received a message; a held up thread takes it later."""
         now = int(self._node.get_clock().now().nanoseconds)
         received = int(info.get('received_timestamp') or 0)
         if self._is_simulated or not now - _MOST_DELAY < received < now:
@@ -126,11 +127,11 @@ class Listener:
         return received
 
     def start(self) -> None:
-        """Begin to hear."""
+        """Start the thread."""
         self._thread.start()
 
     def close(self) -> None:
-        """Hear no more; what was being heard is done when this returns."""
+        """End the thread; no callback runs when this returns."""
         self._is_over.set()
         if self._thread.is_alive():
             self._thread.join()
@@ -145,9 +146,9 @@ class Listener:
             while not self._is_over.is_set() and self._node.context.ok():
                 executor.spin_once(_PERIOD)
                 before, looked = looked, _awake()
-                for ear in self._ears:
-                    if ear.has_lost_local_grid or looked - before > _ASLEEP:
-                        ear.fetch()
+                for merged in self._subscriptions:
+                    if merged.has_lost_publisher or looked - before > _ASLEEP:
+                        merged.fetch()
                 if time.monotonic() - last >= _PERIOD:
                     last = time.monotonic()
                     self._again()

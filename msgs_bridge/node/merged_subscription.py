@@ -1,4 +1,4 @@
-"""One topic as a listener hears it: through several subscriptions, and each message once."""
+"""Several subscriptions to one topic that give each message once."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -11,13 +11,13 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-#: Of so many messages it is known that they came already: of more than any publisher keeps.
+#: Number of messages recognised when they come again: more than any publisher keeps.
 _N_KNOWN: Final = 10_000
 
 
-class Ear:
+class MergedSubscription:
     """
-    One topic: heard through one subscription or several, and taken once.
+    Subscribes to a topic once or several times, and calls back once a message.
 
     Parameters
     ----------
@@ -28,66 +28,66 @@ class Ear:
     topic : str
         Its full name.
     callback : callable
-        Gets the bytes and what the middleware says of them.
+        Gets the bytes and what the middleware knows of them.
     lost : counter
-        Counts the messages that the middleware says were lost, by topic.
+        Counts the messages that the middleware reports as lost, by topic.
     group : CallbackGroup
         Of the subscriptions.
-    spare : QoSProfile, optional
-        For publishers that offer less than the others: heard once there is one, and then too.
-    kept : QoSProfile, optional
-        How what publishers keep is fetched, see `fetch`.
+    fallback : QoSProfile, optional
+        For publishers that offer less: subscribed to as well once there is one.
+    history : QoSProfile, optional
+        Profile to `fetch` what publishers keep with.
 
     """
 
     def __init__(
         self, node: Node, kind: type, topic: str, callback: Callable[[bytes, Any], None],
-        lost: Counter[str], group: CallbackGroup, spare: QoSProfile | None = None,
-        kept: QoSProfile | None = None,
+        lost: Counter[str], group: CallbackGroup, fallback: QoSProfile | None = None,
+        history: QoSProfile | None = None,
     ) -> None:
         self._node, self._kind, self._topic, self._group = node, kind, topic, group
-        self._spares = [] if spare is None else [spare]
-        self._kept = kept
+        self._fallbacks = [] if fallback is None else [fallback]
+        self._history = history
         self._main: Subscription | None = None
-        self._may_come_twice = spare is not None or kept is not None
+        self._may_come_twice = fallback is not None or history is not None
         self._callback = callback
         self._lost = lost
         self._known: dict[Any, None] = {}
         self._since = time.time_ns()
-        self._has_heard = False
-        #: Whether a publisher was taken for gone: what it publishes until it is found is missing.
-        self.has_lost_local_grid = False
+        self._has_received = False
+        #: Whether a publisher was lost: what it publishes until it is discovered again is missing.
+        self.has_lost_publisher = False
 
     def subscribe(self, profiles: Sequence[QoSProfile]) -> None:
-        """Hear the topic once through each profile."""
+        """Subscribe once through each profile."""
         subscriptions = [self._subscribe(profile) for profile in profiles]
-        if self._kept is not None:
+        if self._history is not None:
             self._main = subscriptions[0]
-            self._spares.insert(0, profiles[0])
+            self._fallbacks.insert(0, profiles[0])
 
     def _subscribe(self, profile: QoSProfile) -> Subscription:
         return self._node.create_subscription(
             self._kind, self._topic, self._read, profile, raw=True,  # type: ignore[arg-type]
             callback_group=self._group, event_callbacks=SubscriptionEventCallbacks(
-                message_lost=self._note_lost, incompatible_qos=self._hear_less,
+                message_lost=self._note_lost, incompatible_qos=self._subscribe_fallback,
                 matched=self._note_matched, use_default_callbacks=False))
 
     def fetch(self) -> None:
         """
-        Fetch what was published while this process was away, or was not found.
+        Fetch what was published while this process slept, or was not discovered.
 
-        Only from who keeps it. It comes in order, before what is new, and what was heard already
-        is not taken again, nor what was published before this ear was there.
+        Only publishers that keep messages have it. It comes in order, before what is new, without
+        what has come already or was published before this subscription was there.
         """
-        self.has_lost_local_grid = False
-        if self._main is None or self._kept is None:
+        self.has_lost_publisher = False
+        if self._main is None or self._history is None:
             return
         self._drain(self._main)
         self._node.destroy_subscription(self._main)
-        self._main = self._subscribe(self._kept)
+        self._main = self._subscribe(self._history)
 
     def _drain(self, subscription: Any) -> None:
-        """Take what waits yet."""
+        """Take the messages that are waiting."""
         handle = subscription.handle
         with handle:
             while found := handle.take_message(subscription.msg_type, subscription.raw):
@@ -99,8 +99,8 @@ class Ear:
 
     def _is_known(self, info: Any) -> bool:
         sent = info['source_timestamp']
-        if not self._has_heard:
-            self._has_heard, self._since = True, sent
+        if not self._has_received:
+            self._has_received, self._since = True, sent
         about = sent, info.get('publication_sequence_number', 0)
         if about in self._known or sent < self._since:
             return True
@@ -109,13 +109,13 @@ class Ear:
             del self._known[next(iter(self._known))]
         return False
 
-    def _hear_less(self, _: Any) -> None:
-        """Hear those who offer less, once there is one."""
-        if self._spares:
-            self._subscribe(self._spares.pop(0))
+    def _subscribe_fallback(self, _: Any) -> None:
+        """Subscribe for publishers that offer less, once there is one."""
+        if self._fallbacks:
+            self._subscribe(self._fallbacks.pop(0))
 
     def _note_matched(self, info: Any) -> None:
-        self.has_lost_local_grid |= info.current_count_change < 0
+        self.has_lost_publisher |= info.current_count_change < 0
 
     def _note_lost(self, info: Any) -> None:
         self._lost[self._topic] += info.total_count_change

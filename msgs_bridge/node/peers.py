@@ -17,7 +17,7 @@ from rclpy.clock_type import ClockType
 from msgs_bridge.messages.serialized import message_from_cdr
 from msgs_bridge.node import qos
 from msgs_bridge.node.duplicate_publishers import DuplicateMonitor
-from msgs_bridge.node.graph import elsewhere, in_vain
+from msgs_bridge.node.graph import found_elsewhere, type_conflict
 from msgs_bridge.node.node_info import (
     Conflict, conflicts, node_info_from_status, NodeInfo, Operation, values_from_node_info)
 from msgs_bridge.node.reader_threads import ReaderThreads
@@ -202,7 +202,7 @@ class PeerMonitor:
         if self._n_timeless < _N_TIMELESS:
             self._look_at_clock()
         self._mistyped = [Conflict(text, prevents) for topic, kind, prevents in _SENSED if (
-            text := self._in_vain(self._node.resolve_topic_name(topic), kind))]
+            text := self._type_conflict(self._node.resolve_topic_name(topic), kind))]
         self._look_elsewhere()
         self._evaluate(now)
 
@@ -211,7 +211,8 @@ class PeerMonitor:
         topic, kind, _ = _SENSED[0]
         name = self._node.resolve_topic_name(topic)
         self._n_missing = 0 if self._node.count_publishers(name) else self._n_missing + 1
-        if self._n_missing == _N_DISCOVERY and (text := elsewhere(name, kind, self._published())):
+        if self._n_missing == _N_DISCOVERY and (text := found_elsewhere(
+                name, kind, self._published())):
             self._tell(text)
 
     def _published(self) -> list[tuple[str, list[str]]]:
@@ -227,8 +228,8 @@ class PeerMonitor:
         elif self._n_timeless == _N_TIMELESS:
             self._tell(_NO_TIME)
 
-    def _in_vain(self, topic: str, kind: str) -> str:
-        return in_vain(topic, self._node.get_publishers_info_by_topic(topic), kind)
+    def _type_conflict(self, topic: str, kind: str) -> str:
+        return type_conflict(topic, self._node.get_publishers_info_by_topic(topic), kind)
 
     def _evaluate(self, now: float) -> None:
         self._evaluated_at = now

@@ -67,25 +67,25 @@ RECORDING_KEPT: Final = _reliable(4000, DurabilityPolicy.TRANSIENT_LOCAL)
 RECORDING_CONTACTS: Final = (RECORDING_LATCHED, RECORDING, RECORDING_BEST_EFFORT)
 
 
-def tell_all(node: Node, kind: type, topic: str, profile: QoSProfile) -> Any:
+def create_quiet_publisher(node: Node, kind: type, topic: str, profile: QoSProfile) -> Any:
     """
-    Return a publisher of what some hear through several subscriptions, as `hear_all` makes them.
+    Return a publisher that does not warn of incompatible subscriptions.
 
-    It warns of none that does not hear it: another does, or says so itself.
+    Some readers have several, see `subscribe_all`: another of them fits, or they warn themselves.
     """
     return node.create_publisher(
         kind, topic, profile, event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
 
 
-def hear_all(
+def subscribe_all(
     node: Node, kind: type, topic: str, callback: Callable[[Any], None],
     profiles: Sequence[QoSProfile], **options: Any,
 ) -> list[Any]:
     """
     Subscribe to a topic once a profile, and return the subscriptions.
 
-    What arrives more than once is for the callback to see to. With several, it is not said of a
-    publisher that one of them does not hear it: another does.
+    What arrives more than once is for the callback to see to. With several, none warns of an
+    incompatible publisher: another fits.
     """
     is_alone = len(profiles) == 1
     return [node.create_subscription(

@@ -11,10 +11,10 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from msgs_bridge.node.qos import hear_all
+from msgs_bridge.node.qos import subscribe_all
 from msgs_bridge.node.raw_messages import MOST_BYTES, small_only
 from msgs_bridge.node.rcl_take import RclTaker
-from msgs_bridge.node.remaps import note_heard
+from msgs_bridge.node.remaps import note_subscription
 
 #: Gets a message's bytes, or their number where they are too many.
 RawCallback = Callable[[bytes | int], None]
@@ -94,10 +94,11 @@ class ReaderThreads:
 
         """
         if not self.is_enabled:
-            hear_all(self._node, kind, topic, callback, profiles, raw=True)
+            subscribe_all(self._node, kind, topic, callback, profiles, raw=True)
             return
-        for subscription in hear_all(self._node, kind, topic, lambda _: None, profiles, raw=True):
-            note_heard(subscription.topic_name)
+        for subscription in subscribe_all(
+                self._node, kind, topic, lambda _: None, profiles, raw=True):
+            note_subscription(subscription.topic_name)
             members = self._groups.setdefault(group or topic, {})
             members[subscription.handle.pointer] = _RawSubscription(
                 subscription, callback, max_bytes, is_locked)

@@ -15,13 +15,13 @@ _OF_OTHERS: Final = frozenset({
     'joint_states', 'scan', 'teleop_heartbeat', 'tf', 'tf_static', 'trial'})
 #: From how many letters on a topic's name may be off by one, and by two.
 _LETTERS: Final = (4, 10)
-#: Topics that this process hears in the name of its node, through another one.
-_heard_aside: Final[set[str]] = set()
+#: Topics that this process subscribes to for its node, through another node or thread.
+_other_subscriptions: Final[set[str]] = set()
 
 
-def note_heard(topic: str) -> None:
-    """Take in that this process hears a topic, by its full name, beside its node."""
-    _heard_aside.add(topic)
+def note_subscription(topic: str) -> None:
+    """Note a subscription of this process beside its node, by the full name of the topic."""
+    _other_subscriptions.add(topic)
 
 
 def problem_with_special(rules: Iterable[str]) -> str:
@@ -82,7 +82,7 @@ def names_of(node: Any) -> set[str]:
     topics = {end.topic_name for end in (*node.publishers, *node.subscriptions)}
     services = {service.service_name if hasattr(service, 'service_name') else service.srv_name
                 for service in (*node.services, *node.clients)}
-    return topics | services | _heard_aside
+    return topics | services | _other_subscriptions
 
 
 def _short(names: Collection[str], node: Any) -> list[str]:

@@ -19,7 +19,7 @@ def heard(ros_node):
     """Listen to `talk`; return the texts that came and when, [ns]."""
     found = []
     listener = Listener(ros_node, Counter())
-    listener.hear(String, '/talk', lambda cdr, arrived: found.append(
+    listener.subscribe(String, '/talk', lambda cdr, arrived: found.append(
         (deserialize_message(cdr, String).data, arrived)),
         (qos.RECORDING,), qos.RECORDING_BEST_EFFORT)
     listener.start()
@@ -55,7 +55,7 @@ def keeper(ros_node):
 
 def kept_listener(ros_node, found):
     listener = Listener(ros_node, Counter())
-    listener.hear(String, '/talk', lambda cdr, _: found.append(
+    listener.subscribe(String, '/talk', lambda cdr, _: found.append(
         deserialize_message(cdr, String).data),
         (qos.RECORDING,), qos.RECORDING_BEST_EFFORT, qos.RECORDING_KEPT)
     return listener
@@ -73,15 +73,15 @@ def test_what_was_published_while_it_slept_is_fetched_in_order_and_nothing_twice
     found, clock = [], [0.0]
     monkeypatch.setattr('msgs_bridge.node.listener._awake', lambda: clock[0])
     listener = kept_listener(ros_node, found)
-    ear = listener._ears[0]
+    merged = listener._subscriptions[0]
     listener.start()
     try:
         say_until_heard(keeper, 'awake', found)
         missed = []
-        monkeypatch.setattr(ear, '_drain', lambda _: None)  # nothing waits where nobody hears
+        monkeypatch.setattr(merged, '_drain', lambda _: None)  # nothing waits where nobody hears
         for sleep in ('first', 'second'):
             # As if the middleware had taken the listener for gone.
-            ear._node.destroy_subscription(ear._main)
+            merged._node.destroy_subscription(merged._main)
             wait_until(lambda: keeper.get_subscription_count() == 0, what='nobody who hears')
             new = [f'{sleep} {number}' for number in range(50)]
             missed += new
@@ -96,18 +96,18 @@ def test_what_was_published_while_it_slept_is_fetched_in_order_and_nothing_twice
 def test_what_waits_is_taken_before_it_is_fetched_and_who_keeps_nothing_is_heard_on(ros_node):
     found = []
     listener = kept_listener(ros_node, found)
-    ear, publisher = listener._ears[0], ros_node.create_publisher(
+    merged, publisher = listener._subscriptions[0], ros_node.create_publisher(
         String, '/talk', qos.RECORDING)
     wait_until(lambda: publisher.get_subscription_count() == 1, what='who hears')
     say(publisher, ['waits'])
     wait_until(publisher.wait_for_all_acked, what='its arrival')
-    ear.fetch()
+    merged.fetch()
     assert found == ['waits']
     listener.start()
     try:
         say_until_heard(publisher, 'goes on', found)
-        ear.has_lost_local_grid = True
-        wait_until(lambda: not ear.has_lost_local_grid, what='another look')
+        merged.has_lost_publisher = True
+        wait_until(lambda: not merged.has_lost_publisher, what='another look')
         say_until_heard(publisher, 'and on', found)
     finally:
         listener.close()
@@ -128,7 +128,7 @@ def test_nothing_is_taken_before_who_is_asked_agrees(ros_node):
         leave.wait(DEADLINE)
 
     listener = Listener(ros_node, Counter(), part='asking', ask=ask)
-    listener.hear(String, '/ask', lambda cdr, arrived: found.append(
+    listener.subscribe(String, '/ask', lambda cdr, arrived: found.append(
         (deserialize_message(cdr, String).data, leave.is_set())), (qos.LATCHED,))
     publisher = ros_node.create_publisher(String, '/ask', qos.LATCHED)
     publisher.publish(String(data='first'))

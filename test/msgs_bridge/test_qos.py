@@ -35,9 +35,9 @@ def test_a_bag_is_played_with_the_profile_that_the_nodes_publish_with(profile, t
 
 
 def test_who_is_heard_through_several_subscriptions_warns_of_none(ros_node, capfd):
-    qos.tell_all(ros_node, OccupancyGrid, 'neighbourhood', qos.SENSOR)
+    qos.create_quiet_publisher(ros_node, OccupancyGrid, 'neighbourhood', qos.SENSOR)
     for topic in ('neighbourhood', 'other'):
-        qos.hear_all(ros_node, OccupancyGrid, topic, print,
+        qos.subscribe_all(ros_node, OccupancyGrid, topic, print,
                      (qos.RECORDING, qos.RECORDING_BEST_EFFORT))
     ros_node.create_publisher(OccupancyGrid, 'other', qos.SENSOR)
     said = []

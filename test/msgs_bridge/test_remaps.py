@@ -6,7 +6,7 @@ import rclpy
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from msgs_bridge.node.remaps import idle_rules, note_heard, problem_with_special
+from msgs_bridge.node.remaps import idle_rules, note_subscription, problem_with_special
 import ros_helpers
 
 
@@ -24,7 +24,7 @@ def rules_of(ros_domain):
         node.create_subscription(Odometry, 'wheels', lambda _: None, 1)
         node.create_service(Trigger, '~/reset', lambda _, answer: answer)
         node.create_client(Trigger, 'learner_node/undo')
-        note_heard(node.resolve_topic_name('heard_aside'))
+        note_subscription(node.resolve_topic_name('heard_aside'))
         said = idle_rules(rules, node, 'sim_node')
         node.destroy_node()
         return said
