@@ -135,7 +135,7 @@ def _check_ends(poses: PoseTable) -> None:
 def sets_off(
     stamps: npt.NDArray[np.floating[Any]], xy: npt.NDArray[np.float64],
 ) -> bool:
-    """Tell whether a drive begins in motion: stamps [s] and places [m], in order."""
+    """Return whether a drive begins in motion, by its stamps [s] and places [m], in order."""
     soon = stamps - stamps[0] <= _SOON
     return bool(np.hypot(*(xy[soon] - xy[0]).T).max() > _SET_OFF)
 

@@ -52,7 +52,7 @@ def first_move(odometry: RawMessages, *commands: RawMessages) -> float:
 
 
 def _stands(columns: Columns) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Tell of each odometry whether the robot is where it was first, and does not move."""
+    """Return for each odometry whether the robot still stands where it was first."""
     values = columns.values
     first = int(np.flatnonzero(columns.accepted)[0])
     with np.errstate(invalid='ignore', over='ignore'):

@@ -98,7 +98,7 @@ class BagGaps:
     before: tuple[Hole, ...] = ()
 
     def __bool__(self) -> bool:
-        """Tell whether anything is missing."""
+        """Return whether anything is missing."""
         lost = any(topic.rpartition('/')[2] in _COUNTED for topic in self.lost or {})
         return bool(self.holes or self.n_missing or self.n_decided > self.n_rows or lost)
 

@@ -221,7 +221,7 @@ def rewrite(
 
 
 def _is_sound(channel: Channel) -> bool:
-    """Tell whether a channel's own description was not hit."""
+    """Return whether a channel's own description is undamaged."""
     return bool(TOPIC.fullmatch(channel.topic) and _TYPE.fullmatch(channel.schema.name))
 
 

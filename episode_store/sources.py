@@ -32,7 +32,7 @@ class _Drive:
         return cls(episode.start, rows['stamp'][rows['kind'] == Kind.TAUGHT])
 
     def shows(self, stamp: float) -> bool:
-        """Tell whether a person drove then."""
+        """Return whether a person drove at a stamp [s]."""
         return self.taught is None or stamp in self.taught
 
 
@@ -81,7 +81,7 @@ class Sources:
         return f'{self._task.task}/{number:04d} at {when} ({how})'
 
     def _how(self, number: int, stamp: float) -> str:
-        """Tell whether a heading that was shown was shown there, or driven anew by a trial."""
+        """Say whether a heading was shown there, or driven anew by a trial as it was shown."""
         drive = self._drive(number)
         if drive is None:
             return 'as shown'

@@ -28,7 +28,7 @@ class Span:
 
     @property
     def is_whole(self) -> bool:
-        """Tell whether it is all of the drive."""
+        """Return whether it is all of the drive."""
         return self.first <= 0.0 and self.last == math.inf
 
     def __str__(self) -> str:
@@ -40,7 +40,7 @@ class Span:
     def holds(
         self, times_ns: npt.NDArray[np.int64], begins_ns: int,
     ) -> npt.NDArray[np.bool_]:
-        """Tell which times [ns] are within it, of a drive that begins at one of them."""
+        """Return which times [ns] lie within it, for a drive that begins at one of them."""
         seconds = (times_ns - begins_ns) * 1e-9
         return np.asarray((seconds >= self.first - 1e-6) & (seconds <= self.last + 1e-6))
 

@@ -63,7 +63,7 @@ def scans_in(bag: Bag) -> list[str]:
 
 
 def _is_meant(bag: Bag, topic: str, with_frames: bool) -> bool:
-    """Tell whether a topic of a fitting type may be taken without being named."""
+    """Return whether a topic of a fitting type may be taken without being named."""
     name = topic.rpartition('/')[2]
     if bag.topics[topic] == TF_TYPE:
         return with_frames and name == 'tf'

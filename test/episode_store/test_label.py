@@ -1,5 +1,7 @@
 """What a person said of a bag: kept beside it, heeded when it is learnt from."""
 
+from functools import partial
+
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -164,3 +166,31 @@ def test_a_person_may_still_keep_a_demonstration_whose_recorder_died(tmp_path):
         content_of(folder)
     write_label(folder, Label.SUCCESS)
     assert len(content_of(folder).record.cells) > 1
+
+
+@pytest.mark.parametrize('make', [demonstration_bag, partial(ended_trial, outcome=Outcome.GOAL)])
+def test_a_label_taken_back_leaves_no_trace(tmp_path, make):
+    folder = make(tmp_path)
+    files = {path.name: path.read_bytes() for path in folder.iterdir()}
+    for label in (Label.NONE, Label.SUCCESS, Label.FAILURE, Label.NONE):
+        Episode.at(folder).judge(label)
+        assert read_label(folder) == (label or None)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == files
+
+
+def test_what_was_said_while_it_was_recorded_is_taken_back_too(tmp_path):
+    folder = ended_trial(tmp_path, Outcome.GOAL, label=Label.FAILURE)
+    assert Episode.at(folder).status.label is Label.FAILURE
+    assert content_of(folder).record.outcome is Outcome.GAVE_UP
+    Episode.at(folder).judge(Label.NONE)
+    assert read_label(folder) is Label.NONE
+    assert content_of(folder).record.outcome is Outcome.GOAL
+
+
+def test_a_bag_that_holds_nothing_was_not_judged_while_it_was_recorded(tmp_path):
+    folder = demonstration_bag(tmp_path)
+    metadata = (folder / NAME).read_bytes()
+    mcap_path(folder).write_bytes(b'')
+    Episode.at(folder).judge(Label.FAILURE)
+    Episode.at(folder).judge(Label.NONE)
+    assert (folder / NAME).read_bytes() == metadata
