@@ -1,5 +1,6 @@
 """
-How good is what is learnt, on any world: worlds, teachers, metrics, methods. No ROS in here.
+How good is what is learnt, on any world? Worlds, teachers, metrics and methods, without ROS.
 
-`experiment.run_seed` is the door; ``experience evaluate`` and the benchmarks come in.
+`experiment` runs one seed, `workers` many of them, `report` makes medians of them. Comes in:
+``experience evaluate`` and the benchmarks.
 """

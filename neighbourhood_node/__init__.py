@@ -1,1 +1,6 @@
-"""The node that makes a 3x3 neighbourhood of a laser's scans or a costmap."""
+"""
+The local grid of a real robot, from a laser's scans or a costmap.
+
+`neighbourhood.NeighbourhoodMaker` makes it, without ROS; `laser_mount_finder` reads where the
+laser is mounted. Nobody comes in but who starts the node.
+"""

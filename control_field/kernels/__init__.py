@@ -1,6 +1,7 @@
 """
 The loops of the method, written once for two executions.
 
-Plain Python for the robot, which has no numba, and compiled (`compiled`) for the learner: the
-same source, the same bits. Imported by `robot` and `learning`; only the latter imports `compiled`.
+In plain Python for the robot, which has no numba, and compiled (`compiled`) for the learner: the
+same source, the same bits. Comes in: `robot`, and `learning`, evaluation and figures, which alone
+import `compiled`.
 """

@@ -1,1 +1,1 @@
-"""The subcommands: each module has ``add_parser`` and ``run``; `main` lists them."""
+"""The subcommands: each module has a function ``run``. They do not know each other."""

@@ -1,1 +1,1 @@
-"""Pictures with matplotlib: fields, maps, paths, learning."""
+"""Pictures with matplotlib: fields, maps, paths, learning. Nothing else imports matplotlib."""

@@ -1,5 +1,5 @@
 """
 What every node shares: main, command line, parameters, QoS, quiet logs, and who else is there.
 
-The one room beside the ``node.py`` files that may import rclpy.
+`run.run_node` is the door. With the ``node.py`` files the only place that imports rclpy.
 """

@@ -1,5 +1,5 @@
 """
-From what sensors say to the 3x3 neighbourhood: geometry, with poses passed in.
+From what sensors say to the local grid: geometry, with poses passed in.
 
 Comes in: `neighbourhood_node` for a live robot, `episode_store.external` for a recorded one.
 """
