@@ -5,32 +5,39 @@ A recorder that was killed leaves chunks of connections and messages, and perhap
 the end. Whole records are read, as `rosbag reindex` would, and nothing is written.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from io import BytesIO
 import mmap
 from pathlib import Path
-import struct
-from typing import Final
+from typing import Any, Final, NamedTuple
 
-from rosbags.rosbag1.reader import normalize
+from rosbags.rosbag1.reader import (
+    Header, normalize, read_bytes, read_uint32, ReaderError, RecordType)
 from rosbags.typesys.msg import normalize_msgtype
 
 from control_field.words import counted
 from msgs_bridge.untrusted.files import open_regular
 
 _MAGIC: Final = b'#ROSBAG V2.0\n'
-_MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
-_SIZE: Final = struct.Struct('<I')
-_TIME: Final = struct.Struct('<II')
+#: Raised by reading a record that is cut or makes no sense.
+_DAMAGE: Final = (ReaderError, ValueError, IndexError)
 
 #: Functions that unpack a chunk, by the name of its compression.
 Unpackers = dict[str, Callable[[bytes], bytes]]
-#: What a record is, its fields, and its data.
-_Record = tuple[int, dict[bytes, bytes], memoryview]
 
 
 class RecordError(ValueError):
-    """Bytes are no record."""
+    """Bytes are not a bag of ROS 1."""
+
+
+class _Record(NamedTuple):
+    """A record: its type, its fields, and its data."""
+
+    kind: int
+    header: Header
+    data: bytes
 
 
 @dataclass
@@ -61,11 +68,14 @@ class UnclosedBag:
         self._connections: dict[int, Connection] = {}
         #: Bytes that are no whole record, and chunks that cannot be unpacked.
         self.n_lost = self.n_damaged = 0
-        for op, fields, data in self._walk():
-            if op == _CONNECTION:
-                self._connect(fields, data)
-            elif connection := self._connections.get(_number(fields, b'conn')):
-                connection.msgcount += 1
+        for record in self._records():
+            # One without what it must say is passed over.
+            with suppress(*_DAMAGE):
+                number = record.header.get_uint32('conn')
+                if record.kind == RecordType.CONNECTION:
+                    self._connect(number, record)
+                elif number in self._connections:
+                    self._connections[number].msgcount += 1
 
     @property
     def connections(self) -> list[Connection]:
@@ -85,123 +95,68 @@ class UnclosedBag:
     def messages(self, wanted: Sequence[Connection]) -> Iterator[tuple[Connection, int, bytes]]:
         """Go through the messages of some connections: which, when [ns], and what."""
         numbers = {each.id for each in wanted}
-        for op, fields, data in self._walk():
-            number = _number(fields, b'conn')
-            if op == _MESSAGE and number in numbers:
-                yield self._connections[number], _time(fields), bytes(data)
+        for kind, header, data in self._records():
+            with suppress(ReaderError):
+                number = header.get_uint32('conn')
+                if kind == RecordType.MSGDATA and number in numbers:
+                    yield self._connections[number], header.get_time('time'), data
 
-    def _connect(self, fields: dict[bytes, bytes], data: memoryview) -> None:
-        number, about = _number(fields, b'conn'), _fields(data)
-        if number not in self._connections:
-            self._connections[number] = Connection(
-                number, normalize(_text(fields, b'topic')),
-                normalize_msgtype(_text(about, b'type')), _text(about, b'md5sum'))
+    def _connect(self, number: int, record: _Record) -> None:
+        about = Header.read(BytesIO(len(record.data).to_bytes(4, 'little') + record.data))
+        self._connections.setdefault(number, Connection(
+            number, normalize(record.header.get_string('topic')),
+            normalize_msgtype(about.get_string('type')), about.get_string('md5sum')))
 
-    def _walk(self) -> Iterator[_Record]:
-        """Go through connections and messages, in chunks or not, as far as all is whole."""
+    def _records(self) -> Iterator[_Record]:
+        """Yield connections and messages, in chunks or not, as far as all is whole."""
         self.n_lost = self.n_damaged = 0
-        with open_regular(self.path) as file:
-            # What is mapped outlives the file.
-            data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
-        if bytes(data[:len(_MAGIC)]) != _MAGIC:
-            raise RecordError('it does not begin as a bag of ROS 1 does')
-        at = len(_MAGIC)
-        while at < len(data):
-            try:
-                (op, fields, body), at = _record(data, at)
-            except RecordError:
-                self.n_lost = len(data) - at
-                yield from self._cut_chunk(data, at)
-                return
-            if op == _CHUNK:
-                yield from self._chunk(fields, body)
-            elif op in (_MESSAGE, _CONNECTION):
-                yield op, fields, body
+        with open_regular(self.path) as file, mmap.mmap(
+                file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            if data.read(len(_MAGIC)) != _MAGIC:
+                raise RecordError('it does not begin as a bag of ROS 1 does')
+            for record in _whole_records(data):
+                if record.kind == RecordType.CHUNK:
+                    yield from self._in_chunk(record)
+                else:
+                    yield from _kept([record])
+            self.n_lost = len(data) - data.tell()
+            yield from _in_cut_chunk(data)
 
-    def _chunk(self, fields: dict[bytes, bytes], body: memoryview) -> Iterator[_Record]:
-        if not len(body):  # begun and not finished: its records follow
-            return
+    def _in_chunk(self, chunk: _Record) -> Iterator[_Record]:
+        # What decompressors raise is of many types. A chunk without data was begun and not
+        # finished: its records follow.
         try:
-            unpacked = memoryview(self._unpackers[_text(fields, b'compression')](bytes(body)))
+            unpack = self._unpackers[chunk.header.get_string('compression')]
+            unpacked = unpack(chunk.data) if chunk.data else b''
         except Exception:
-            # What decompressors raise is of many types.
             self.n_damaged += 1
             return
-        yield from self._in_chunk(unpacked)
+        yield from _kept(_whole_records(BytesIO(unpacked)))
 
-    def _cut_chunk(self, data: memoryview, at: int) -> Iterator[_Record]:
-        """Go through what is whole of a chunk without compression whose end is missing."""
+
+def _whole_records(source: Any) -> Iterator[_Record]:
+    """Yield records up to one that is not whole, where the source is left."""
+    while True:
+        at = source.tell()
         try:
-            fields, start = _header(data, at)
-            if fields.get(b'op') == bytes([_CHUNK]) and _text(fields, b'compression') == 'none':
-                yield from self._in_chunk(data[start + _SIZE.size:])
-        except RecordError:
+            header = Header.read(source)
+            record = _Record(header.get_uint8('op'), header, read_bytes(
+                source, read_uint32(source)))
+        except _DAMAGE:
+            source.seek(at)
             return
-
-    @staticmethod
-    def _in_chunk(data: memoryview) -> Iterator[_Record]:
-        at = 0
-        while at < len(data):
-            try:
-                record, at = _record(data, at)
-            except RecordError:
-                return
-            if record[0] in (_MESSAGE, _CONNECTION):
-                yield record
+        yield record
 
 
-def _record(data: memoryview, at: int) -> tuple[_Record, int]:
-    """Return the record that begins somewhere, and where it ends."""
-    fields, start = _header(data, at)
-    body, end = _counted(data, start)
-    op = fields.get(b'op', b'')
-    if len(op) != 1:
-        raise RecordError('it does not say what it is')
-    return (op[0], fields, body), end
+def _in_cut_chunk(source: Any) -> Iterator[_Record]:
+    """Yield what is whole of a chunk without compression whose end is missing."""
+    with suppress(*_DAMAGE):
+        header = Header.read(source)
+        if (header.get_uint8('op'), header.get_string('compression')) == (
+                RecordType.CHUNK, 'none'):
+            read_uint32(source)
+            yield from _kept(_whole_records(BytesIO(source.read())))
 
 
-def _header(data: memoryview, at: int) -> tuple[dict[bytes, bytes], int]:
-    header, end = _counted(data, at)
-    return _fields(header), end
-
-
-def _fields(header: memoryview) -> dict[bytes, bytes]:
-    fields, at = {}, 0
-    while at < len(header):
-        field, at = _counted(header, at)
-        name, is_one, value = bytes(field).partition(b'=')
-        if not is_one:
-            raise RecordError('a field has no name')
-        fields[name] = value
-    return fields
-
-
-def _counted(data: memoryview, at: int) -> tuple[memoryview, int]:
-    """Return the bytes behind their number, and where they end."""
-    start = at + _SIZE.size
-    if start > len(data):
-        raise RecordError('it ends in the middle')
-    end = start + int(_SIZE.unpack_from(data, at)[0])
-    if end > len(data):
-        raise RecordError('it ends in the middle')
-    return data[start:end], end
-
-
-def _number(fields: dict[bytes, bytes], name: bytes) -> int:
-    value = fields.get(name, b'')
-    return int(_SIZE.unpack(value)[0]) if len(value) == _SIZE.size else -1
-
-
-def _time(fields: dict[bytes, bytes]) -> int:
-    value = fields.get(b'time', b'')
-    if len(value) != _TIME.size:
-        return 0
-    sec, nanosec = _TIME.unpack(value)
-    return int(sec) * 1_000_000_000 + int(nanosec)
-
-
-def _text(fields: dict[bytes, bytes], name: bytes) -> str:
-    try:
-        return fields[name].decode()
-    except (KeyError, UnicodeDecodeError):
-        raise RecordError(f'it has no {name.decode()}') from None
+def _kept(records: Iterable[_Record]) -> Iterator[_Record]:
+    return (each for each in records if each.kind in (RecordType.CONNECTION, RecordType.MSGDATA))
