@@ -100,7 +100,12 @@ def _has(path: Path, symbol: str) -> bool:
 @cache
 def _symbols(path: Path) -> frozenset[str]:
     """Return what a module defines: functions, classes, their methods and attributes, names."""
-    return frozenset(_defined(ast.parse(path.read_text()).body, ''))
+    return frozenset(_defined(_tree(path).body, ''))
+
+
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
 
 
 def _defined(body: list[ast.stmt], prefix: str) -> Iterator[str]:
@@ -141,7 +146,7 @@ def kept_names(glossary: str) -> frozenset[str]:
 
 def old_words(path: Path, replaced: dict[str, str], kept: frozenset[str]) -> Iterator[str]:
     """Yield the identifiers of a file that use a replaced word."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(_tree(path)):
         for name in set(_identifiers(node)) - kept:
             for word in {part.lower() for part in _WORD.findall(name)} & replaced.keys():
                 yield (f'{path.relative_to(ROOT)}:{getattr(node, "lineno", 1)}: {name}: '
@@ -150,7 +155,7 @@ def old_words(path: Path, replaced: dict[str, str], kept: frozenset[str]) -> Ite
 
 def wrong_arguments(path: Path) -> Iterator[str]:
     """Yield the arguments that a docstring describes and that there are not."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(_tree(path)):
         if not isinstance(node, ast.FunctionDef | ast.ClassDef):
             continue
         if found := _PARAMETERS.search(ast.get_docstring(node) or ''):
