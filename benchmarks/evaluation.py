@@ -17,7 +17,7 @@ from benchmarks.evaluation_charts import draw_curves
 from benchmarks.evaluation_tables import ablation_table, method_table, write_section
 from control_field.grid import Grid
 from control_field.parameters import Parameters
-from experience_evaluation.experiment import Course, Experiment, has_demonstration
+from experience_evaluation.experiment import Experiment, has_demonstration, LearningCurve
 from experience_evaluation.methods.registry import METHODS
 from experience_evaluation.starts import choose_places
 from experience_evaluation.workers import run_all
@@ -64,8 +64,8 @@ class Setting:
     start: tuple[int, int]
 
 
-#: Metrics of every seed: group -> world family -> courses.
-Results = dict[str, dict[str, list[Course]]]
+#: Metrics of every seed: group -> world family -> curves.
+Results = dict[str, dict[str, list[LearningCurve]]]
 
 
 def own_settings(n_seeds: int, size: int) -> Iterator[Setting]:
@@ -101,11 +101,11 @@ def compare(settings: Sequence[Setting], groups: dict[str, Callable[[Setting], E
             n_jobs: int, title: str) -> Results:
     """Run every group of experiments on every setting."""
     keys = [(name, setting) for name in groups for setting in settings]
-    courses = run_all([(groups[name](setting), setting.seed) for name, setting in keys], n_jobs,
+    curves = run_all([(groups[name](setting), setting.seed) for name, setting in keys], n_jobs,
                       title)
     results: Results = {name: {} for name in groups}
-    for (name, setting), course in zip(keys, courses, strict=True):
-        results[name].setdefault(setting.family, []).append(course)
+    for (name, setting), curve in zip(keys, curves, strict=True):
+        results[name].setdefault(setting.family, []).append(curve)
     return results
 
 

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 import numpy as np
 from PIL import Image
 
-from experience_evaluation.experiment import Course
+from experience_evaluation.experiment import LearningCurve
 from experience_evaluation.report import interval_of_median
 
 mpl.use('Agg')
@@ -32,7 +32,9 @@ TITLES = {
 }
 
 
-def draw_curves(results: dict[str, dict[str, list[Course]]], metric: str, path: Path) -> Path:
+def draw_curves(
+    results: dict[str, dict[str, list[LearningCurve]]], metric: str, path: Path,
+) -> Path:
     """Draw a metric over the number of trials, a panel a family of worlds; return the path."""
     families = list(next(iter(results.values())))
     n_cols = min(3, len(families) + 1)
@@ -63,10 +65,12 @@ def draw_curves(results: dict[str, dict[str, list[Course]]], metric: str, path: 
     return path
 
 
-def _draw(axes: Axes, courses: list[Course], metric: str, style: tuple[str, str, str]) -> None:
+def _draw(
+    axes: Axes, curves: list[LearningCurve], metric: str, style: tuple[str, str, str],
+) -> None:
     colour, line, label = style
-    trials = [row['trials'] for row in courses[0].after]
-    values = np.array([[row[metric] for row in course.after] for course in courses])
+    trials = [row['trials'] for row in curves[0].after]
+    values = np.array([[row[metric] for row in curve.after] for curve in curves])
     is_ours = label == 'ours'
     axes.plot(trials, np.median(values, axis=0), line, color=colour, label=label,
               linewidth=2.4 if is_ours else 1.3, zorder=5 if is_ours else 3)

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from experience_evaluation.experiment import Course
+from experience_evaluation.experiment import LearningCurve
 from experience_evaluation.report import summarise
 
-Groups = dict[str, dict[str, list[Course]]]
+Groups = dict[str, dict[str, list[LearningCurve]]]
 #: Columns: heading, metric, digits.
 _COLUMNS = (
     ('field_success', 'field_success', 3), ('success', 'success', 3),
@@ -17,9 +17,9 @@ _COLUMNS = (
     ('prototypes / free cells', 'hidden_neurons_share', 2))
 
 
-def last_values(courses: Iterable[Course], metric: str) -> list[float]:
-    """Return a metric of every course after its last trial."""
-    return [course.after[-1][metric] for course in courses]
+def last_values(curves: Iterable[LearningCurve], metric: str) -> list[float]:
+    """Return a metric of every curve after its last trial."""
+    return [curve.after[-1][metric] for curve in curves]
 
 
 def _cell(values: Sequence[float], digits: int) -> str:
@@ -33,8 +33,8 @@ def _cell(values: Sequence[float], digits: int) -> str:
     return f'{text} <sub>{low:.{digits}f} to {high:.{digits}f}</sub>'
 
 
-def _flat(by_family: dict[str, list[Course]]) -> list[Course]:
-    return [course for courses in by_family.values() for course in courses]
+def _flat(by_family: dict[str, list[LearningCurve]]) -> list[LearningCurve]:
+    return [curve for curves in by_family.values() for curve in curves]
 
 
 def _lines(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -46,9 +46,9 @@ def method_table(results: Groups, detoured: Groups) -> str:
     """Return a row a method: metrics after all trials, and fidelity to a detour teacher."""
     rows = []
     for name, by_family in results.items():
-        courses = _flat(by_family)
+        curves = _flat(by_family)
         fidelity = last_values(_flat(detoured[name]), 'fidelity')
-        rows.append([name, *(_cell(last_values(courses, metric), digits)
+        rows.append([name, *(_cell(last_values(curves, metric), digits)
                              for _, metric, digits in _COLUMNS), _cell(fidelity, 2)])
     header = ['method', *(title for title, _, _ in _COLUMNS), 'fidelity to a detour']
     return _lines(header, rows)
@@ -59,11 +59,11 @@ def ablation_table(results: Groups, detoured: Groups) -> str:
     families = list(next(iter(results.values())))
     rows = []
     for name, by_family in results.items():
-        courses = _flat(by_family)
+        curves = _flat(by_family)
         rows.append([
             name, *(f'{np.median(last_values(by_family[family], "field_success")):.3f}'
                     for family in families),
-            *(f'{np.median(last_values(courses, metric)):.3f}'
+            *(f'{np.median(last_values(curves, metric)):.3f}'
               for metric in ('success', 'success_spl', 'hidden_neurons_share')),
             f'{np.nanmedian(last_values(_flat(detoured[name]), "fidelity")):.2f}'])
     header = ['switched off', *(f'field_success, {family}' for family in families), 'success',

@@ -18,9 +18,9 @@ import numpy as np
 
 from benchmarks.evaluation_tables import write_section
 from benchmarks.own_tasks import OWN, own_barn_tasks, own_tasks, Tasks
-from benchmarks.paper_tasks import dyna_courses, DYNA_LEAST, n_steps_until, paper_experiment
+from benchmarks.paper_tasks import dyna_curves, DYNA_LEAST, n_steps_until, paper_experiment
 from control_field.parameters import Parameters
-from experience_evaluation.experiment import Course, Experiment, has_demonstration
+from experience_evaluation.experiment import Experiment, has_demonstration, LearningCurve
 from experience_evaluation.starts import choose_places
 from experience_evaluation.workers import run_all
 from world_maps.world import load_world
@@ -101,33 +101,33 @@ def with_options(tasks: Tasks, **options: object) -> Tasks:
             for experiment, seed in tasks]
 
 
-def at(courses: Sequence[Course], trials: int, name: str) -> list[float]:
+def at(curves: Sequence[LearningCurve], trials: int, name: str) -> list[float]:
     """Return a metric of all seeds after so many trials."""
-    return [row[name] for course in courses for row in course.after if row['trials'] == trials]
+    return [row[name] for curve in curves for row in curve.after if row['trials'] == trials]
 
 
 def empty_rows(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
     """Measure an empty world without any trial."""
-    courses = run_all(tasks, n_jobs, name)
-    return [median(f'{name}, 0 trials, field_success', at(courses, 0, 'field_success'), 0.99)]
+    curves = run_all(tasks, n_jobs, name)
+    return [median(f'{name}, 0 trials, field_success', at(curves, 0, 'field_success'), 0.99)]
 
 
 def family_rows(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
     """Measure worlds with obstacles over 30 trials."""
-    courses = run_all(with_options(tasks, n_trials=30), n_jobs, name)
+    curves = run_all(with_options(tasks, n_trials=30), n_jobs, name)
     musts = [next(must for family, must in FAMILIES.items() if name.startswith(family)),
              0.95, 0.99]
     if max(tasks[0][0].grid.shape) > LARGEST_ASKED:
         musts = [math.nan] * 3
-    rows = [median(f'{name}, {k} trials, field_success', at(courses, k, 'field_success'), must)
+    rows = [median(f'{name}, {k} trials, field_success', at(curves, k, 'field_success'), must)
             for k, must in zip((10, 20, 30), musts, strict=True)]
-    worst = max(max(row['collisions'] for row in course.after) for course in courses)
+    worst = max(max(row['collisions'] for row in curve.after) for curve in curves)
     return [
         *rows,
         median(f'{name}, 30 trials, prototypes of the free cells',
-               at(courses, 30, 'hidden_neurons_share'), 0.35, at_most=True),
-        median(f'{name}, 10 trials, success', at(courses, 10, 'success'), 0.999),
-        median(f'{name}, 10 trials, success_spl', at(courses, 10, 'success_spl'), 0.90),
+               at(curves, 30, 'hidden_neurons_share'), 0.35, at_most=True),
+        median(f'{name}, 10 trials, success', at(curves, 10, 'success'), 0.999),
+        median(f'{name}, 10 trials, success_spl', at(curves, 10, 'success_spl'), 0.90),
         Target(f'{name}, collisions, worst', worst, 0, at_most=True)]
 
 
@@ -137,26 +137,26 @@ def detour_rows(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
              if has_demonstration(*task)]
     if not tasks:
         return []  # no free detour in these few
-    courses = run_all(tasks, n_jobs, f'{name} detour')
+    curves = run_all(tasks, n_jobs, f'{name} detour')
     return [median(f'{name}, detour teacher ({len(tasks)} seeds), {k} trials, fidelity',
-                   at(courses, k, 'fidelity'), 0.95) for k in (0, 10)]
+                   at(curves, k, 'fidelity'), 0.95) for k in (0, 10)]
 
 
 def barn_rows(name: str, tasks: Tasks, n_jobs: int) -> list[Target]:
     """Measure BARN worlds: blind teacher, five trials, starts near the start."""
     rows = []
     for starts in ('spread', 'fixed'):
-        courses = run_all(with_options(tasks, n_trials=5, spread=starts == 'spread',
+        curves = run_all(with_options(tasks, n_trials=5, spread=starts == 'spread',
                                        teacher='blind', start_radius=BARN_RADIUS), n_jobs, name)
-        worst = max(max(row['collisions'] for row in course.after) for course in courses)
-        rows += [median(f'{name}, {starts} starts, success', at(courses, 5, 'success'), 0.95),
+        worst = max(max(row['collisions'] for row in curve.after) for curve in curves)
+        rows += [median(f'{name}, {starts} starts, success', at(curves, 5, 'success'), 0.95),
                  Target(f'{name}, {starts} starts, collisions, worst', worst, 0, True)]
     return rows
 
 
-def n_reinforced(course: Course) -> float:
+def n_reinforced(curve: LearningCurve) -> float:
     """Return the number of the last trial in which a reinforcement was used."""
-    used = [k for k, row in enumerate(course.after) if row['reinforcements'] > 0.0]
+    used = [k for k, row in enumerate(curve.after) if row['reinforcements'] > 0.0]
     return float(max(used, default=0))
 
 
@@ -166,8 +166,8 @@ def paper_rows(n_seeds: int, n_jobs: int) -> list[Target]:
     for name in ('task1', 'task2'):
         for profile in ('full', 'paper'):
             experiment = paper_experiment(name, Parameters(profile=profile), n_trials=10)
-            courses = run_all([(experiment, seed) for seed in range(n_seeds)], n_jobs, name)
-            used = [n_reinforced(course) for course in courses]
+            curves = run_all([(experiment, seed) for seed in range(n_seeds)], n_jobs, name)
+            used = [n_reinforced(curve) for curve in curves]
             what = f"paper's {name}, profile {profile}, trials with reinforcements"
             rows += [median(f'{what}, median', used, 1, at_most=True),
                      Target(f'{what}, worst', max(used), 3, at_most=True)]
@@ -176,15 +176,15 @@ def paper_rows(n_seeds: int, n_jobs: int) -> list[Target]:
 
 def dyna_rows(n_seeds: int, n_jobs: int) -> list[Target]:
     """Measure the Dyna maze: steps driven until a path of the least length is found."""
-    courses = dyna_courses(n_seeds, n_jobs)
-    steps = [n_steps_until(course, 'greedy_steps', DYNA_LEAST) for course in courses]
+    curves = dyna_curves(n_seeds, n_jobs)
+    steps = [n_steps_until(curve, 'greedy_steps', DYNA_LEAST) for curve in curves]
     rows = [
         Target(f'Dyna maze, steps until the greedy path of the Q-matrix is {DYNA_LEAST}, worst '
                f'seed', max(steps), 50, True, f'{min(steps):.4g} to {max(steps):.4g}'),
-        median('Dyna maze, 12 trials, fidelity of the field', at(courses, 12, 'fidelity'), 0.95)]
+        median('Dyna maze, 12 trials, fidelity of the field', at(curves, 12, 'fidelity'), 0.95)]
     for starts in ('spread', 'fixed'):
-        courses = dyna_courses(n_seeds, n_jobs, starts == 'spread', demonstration_advantage=0.0)
-        within = [n_steps_until(course, 'flow_steps', DYNA_LEAST) <= 50 for course in courses]
+        curves = dyna_curves(n_seeds, n_jobs, starts == 'spread', demonstration_advantage=0.0)
+        within = [n_steps_until(curve, 'flow_steps', DYNA_LEAST) <= 50 for curve in curves]
         rows.append(Target(
             f'Dyna maze, demonstration advantage 0, {starts} starts: share of the seeds whose '
             f'field takes {DYNA_LEAST} steps within 50', float(np.mean(within)), math.nan))

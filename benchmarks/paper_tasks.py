@@ -10,7 +10,7 @@ from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from experience_cli.demo.path_follower import cells_along
 from experience_cli.demo.show_and_try import WAY
-from experience_evaluation.experiment import Course, Experiment
+from experience_evaluation.experiment import Experiment, LearningCurve
 from experience_evaluation.teachers import demonstration_from_path
 from experience_evaluation.workers import run_all
 from experience_evaluation.worlds import DYNA_GOAL, dyna_maze, DYNA_START
@@ -44,8 +44,8 @@ def paper_experiment(name: str, parameters: Parameters, n_trials: int) -> Experi
         start_radius=0.0)
 
 
-def dyna_courses(n_seeds: int, n_jobs: int, spread: bool = True, n_trials: int = 12,
-                 **parameters: object) -> list[Course]:
+def dyna_curves(n_seeds: int, n_jobs: int, spread: bool = True, n_trials: int = 12,
+                **parameters: object) -> list[LearningCurve]:
     """
     Teach the Dyna maze with a demonstration of 16 steps, drawn by each seed, and practise.
 
@@ -70,6 +70,6 @@ def dyna_courses(n_seeds: int, n_jobs: int, spread: bool = True, n_trials: int =
     return run_all([(experiment, seed) for seed in range(n_seeds)], n_jobs, 'Dyna maze')
 
 
-def n_steps_until(course: Course, metric: str, value: float) -> float:
+def n_steps_until(curve: LearningCurve, metric: str, value: float) -> float:
     """Return the steps driven in trials until a metric had a value first; inf without that."""
-    return next((row['steps'] for row in course.after if row[metric] == value), math.inf)
+    return next((row['steps'] for row in curve.after if row[metric] == value), math.inf)

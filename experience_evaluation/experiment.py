@@ -84,7 +84,7 @@ class Experiment:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class LearningCurve:
     """
     How an experiment went with one seed.
 
@@ -103,7 +103,7 @@ class Course:
     field: dict[str, npt.NDArray[np.generic]]
 
 
-def run_seed(experiment: Experiment, seed: int) -> Course:
+def run_seed(experiment: Experiment, seed: int) -> LearningCurve:
     """
     Run an experiment with one seed: teach, then try and judge in turn.
 
@@ -128,7 +128,7 @@ def _warm_up(method: str, profile: str) -> None:
                          parameters=parameters), 0)
 
 
-def _run_seed(experiment: Experiment, seed: int) -> Course:
+def _run_seed(experiment: Experiment, seed: int) -> LearningCurve:
     parameters = replace(experiment.parameters, seed=seed)
     world = GridWorld(experiment.occupancy, parameters)
     task = Task(world, experiment.grid, experiment.goal, experiment.demo_starts[0],
@@ -152,7 +152,7 @@ def _run_seed(experiment: Experiment, seed: int) -> Course:
         spent = _Spent(steps, collisions, practice.reinforcements, practice.seconds)
         if is_judged:
             after.append(_row(method, task, judged, shown, number, spent))
-    return Course(seed, after, field_columns(method, task, shown))
+    return LearningCurve(seed, after, field_columns(method, task, shown))
 
 
 def _seconds(act: Callable[[Demonstration], None], demonstration: Demonstration) -> float:

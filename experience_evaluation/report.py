@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from experience_evaluation.experiment import Course, Experiment
+from experience_evaluation.experiment import Experiment, LearningCurve
 from experience_evaluation.metrics import METRICS
 
 _N_RESAMPLES = 2000
@@ -43,7 +43,7 @@ def summarise(values: Sequence[float]) -> dict[str, Any]:
     return {'median': float(np.median(defined)), 'low': low, 'high': high, 'values': listed}
 
 
-def report(experiment: Experiment, courses: Sequence[Course], world: str,
+def report(experiment: Experiment, curves: Sequence[LearningCurve], world: str,
            demo_bag: str | None = None, lost: Sequence[int] = ()) -> dict[str, Any]:
     """
     Return the report as JSON takes it: ``config`` and ``after``.
@@ -51,7 +51,7 @@ def report(experiment: Experiment, courses: Sequence[Course], world: str,
     Parameters
     ----------
     experiment : Experiment
-    courses : sequence of Course
+    curves : sequence of LearningCurve
         One a seed, in any order.
     world : str
         The file, as the user named it.
@@ -61,11 +61,11 @@ def report(experiment: Experiment, courses: Sequence[Course], world: str,
         Seeds that came to nothing, because their process was killed again and again.
 
     """
-    courses = sorted(courses, key=lambda course: course.seed)
+    curves = sorted(curves, key=lambda curve: curve.seed)
     after = [{'trials': int(rows[0]['trials']),
               **{name: summarise([row[name] for row in rows]) for name in METRICS}}
-             for rows in zip(*(course.after for course in courses), strict=True)]
-    config = _config(experiment, [course.seed for course in courses], world, demo_bag)
+             for rows in zip(*(curve.after for curve in curves), strict=True)]
+    config = _config(experiment, [curve.seed for curve in curves], world, demo_bag)
     return {'config': {**config, 'lost_seeds': list(lost)}, 'after': after}
 
 

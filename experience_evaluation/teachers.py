@@ -59,13 +59,13 @@ def shortest_path(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Gene
     cost = world.cost_to(goal)
     if not np.isfinite(cost[start]):
         raise NoWayError('no way leads to the goal', start)
-    path, course = [start], -1
+    path, heading = [start], -1
     while path[-1] != goal:
         best = _best_headings(world, cost, path[-1])
-        if course not in best or rng.random() > _STEADINESS:
-            course = best[int(rng.integers(len(best)))]
+        if heading not in best or rng.random() > _STEADINESS:
+            heading = best[int(rng.integers(len(best)))]
         row, col = path[-1]
-        path.append((row + int(STEP_ROW[course]), col + int(STEP_COL[course])))
+        path.append((row + int(STEP_ROW[heading]), col + int(STEP_COL[heading])))
     return path
 
 

@@ -16,7 +16,7 @@ import warnings
 
 from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
-from experience_evaluation.experiment import Course, Experiment, run_seed
+from experience_evaluation.experiment import Experiment, LearningCurve, run_seed
 from msgs_bridge.node.environment import ENDING_SIGNALS
 from msgs_bridge.untrusted.text import own_stream, printable
 
@@ -35,18 +35,20 @@ class LostError(RuntimeError):
     ----------
     lost : sequence of int
         Which of the tasks.
-    courses : sequence of Course
+    curves : sequence of LearningCurve
         What the others came to, in their order.
 
     """
 
-    def __init__(self, lost: Sequence[int], courses: Sequence[Any]) -> None:
+    def __init__(self, lost: Sequence[int], curves: Sequence[Any]) -> None:
         super().__init__(f'{len(lost)} tasks were killed again and again, perhaps for want of '
                          f'memory')
-        self.lost, self.courses = tuple(lost), list(courses)
+        self.lost, self.curves = tuple(lost), list(curves)
 
 
-def run_all(tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str) -> list[Course]:
+def run_all(
+    tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str,
+) -> list[LearningCurve]:
     """
     Run experiments with their seeds, with a progress bar where somebody looks.
 
@@ -61,7 +63,7 @@ def run_all(tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str) ->
 
     Returns
     -------
-    list of Course
+    list of LearningCurve
         In the tasks' order.
 
     Raises
@@ -72,16 +74,16 @@ def run_all(tasks: Sequence[tuple[Experiment, int]], n_jobs: int, title: str) ->
         If some were killed, whatever was done; it holds what is finished.
 
     """
-    courses: dict[int, Course] = {}
+    curves: dict[int, LearningCurve] = {}
     # disable=None: no bar where standard error is no terminal.
     with tqdm(total=len(tasks), desc=printable(title), unit='run', file=own_stream(sys.stderr),
               disable=None) as bar:
-        for index, course in run(run_seed, tasks, n_jobs, partial(_say, title)):
-            courses[index] = course
+        for index, curve in run(run_seed, tasks, n_jobs, partial(_say, title)):
+            curves[index] = curve
             bar.update()
-    finished = [courses[index] for index in sorted(courses)]
+    finished = [curves[index] for index in sorted(curves)]
     if len(finished) < len(tasks):
-        raise LostError([index for index in range(len(tasks)) if index not in courses], finished)
+        raise LostError([index for index in range(len(tasks)) if index not in curves], finished)
     return finished
 
 

@@ -21,7 +21,7 @@ from experience_cli.errors import UserError
 from experience_cli.external_bags import guessed, reading_of
 from experience_cli.output import Output
 from experience_cli.terminal import table_lines
-from experience_evaluation.experiment import Course, Experiment
+from experience_evaluation.experiment import Experiment, LearningCurve
 from experience_evaluation.field_file import npz_bytes
 from experience_evaluation.methods.registry import METHODS
 from experience_evaluation.report import report
@@ -46,30 +46,30 @@ def run(arguments: argparse.Namespace) -> int:
     experiment = _experiment(arguments)
     _check_not_the_world(arguments.world, report_file, field_file)
     seeds = range(arguments.seed0, arguments.seed0 + arguments.seeds)
-    courses, lost = _courses(experiment, seeds, arguments.jobs)
-    result = report(experiment, courses, arguments.world, arguments.demo_bag, lost)
+    curves, lost = _curves(experiment, seeds, arguments.jobs)
+    result = report(experiment, curves, arguments.world, arguments.demo_bag, lost)
     text = json.dumps(result, indent=1, allow_nan=False)
     if report_file is not None:
         report_file.write((text + '\n').encode())
     if field_file is not None:
-        field_file.write(npz_bytes(courses[0].field))
+        field_file.write(npz_bytes(curves[0].field))
     print(text if arguments.json == '-' else '\n'.join(_table(result)))
     return 1 if lost else 0
 
 
-def _courses(
+def _curves(
     experiment: Experiment, seeds: Sequence[int], n_jobs: int,
-) -> tuple[list[Course], list[int]]:
+) -> tuple[list[LearningCurve], list[int]]:
     """Return what the seeds came to, and those that were killed whatever was done."""
     try:
         return run_all([(experiment, seed) for seed in seeds], n_jobs, 'evaluate'), []
     except LostError as error:
         lost = [seeds[index] for index in error.lost]
-        if not error.courses:
+        if not error.curves:
             raise UserError(f'{error}: not one seed is finished, try --jobs 1') from error
         print(f'experience evaluate: {error}: the report is without the seeds '
               f'{", ".join(map(str, lost))}, try --jobs 1', file=sys.stderr)
-        return error.courses, lost
+        return error.curves, lost
     except NoWayError as error:
         how = (f'--teacher {experiment.teacher}' if experiment.demo_steps is None
                else f'--demo-steps {experiment.demo_steps}')

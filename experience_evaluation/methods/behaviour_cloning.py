@@ -58,24 +58,24 @@ class NearestPrototype:
         """Run from every start; a cell entered twice is a loop, for nothing is remembered."""
         del seed
         ranked = self._ranked().reshape(*self.task.grid.shape, -1)
-        courses = np.full(self.task.grid.shape, -1, dtype=np.int8)
+        headings = np.full(self.task.grid.shape, -1, dtype=np.int8)
         world = self.task.world
         for row, col in np.argwhere(world.truth == 0).tolist():
             for heading in ranked[row, col]:
                 if compiled.step_allowed(world.truth, row, col, int(heading), world.rules):
-                    courses[row, col] = heading
+                    headings[row, col] = heading
                     break
-        table = np.array([self._run(courses, int(row), int(col)) for row, col in starts])
+        table = np.array([self._run(headings, int(row), int(col)) for row, col in starts])
         table = table.reshape(-1, 3)
         return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
                     np.zeros(len(table), dtype=np.int64), table[:, 2])
 
-    def _run(self, courses: npt.NDArray[np.int8], row: int, col: int,
+    def _run(self, headings: npt.NDArray[np.int8], row: int, col: int,
              ) -> tuple[float, float, float]:
         entered: set[tuple[int, int]] = set()
         length = 0.0
         while (row, col) != self.task.goal:
-            heading = int(courses[row, col])
+            heading = int(headings[row, col])
             if heading < 0 or (row, col) in entered or (
                     len(entered) >= self.task.parameters.step_limit):
                 return 2.0, float(len(entered)), length

@@ -5,15 +5,15 @@ import pytest
 
 from benchmarks.how_good import main, median, n_reinforced, Target, with_options
 from benchmarks.own_tasks import OWN, own_barn_tasks, own_tasks
-from benchmarks.paper_tasks import dyna_courses, n_steps_until, paper_experiment
+from benchmarks.paper_tasks import dyna_curves, n_steps_until, paper_experiment
 from control_field.parameters import Parameters
 from experience_evaluation.experiment import run_seed
 
 
 def test_dyna_maze_is_solved_within_fifty_steps():
-    courses = dyna_courses(10, 1)
-    assert max(n_steps_until(course, 'greedy_steps', 14) for course in courses) <= 50
-    assert n_steps_until(courses[0], 'greedy_steps', 13) == np.inf
+    curves = dyna_curves(10, 1)
+    assert max(n_steps_until(curve, 'greedy_steps', 14) for curve in curves) <= 50
+    assert n_steps_until(curves[0], 'greedy_steps', 13) == np.inf
 
 
 @pytest.mark.parametrize('profile', ['paper', 'full'])

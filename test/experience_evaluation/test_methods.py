@@ -25,9 +25,9 @@ def experiment(family='rooms', n_trials=4, size=12, **options):
 
 @pytest.mark.parametrize('method', METHODS)
 def test_every_method_is_judged_alike(method):
-    course = run_seed(experiment(method=method), 0)
-    assert [row['trials'] for row in course.after] == [0, 1, 2, 3, 4]
-    for row in course.after:
+    curve = run_seed(experiment(method=method), 0)
+    assert [row['trials'] for row in curve.after] == [0, 1, 2, 3, 4]
+    for row in curve.after:
         assert set(METRICS) < set(row)
         for name in ('field_success', 'success'):
             assert 0.0 < row[name] <= 1.0  # the goal itself counts
@@ -48,12 +48,12 @@ def test_a_seed_gives_the_same_course(method):
 
 @pytest.mark.parametrize('starts', ['spread', 'fixed'])
 def test_ours_gets_better_by_trying_and_never_collides(starts):
-    course = run_seed(experiment('random', 10, 16, spread=starts == 'spread'), 0)
-    assert course.after[-1]['collisions'] == 0
-    assert course.after[-1]['success'] == 1.0
+    curve = run_seed(experiment('random', 10, 16, spread=starts == 'spread'), 0)
+    assert curve.after[-1]['collisions'] == 0
+    assert curve.after[-1]['success'] == 1.0
     if starts == 'spread':
-        assert course.after[-1]['field_success'] > course.after[0]['field_success']
-        assert course.after[-1]['field_success'] > 0.95
+        assert curve.after[-1]['field_success'] > curve.after[0]['field_success']
+        assert curve.after[-1]['field_success'] > 0.95
 
 
 def test_the_replanner_wins_on_length_and_loses_on_fidelity():
@@ -73,20 +73,20 @@ def test_a_demonstration_helps_tabular_methods(method):
 
 
 def test_dyna_q_learns_the_way_in_the_end():
-    course = run_seed(experiment('open', 150, 8, method='dyna_q', judged_after=(150,)), 0)
-    assert course.after[-1]['field_success'] > 0.9
+    curve = run_seed(experiment('open', 150, 8, method='dyna_q', judged_after=(150,)), 0)
+    assert curve.after[-1]['field_success'] > 0.9
 
 
 def test_what_does_not_learn_by_trying_stays_as_it_is():
     for method in ('eq7', 'nearest_prototype'):
-        course = run_seed(experiment(method=method), 0)
-        assert len({row['success'] for row in course.after}) == 1
+        curve = run_seed(experiment(method=method), 0)
+        assert len({row['success'] for row in curve.after}) == 1
 
 
 @pytest.mark.parametrize('method', METHODS)
 def test_every_method_is_judged_as_seldom(method):
-    course = run_seed(experiment(method=method, judged_after=(0, 2, 4)), 0)
-    assert [row['trials'] for row in course.after] == [0, 2, 4]
+    curve = run_seed(experiment(method=method, judged_after=(0, 2, 4)), 0)
+    assert [row['trials'] for row in curve.after] == [0, 2, 4]
 
 
 @pytest.mark.parametrize('method', ['ours', 'nearest_prototype', 'replanner', 'dyna_q+demo'])
@@ -111,15 +111,15 @@ def test_parts_of_the_course_can_be_left_unjudged():
 
 
 def test_four_moves_hold_for_tabular_methods():
-    course = run_seed(experiment(method='dyna_q+demo', parameters=Parameters(moves=4)), 0)
-    headings = np.stack([course.field['vx'], course.field['vy']])
+    curve = run_seed(experiment(method='dyna_q+demo', parameters=Parameters(moves=4)), 0)
+    headings = np.stack([curve.field['vx'], curve.field['vy']])
     assert (np.abs(headings).max(axis=0) > 0.99).all()
 
 
 def test_jobs_give_the_same_in_any_order():
     tasks = [(experiment(n_trials=1), seed) for seed in range(3)]
     alone, together = (run_all(tasks, n_jobs, 'test') for n_jobs in (1, 2))
-    assert [course.seed for course in alone] == [course.seed for course in together] == [0, 1, 2]
+    assert [curve.seed for curve in alone] == [curve.seed for curve in together] == [0, 1, 2]
     for one, other in zip(alone, together, strict=True):
         assert one.after[-1]['success_spl'] == other.after[-1]['success_spl']
 

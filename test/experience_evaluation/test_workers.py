@@ -129,4 +129,4 @@ def test_what_is_lost_is_named(monkeypatch):
     with pytest.raises(LostError) as caught:
         run_all([HARMLESS, DEADLY], 2, 'test')
     assert caught.value.lost == (1,)
-    assert len(caught.value.courses) == 1
+    assert len(caught.value.curves) == 1
