@@ -14,12 +14,12 @@ from control_field.headings import N_HEADINGS
 class Kind(IntEnum):
     """Why an action was chosen, or what became of it."""
 
-    FIELD = 0    #: the field's own course; earns nothing
-    BLOCKED = 1  #: the course was blocked: the robot stays, the action earns -1
+    FIELD = 0    #: the field's own heading; earns nothing
+    BLOCKED = 1  #: the heading was blocked: the robot stays, the action earns -1
     AVOID = 2    #: chosen from the Q-matrix in its stead; earns +1 the first time
     EXPLORE = 3  #: random, count-guided, to leave an oscillation
     TAUGHT = 4   #: a person drove this step during the trial
-    DETOUR = 5   #: the course is free here but is remembered to fail further on: from Q, earns 0
+    DETOUR = 5   #: the heading is free here but is remembered to fail further on: from Q, earns 0
 
 
 class Outcome(StrEnum):
@@ -222,7 +222,7 @@ class ControlField:
     goal : tuple of int
         ``(row, col)`` where a trial ends.
     vx, vy : ndarray of float32, shape (n_rows, n_cols)
-        Unit vector of the course; (0, 0) where there is none.
+        Unit vector of the heading; (0, 0) where there is none.
     coherence : ndarray of float32, shape (n_rows, n_cols)
         Length of the averaged vector before it was made a unit vector, 0 to 1.
     q : ndarray of float32, shape (n_rows, n_cols, 8)
@@ -264,7 +264,7 @@ class ControlField:
 
     @property
     def is_void(self) -> bool:
-        """Tell whether no cell has a course: there is nothing to drive on."""
+        """Tell whether no cell has a heading: there is nothing to drive on."""
         return not (self.vx.any() or self.vy.any())
 
     @classmethod

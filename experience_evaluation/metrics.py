@@ -100,7 +100,7 @@ def flow_lengths(task: Task, headings: npt.NDArray[np.int8]) -> npt.NDArray[np.f
 
 
 def greedy_headings(method: Method) -> npt.NDArray[np.int8]:
-    """Return the heading of greatest Q-value a cell; of tables of values that is their course."""
+    """Return the heading of greatest Q-value a cell; of tables of values that is their heading."""
     if isinstance(method, FieldMethod):
         return np.asarray(method.refresh.field.q.argmax(axis=2), dtype=np.int8)
     return method.headings()

@@ -137,10 +137,10 @@ class Scene:
     def for_heading_of(self):
         return float(self.sums.x[0, 0]), float(self.sums.y[0, 0])
 
-    def for_course_at(self):
+    def for_mean_vector(self):
         return self.row, self.col, self.sums, self.pull
 
-    def for_courses(self):
+    def for_field_vectors(self):
         return self.sums, self.centre, self.pull
 
     def for_pull_from_cost(self):
@@ -174,7 +174,7 @@ class Scene:
         return self.ground, self.cost, self.row, self.col, self.heading
 
     def flow(self):
-        _, _, headings = interpolation.courses(self.sums, self.centre, self.pull)
+        _, _, headings = interpolation.field_vectors(self.sums, self.centre, self.pull)
         return Flow(self.sums, self.pull, self.centre, headings)
 
     def for_needed(self):

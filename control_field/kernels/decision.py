@@ -27,7 +27,7 @@ class Options(NamedTuple):
     Parameters
     ----------
     rehearsed : bool
-        Whether blocked courses are left by the cost to go, else by the Q-matrix (the paper).
+        Whether a blocked heading is left by the cost to go, else by the Q-matrix (the paper).
     window : float, [cells]
         Radius of the effective window.
     power : float
@@ -104,17 +104,17 @@ class Decision(NamedTuple):
         Step to take; -1: give up.
     kind : int
         `Kind` of that step.
-    occupied : int
-        The field's course where it was blocked and earned -1; -1 if it was not.
+    blocked_heading : int
+        The field's heading where it was blocked and earned -1; -1 if it was not.
     reward : int
-        What the step itself earned: +1 for an avoidance, once for a cell and course in a trial, so
-        that circling at a wall does not pay.
+        What the step itself earned: +1 for an avoidance, once in a trial for a cell and heading,
+        so that circling at a wall does not pay.
 
     """
 
     heading: int
     kind: int
-    occupied: int
+    blocked_heading: int
     reward: int
 
 
@@ -145,7 +145,7 @@ def backup(
 
 
 def choose(
-    row: int, col: int, course: int, allowed: int, trial: TrialState, options: Options,
+    row: int, col: int, field_heading: int, allowed: int, trial: TrialState, options: Options,
     rng: np.random.Generator,
 ) -> tuple[int, int]:
     """
@@ -154,22 +154,22 @@ def choose(
     Returns ``(heading, kind)``; heading -1: no way is left.
     """
     counts, limit = trial.counts, options.oscillation_limit
-    free = course >= 0 and allowed >> course & 1 == 1
-    if free and counts[row, col, course] < limit and (
+    free = field_heading >= 0 and allowed >> field_heading & 1 == 1
+    if free and counts[row, col, field_heading] < limit and (
             not options.rehearsed
             or flow_reaches(trial.ground.known, trial.headings, row, col, trial.goal[0],
                             trial.goal[1], trial.ground.rules) >= 0):
-        return course, _FIELD
+        return field_heading, _FIELD
     if options.rehearsed:
         rehearse_locally(trial.ground, trial.cost, row, col, trial.goal, options.n_backups)
-        heading = best_step(trial.ground, trial.cost, row, col, course)
+        heading = best_step(trial.ground, trial.cost, row, col, field_heading)
         if heading >= 0 and counts[row, col, heading] < 4 * limit:
             return heading, _DETOUR if free else _AVOID
         if heading < 0:
             return -1, _AVOID
     elif not free:
         values = window_values(trial.q, row, col, options.window, options.power)
-        heading = next_highest(values, counts, trial.entered, row, col, course, allowed)
+        heading = next_highest(values, counts, trial.entered, row, col, field_heading, allowed)
         if counts[row, col, heading] < limit:
             return heading, _AVOID
     return least_chosen(counts, row, col, allowed, rng), _EXPLORE
@@ -187,39 +187,39 @@ def decide(
     known, rules = trial.ground.known, trial.ground.rules
     remember_local_grid(known, row, col, blocked, unknown)
     trial.entered[row, col] += 1
-    course = int(trial.headings[row, col])
+    field_heading = int(trial.headings[row, col])
     allowed = allowed_steps(known, row, col, rules)
-    occupied = -1
-    if course >= 0 and not allowed >> course & 1:
-        occupied = course
-        backup(trial.q, known, Transition(row, col, course, row, col, -1.0),
+    blocked_heading = -1
+    if field_heading >= 0 and not allowed >> field_heading & 1:
+        blocked_heading = field_heading
+        backup(trial.q, known, Transition(row, col, field_heading, row, col, -1.0),
                options.learning_rate, options.discount, rules)
     if allowed == 0:
-        return Decision(-1, _AVOID, occupied, 0)
-    heading, kind = choose(row, col, course, allowed, trial, options, rng)
+        return Decision(-1, _AVOID, blocked_heading, 0)
+    heading, kind = choose(row, col, field_heading, allowed, trial, options, rng)
     if heading < 0:
-        return Decision(-1, kind, occupied, 0)
+        return Decision(-1, kind, blocked_heading, 0)
     trial.counts[row, col, heading] += 1
-    if occupied < 0 or trial.punished[row, col] >> occupied & 1:
-        return Decision(heading, kind, occupied, 0)
-    trial.punished[row, col] |= 1 << occupied
+    if blocked_heading < 0 or trial.punished[row, col] >> blocked_heading & 1:
+        return Decision(heading, kind, blocked_heading, 0)
+    trial.punished[row, col] |= 1 << blocked_heading
     backup(trial.q, known, Transition(row, col, heading, row + STEP_ROW[heading],
                                       col + STEP_COL[heading], 1.0),
            options.learning_rate, options.discount, rules)
-    return Decision(heading, kind, occupied, 1)
+    return Decision(heading, kind, blocked_heading, 1)
 
 
 def n_rewards(decision: Decision) -> int:
     """Return how many rewards other than zero a decision gave."""
-    return int(decision.occupied >= 0) + int(decision.reward != 0)
+    return int(decision.blocked_heading >= 0) + int(decision.reward != 0)
 
 
 def write_decision(
     log: IntMap, n: int, row: int, col: int, decision: Decision, blocked: int, step: int,
 ) -> int:
     """Append the rows of a decision to a log of n rows if they fit; return their number."""
-    if decision.occupied >= 0:
-        stays = Transition(row, col, decision.occupied, row, col, -1.0)
+    if decision.blocked_heading >= 0:
+        stays = Transition(row, col, decision.blocked_heading, row, col, -1.0)
         n = write_row(log, n, stays, _BLOCKED_KIND, blocked, step)
     if decision.heading >= 0:
         moves = Transition(row, col, decision.heading, row + STEP_ROW[decision.heading],

@@ -128,7 +128,7 @@ def heading_of(vx: float, vy: float) -> int:
     return int(math.floor(math.atan2(vy, vx) / (math.pi / 4) + 0.5)) % 8
 
 
-def course_at(row: int, col: int, sums: Sums, pull: Pull) -> tuple[float, float]:
+def mean_vector(row: int, col: int, sums: Sums, pull: Pull) -> tuple[float, float]:
     """Return the averaged vector of eq. 7 at a cell that is no centre, the pull included."""
     x, y, w = sums.x[row, col], sums.y[row, col], sums.weight[row, col]
     heading = pull.headings[row, col]
@@ -141,7 +141,7 @@ def course_at(row: int, col: int, sums: Sums, pull: Pull) -> tuple[float, float]
     return x / w, y / w
 
 
-def courses(
+def field_vectors(
     sums: Sums, centre: CellMap, pull: Pull,
 ) -> tuple[FloatMap, FloatMap, CellMap]:
     """
@@ -169,22 +169,22 @@ def courses(
                 vx[row, col], vy[row, col] = UNIT[heading, 0], UNIT[heading, 1]
                 headings[row, col] = heading
                 continue
-            x, y = course_at(row, col, sums, pull)
+            x, y = mean_vector(row, col, sums, pull)
             vx[row, col], vy[row, col] = x, y
             headings[row, col] = heading_of(x, y)
     return vx, vy, headings
 
 
 def pull_from_cost(ground: Ground, cost: FloatMap, sums: Sums) -> CellMap:
-    """Return the heading of least cost a cell, ties nearest to eq. 7's course; -1 for none."""
+    """Return the heading of least cost a cell, ties nearest to eq. 7's heading; -1 for none."""
     rows, cols = cost.shape
     pull = np.full((rows, cols), -1, dtype=np.int8)
     keep_out = ground.rules.unknown_is_blocked
     for row in range(rows):
         for col in range(cols):
             if not is_occupied(ground.known, row, col, keep_out) and cost[row, col] > 0.0:
-                course = heading_of(sums.x[row, col], sums.y[row, col])
-                pull[row, col] = best_step(ground, cost, row, col, course)
+                toward = heading_of(sums.x[row, col], sums.y[row, col])
+                pull[row, col] = best_step(ground, cost, row, col, toward)
     return pull
 
 

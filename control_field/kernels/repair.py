@@ -6,14 +6,14 @@ import numpy as np
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.interpolation import (
-    Centres, course_at, heading_of, Pull, spread, Sums, Window)
+    Centres, heading_of, mean_vector, Pull, spread, Sums, Window)
 from control_field.kernels.steps import (
     _BLOCKED, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, step_allowed)
 
 
 class Flow(NamedTuple):
     """
-    A field while it is made: what its courses come from, and what they are.
+    A field while it is made: what its headings come from, and what they are.
 
     Parameters
     ----------
@@ -43,13 +43,13 @@ def through(ground: Ground, cost: FloatMap, row: int, col: int, heading: int) ->
 def needed(
     row: int, col: int, flow: Flow, ground: Ground, cost: FloatMap, window: Window,
 ) -> bool:
-    """Return True if a cell of a window has a worse course than ``flow.headings`` says it had."""
+    """Return True if a cell of a window has a worse heading than ``flow.headings`` says it had."""
     reach, known = int(window.radius), ground.known
     for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
         for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
             if flow.centre[r, c] >= 0 or known[r, c] == _BLOCKED:
                 continue
-            x, y = course_at(r, c, flow.sums, flow.pull)
+            x, y = mean_vector(r, c, flow.sums, flow.pull)
             heading, before = heading_of(x, y), flow.headings[r, c]
             if heading != before and (through(ground, cost, r, c, heading)
                                       > through(ground, cost, r, c, before) + 1e-9):
@@ -61,7 +61,7 @@ def idle_prototypes(
     order: IntMap, centres: Centres, flow: Flow, ground: Ground, cost: FloatMap, window: Window,
 ) -> BoolMap:
     """
-    Drop the prototypes without which no cell's course is worse, one after the other.
+    Drop the prototypes without which no cell's heading is worse, one after the other.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def update_headings(row: int, col: int, flow: Flow, window: Window) -> None:
     for r in range(max(0, row - reach), min(rows, row + reach + 1)):
         for c in range(max(0, col - reach), min(cols, col + reach + 1)):
             if flow.centre[r, c] < 0:
-                x, y = course_at(r, c, flow.sums, flow.pull)
+                x, y = mean_vector(r, c, flow.sums, flow.pull)
                 flow.headings[r, c] = heading_of(x, y)
 
 
@@ -105,20 +105,20 @@ def mending_cells(
     ground: Ground, cost: FloatMap, headings: CellMap, state: CellMap, fixed: BoolMap,
 ) -> BoolMap:
     """
-    Choose the cells whose own course must change for the flow to come home.
+    Choose the cells whose own heading must change for the flow to come home.
 
     Parameters
     ----------
     state : ndarray of int8
         Of `rollout.flow_basin`.
     fixed : ndarray of bool
-        Cells that keep their course (demonstrated, not proven blocked) if another one can mend.
+        Cells that keep their heading (demonstrated, not proven blocked) if another one can mend.
 
     Returns
     -------
     ndarray of bool, shape (n_rows, n_cols)
-        One cell of every loop, and cells whose own course is occupied, none of those beside one
-        that was chosen before: each changes the course of the cells around it too.
+        One cell of every loop, and cells whose own heading is blocked, none of those beside one
+        that was chosen before: each changes the heading of the cells around it too.
 
     """
     rows, cols = cost.shape

@@ -17,7 +17,7 @@ def flow_reaches(
     Returns
     -------
     int
-        Steps to the goal, or -1 if the flow ends in something occupied, in a cell without a course
+        Steps to the goal, or -1 if the flow ends in something occupied, in a cell without heading
         or in a loop (more steps than cells).
 
     """
@@ -42,7 +42,7 @@ def flow_basin(
     Returns
     -------
     ndarray of int8, shape (n_rows, n_cols)
-        1: reaches the goal; 2: leads into a loop; 3: leads into a cell whose course is occupied or
+        1: reaches the goal; 2: leads into a loop; 3: leads into a cell whose heading is blocked or
         missing; 0: the cell itself is occupied.
 
     """
@@ -86,7 +86,7 @@ def flow_ends(
     Returns
     -------
     ndarray of bool, shape (n_rows, n_cols)
-        Cells whose course is occupied or missing, and one cell a loop.
+        Cells whose heading is blocked or missing, and one cell a loop.
 
     """
     rows, cols = known.shape

@@ -207,11 +207,11 @@ def q_from_cost(
     return q
 
 
-def best_step(ground: Ground, cost: FloatMap, row: int, col: int, course: int) -> int:
+def best_step(ground: Ground, cost: FloatMap, row: int, col: int, toward: int) -> int:
     """
-    Return the allowed step of least cost to go; ties go to the one nearest the field's course.
+    Return the allowed step of least cost to go; ties go to the one nearest the field's heading.
 
-    Returns -1 where no step leads to the goal. ``course`` is a heading or -1.
+    Returns -1 where no step leads to the goal. ``toward`` is a heading or -1.
     """
     best, best_cost, best_turn = -1, np.inf, 9
     for heading in range(8):
@@ -219,17 +219,17 @@ def best_step(ground: Ground, cost: FloatMap, row: int, col: int, course: int) -
             continue
         r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
         total = cost[r, c] + STEP_LENGTH[heading] * ground.factor[r, c]
-        turn = turn_between(heading, course)
+        turn = turn_between(heading, toward)
         if total < best_cost - 1e-9 or (total < best_cost + 1e-9 and turn < best_turn):
             best, best_cost, best_turn = heading, total, turn
     return best
 
 
-def turn_between(heading: int, course: int) -> int:
-    """Return how many eighths of a turn lie between two headings; 0 where there is no course."""
-    if course < 0:
+def turn_between(heading: int, toward: int) -> int:
+    """Return how many eighths of a turn lie between two headings; 0 where there is no heading."""
+    if toward < 0:
         return 0
-    return abs((heading - course + 4) % 8 - 4)
+    return abs((heading - toward + 4) % 8 - 4)
 
 
 def least_chosen(
@@ -275,13 +275,13 @@ def window_values(q: FloatMap, row: int, col: int, window: float, power: float) 
 
 
 def next_highest(
-    values: FloatMap, counts: IntMap, entered: IntMap, row: int, col: int, course: int,
+    values: FloatMap, counts: IntMap, entered: IntMap, row: int, col: int, toward: int,
     allowed: int,
 ) -> int:
     """
     Return the free action with the next highest Q-value (Case 1).
 
-    Ties: nearest to the field's course, then least often chosen, then the cell least often
+    Ties: nearest to the field's heading, then least often chosen, then the cell least often
     entered, then counter-clockwise.
     """
     best = -1
@@ -289,7 +289,7 @@ def next_highest(
     for heading in range(8):
         if not allowed >> heading & 1:
             continue
-        turn = turn_between(heading, course)
+        turn = turn_between(heading, toward)
         visits = entered[row + STEP_ROW[heading], col + STEP_COL[heading]]
         key = (-round(values[heading], 9), turn, counts[row, col, heading], visits)
         if best < 0 or key < best_key:

@@ -26,7 +26,7 @@ class Certificate:
         Share of them whose flow reaches the goal over cells seen to be free only.
     sinks : ndarray of int32, shape (k, 2)
         Cells ``(row, col)`` where a flow from a known free, reachable cell ends, on seen ground
-        or not: its course is occupied or missing, or it is a cell of a loop.
+        or not: its heading is blocked or missing, or it is a cell of a loop.
     fidelity : float
         Share of the demonstrated cells, among those not proven blocked, where the field still
         does what was shown; NaN without any.

@@ -239,7 +239,7 @@ class _Composer:
         compiled.add_windows(
             self.sums, self.ground.known, _centres(prototypes, weights), self._window())
         self.pull = Pull(self._pull(prototypes), PULL_STRENGTH)
-        self.vx, self.vy, self.headings = compiled.courses(self.sums, self.centre, self.pull)
+        self.vx, self.vy, self.headings = compiled.field_vectors(self.sums, self.centre, self.pull)
 
     def _window(self) -> Window:
         parameters = self.parameters
@@ -277,7 +277,7 @@ class _Composer:
             self._interpolate()
 
     def _prune(self) -> None:
-        """Drop the prototypes without which no course is worse; what a person showed stays."""
+        """Drop the prototypes without which no heading is worse; what a person showed stays."""
         prototypes, weights = self._table()
         candidates = np.flatnonzero(~prototypes.demonstrated)
         order = candidates[np.argsort(prototypes.q[candidates], kind='stable')]
@@ -291,7 +291,7 @@ class _Composer:
         n_home, mended = self._n_home(), self.mended.copy()
         self.centre = centre
         self._interpolate()
-        # No course is worse, and yet several that are as good as before may close a loop.
+        # No heading is worse, and yet several that are as good as before may close a loop.
         if self._n_home() < n_home and self._repairs():
             self._repair()
         if self._n_home() < n_home:

@@ -109,7 +109,7 @@ class Learner:
         return self.refresh
 
     def _with_memory(self, old: Composition, new: Composition) -> Composition:
-        """Return the old courses with the Q-matrix and map that are remembered now."""
+        """Return the old headings with the Q-matrix and map that are remembered now."""
         field = ControlField(
             grid=self.grid, revision=new.field.revision, goal=new.field.goal, vx=old.field.vx,
             vy=old.field.vy, coherence=old.field.coherence, q=new.field.q, known=new.field.known,

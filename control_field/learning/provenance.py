@@ -1,4 +1,4 @@
-"""Who had which say in a course of the field: equation 7 taken apart again."""
+"""Who had which say in a heading of the field: equation 7 taken apart again."""
 
 from dataclasses import dataclass
 import math
@@ -21,7 +21,7 @@ TOLERANCE: Final = 1e-5
 @dataclass(frozen=True, eq=False)
 class Voices:
     """
-    What a course was averaged from.
+    What a heading was averaged from.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def voices_at(
     known: npt.NDArray[np.int8] | None = None,
 ) -> Voices | None:
     """
-    Take the course of a cell apart.
+    Take the heading of a cell apart.
 
     A field does not hold its pull; of the headings it may have, the one is found with which
     everything adds up to the field's own vector.

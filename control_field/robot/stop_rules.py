@@ -281,7 +281,7 @@ def is_lost(coherence: float, is_supported: bool, q_greatest: float, least: floa
     q_greatest : float
         Greatest absolute Q-value there.
     least : float
-        Coherence below which the course says nothing.
+        Coherence below which the heading says nothing.
 
     """
     return not is_supported and q_greatest == 0.0 and coherence < least

@@ -114,7 +114,7 @@ class Method(Protocol):
         """Run trial ``number`` (from 1) and learn from it; None if it does not learn by trying."""
 
     def headings(self) -> npt.NDArray[np.int8]:
-        """Return the course of every cell without local grid, -1 for none."""
+        """Return the heading of every cell without local grid, -1 for none."""
 
     def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
         """Run from every start with local grid, learning nothing."""
@@ -177,7 +177,7 @@ class FieldMethod:
         return self.task.random_start(self._rng)
 
     def headings(self) -> npt.NDArray[np.int8]:
-        """Return the field's courses."""
+        """Return the field's headings."""
         field = self.refresh.field
         return headings_from_vectors(field.vx, field.vy)
 

@@ -37,9 +37,9 @@ def test_the_pull_is_the_cheapest_step_and_of_equals_the_nearest_to_the_course(k
             continue
         cheapest = [h for h, cost in ways.items() if cost <= min(ways.values()) + 1e-9]
         assert pull[cell] in cheapest
-        course = heading_from_vector(scene.sums.x[cell], scene.sums.y[cell])
-        assert turn_between(int(pull[cell]), course) == min(
-            turn_between(h, course) for h in cheapest)
+        heading = heading_from_vector(scene.sums.x[cell], scene.sums.y[cell])
+        assert turn_between(int(pull[cell]), heading) == min(
+            turn_between(h, heading) for h in cheapest)
 
 
 @given(knowns, rules, seeds)
@@ -65,15 +65,15 @@ def test_the_pull_is_one_more_voice_in_the_average(known, seed):
         weight, heading = sums.weight[cell], scene.headings[cell]
         if heading >= 0:
             vector, weight = vector + 2.5 * UNIT[heading], weight + 2.5
-        assert interpolation.course_at(
+        assert interpolation.mean_vector(
             *cell, sums, Pull(scene.headings, 2.5)) == pytest.approx(tuple(vector / weight))
 
 
 def test_where_nobody_has_a_say_there_is_no_course():
     nothing, silent = Sums.none((1, 2)), Pull(np.full((1, 2), -1, np.int8), 2.0)
-    assert interpolation.course_at(0, 0, nothing, silent) == (0.0, 0.0)
+    assert interpolation.mean_vector(0, 0, nothing, silent) == (0.0, 0.0)
     centre = np.array([[3, -1]], np.int8)
-    vx, vy, headings = interpolation.courses(nothing, centre, silent)
+    vx, vy, headings = interpolation.field_vectors(nothing, centre, silent)
     assert headings.tolist() == [[3, -1]]
     assert (vx[0, 0], vy[0, 0]) == tuple(UNIT[3])
     assert (vx[0, 1], vy[0, 1]) == (0.0, 0.0)
@@ -99,18 +99,19 @@ def test_a_window_holds_what_is_near_and_in_sight_and_what_is_taken_away_is_gone
         assert not any(part.any() for part in sums)
 
 
-@pytest.mark.parametrize(('course', 'expected'), [(0, 0), (2, 2), (1, 0), (7, 0), (3, 2), (-1, 0)])
-def test_of_two_ways_of_one_length_the_one_nearer_to_the_course_is_taken(course, expected):
+@pytest.mark.parametrize(
+    ('heading', 'expected'), [(0, 0), (2, 2), (1, 0), (7, 0), (3, 2), (-1, 0)])
+def test_of_two_ways_of_one_length_the_one_nearer_to_the_heading_is_taken(heading, expected):
     known = np.full((3, 3), 0, np.int8)
     known[2, 2] = 100  # the goal lies behind it, as far one way as the other
     known[1, 1] = 100
     cost = np.full((3, 3), 5.0)
     cost[0, 1] = cost[1, 0] = 1.0
-    assert kernels.best_step(plain_ground(known, BODY), cost, 0, 0, course) == expected
+    assert kernels.best_step(plain_ground(known, BODY), cost, 0, 0, heading) == expected
 
 
 def loops_from(cell, known, headings, rule):
-    """Tell whether following the courses from a cell leads back to it."""
+    """Tell whether following the headings from a cell leads back to it."""
     at = cell
     for _ in range(known.size):
         heading = int(headings[at])

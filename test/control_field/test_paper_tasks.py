@@ -82,7 +82,7 @@ class TestThePapersResult:
 
 
 def reversed_field(field):
-    """Return a field whose every course is the other way round."""
+    """Return a field whose every heading is the other way round."""
     return ControlField(field.grid, field.revision, field.goal, -field.vx, -field.vy,
                         field.coherence, field.q, field.known, field.flags)
 
@@ -91,8 +91,8 @@ def reversed_field(field):
 def test_shown_the_wrong_way_round_the_paper_never_gets_there(task):
     field = run(task, 'paper', 0, n_trials=0)[0].refresh.field
     truth = GridWorld(world_of(task).occupancy, Parameters(profile='paper', step_limit=600))
-    shown, wrong = ([truth.trial(courses, START, seed)[0] for seed in range(10)]
-                    for courses in (field, reversed_field(field)))
+    shown, wrong = ([truth.trial(headings, START, seed)[0] for seed in range(10)]
+                    for headings in (field, reversed_field(field)))
     assert sum(trial.outcome == 'goal' for trial in shown) >= 7
     assert sum(trial.outcome == 'goal' for trial in wrong) == 0
     assert sum(trial.n_steps for trial in wrong) > 1.2 * sum(trial.n_steps for trial in shown)

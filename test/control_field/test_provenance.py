@@ -1,4 +1,4 @@
-"""Every course of every field is made up of the voices that are shown."""
+"""Every heading of every field is made up of the voices that are shown."""
 
 import math
 
@@ -13,7 +13,7 @@ from strategies import few, practise, relearner, seeds, segment, taught
 
 
 def check_everywhere(refresh, parameters, known=None):
-    """Take the course of every cell apart, and see that it adds up."""
+    """Take the heading of every cell apart, and see that it adds up."""
     field, prototypes = refresh.field, refresh.prototypes
     for row, col in np.ndindex(*field.grid.shape):
         voices = voices_at(field, prototypes, parameters, row, col, known)
@@ -39,7 +39,7 @@ def test_the_shares_make_up_the_vector_everywhere(learnt_bag, profile, seed):
     for start in np.random.default_rng(seed).permutation(free)[:3]:
         known = learner.refresh.field.known
         practise(learner, occupancy, [start])
-        # A refresh that was not pushed keeps the courses, which were made on the map of before.
+        # A refresh that was not pushed keeps the headings, which were made on the map of before.
         check_everywhere(learner.refresh, learner.parameters,
                          None if learner.refresh.pushed else known)
         if not learner.refresh.pushed:

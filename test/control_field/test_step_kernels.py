@@ -154,17 +154,17 @@ def test_rehearsal_around_the_robot_with_enough_backups_is_the_whole_recomputati
     stale = np.where(np.random.default_rng(seed).random(known.shape) < 0.5, np.inf, 3.0)
     stale[scene.goal] = 0.0
     compiled.rehearse_locally(scene.ground, stale, scene.row, scene.col, scene.goal, 10_000)
-    course = compiled.best_step(scene.ground, stale, scene.row, scene.col, -1)
+    best = compiled.best_step(scene.ground, stale, scene.row, scene.col, -1)
     if kernels.is_occupied(known, scene.row, scene.col, rule[1]):
         return
     here = scene.row, scene.col
     assert stale[here] == pytest.approx(whole[here], abs=1e-9)
     if here == scene.goal or not np.isfinite(whole[here]):
-        assert course == -1 or here == scene.goal
+        assert best == -1 or here == scene.goal
         return
-    r, c = here[0] + STEP_ROW[course], here[1] + STEP_COL[course]
+    r, c = here[0] + STEP_ROW[best], here[1] + STEP_COL[best]
     assert whole[here] == pytest.approx(
-        whole[r, c] + STEP_LENGTH[course] * scene.ground.factor[r, c], abs=1e-9)
+        whole[r, c] + STEP_LENGTH[best] * scene.ground.factor[r, c], abs=1e-9)
 
 
 @given(knowns, rules, seeds, st.integers(0, 30))
