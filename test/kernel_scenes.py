@@ -6,7 +6,7 @@ import numpy as np
 
 from control_field.kernels import compiled, interpolation, steps
 from control_field.kernels.decision import Decision, new_trial, Options, Transition
-from control_field.kernels.interpolation import Centres, Pull, Sums, Window
+from control_field.kernels.interpolation import Attraction, Centres, Sums, Window
 from control_field.kernels.repair import Flow
 from control_field.kernels.steps import Ground, Preference
 
@@ -42,7 +42,7 @@ class Scene:
         self.centre[tuple(self.cells.T)] = proto
         self.sums = Sums(*(rng.uniform(-1.0, 1.0, shape) for _ in range(2)),
                          rng.uniform(0.0, 1.0, shape))
-        self.pull = Pull(self.headings, 2.0)
+        self.attraction = Attraction(self.headings, 2.0)
         self.window = Window(float(rng.choice([1.0, 2.5, 6.0])), 2.0, True)
         self.options = Options(
             bool(rng.integers(2)), self.window.radius, 2.0, int(rng.integers(1, 5)),
@@ -138,15 +138,15 @@ class Scene:
         return float(self.sums.x[0, 0]), float(self.sums.y[0, 0])
 
     def for_mean_vector(self):
-        return self.row, self.col, self.sums, self.pull
+        return self.row, self.col, self.sums, self.attraction
 
     def for_field_vectors(self):
-        return self.sums, self.centre, self.pull
+        return self.sums, self.centre, self.attraction
 
-    def for_pull_from_cost(self):
+    def for_attraction_from_cost(self):
         return self.ground, self.cost, self.sums
 
-    def for_pull_to_nearest(self):
+    def for_attraction_to_nearest(self):
         return self.known, self.cells, self.rules
 
     def for_flow_reaches(self):
@@ -174,8 +174,8 @@ class Scene:
         return self.ground, self.cost, self.row, self.col, self.heading
 
     def flow(self):
-        _, _, headings = interpolation.field_vectors(self.sums, self.centre, self.pull)
-        return Flow(self.sums, self.pull, self.centre, headings)
+        _, _, headings = interpolation.field_vectors(self.sums, self.centre, self.attraction)
+        return Flow(self.sums, self.attraction, self.centre, headings)
 
     def for_needed(self):
         flow = self.flow()._replace(headings=self.headings)

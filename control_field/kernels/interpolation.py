@@ -1,4 +1,4 @@
-"""Equation 7 with windows and pull; plain Python or compiled, as `kernels` says."""
+"""Equation 7 with windows and attraction; plain Python or compiled, as `kernels` says."""
 
 import math
 from typing import NamedTuple
@@ -67,7 +67,7 @@ class Sums(NamedTuple):
         return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape))
 
 
-class Pull(NamedTuple):
+class Attraction(NamedTuple):
     """
     One more voice of eq. 7, like a prototype one cell away.
 
@@ -128,21 +128,21 @@ def heading_of(vx: float, vy: float) -> int:
     return int(math.floor(math.atan2(vy, vx) / (math.pi / 4) + 0.5)) % 8
 
 
-def mean_vector(row: int, col: int, sums: Sums, pull: Pull) -> tuple[float, float]:
-    """Return the averaged vector of eq. 7 at a cell that is no centre, the pull included."""
+def mean_vector(row: int, col: int, sums: Sums, attraction: Attraction) -> tuple[float, float]:
+    """Return the averaged vector of eq. 7 at a cell that is no centre, the attraction included."""
     x, y, w = sums.x[row, col], sums.y[row, col], sums.weight[row, col]
-    heading = pull.headings[row, col]
+    heading = attraction.headings[row, col]
     if heading >= 0:
-        x += pull.strength * UNIT[heading, 0]
-        y += pull.strength * UNIT[heading, 1]
-        w += pull.strength
+        x += attraction.strength * UNIT[heading, 0]
+        y += attraction.strength * UNIT[heading, 1]
+        w += attraction.strength
     if w <= 0.0:
         return 0.0, 0.0
     return x / w, y / w
 
 
 def field_vectors(
-    sums: Sums, centre: CellMap, pull: Pull,
+    sums: Sums, centre: CellMap, attraction: Attraction,
 ) -> tuple[FloatMap, FloatMap, CellMap]:
     """
     Return the field's vectors and their headings everywhere.
@@ -169,29 +169,29 @@ def field_vectors(
                 vx[row, col], vy[row, col] = UNIT[heading, 0], UNIT[heading, 1]
                 headings[row, col] = heading
                 continue
-            x, y = mean_vector(row, col, sums, pull)
+            x, y = mean_vector(row, col, sums, attraction)
             vx[row, col], vy[row, col] = x, y
             headings[row, col] = heading_of(x, y)
     return vx, vy, headings
 
 
-def pull_from_cost(ground: Ground, cost: FloatMap, sums: Sums) -> CellMap:
+def attraction_from_cost(ground: Ground, cost: FloatMap, sums: Sums) -> CellMap:
     """Return the heading of least cost a cell, ties nearest to eq. 7's heading; -1 for none."""
     rows, cols = cost.shape
-    pull = np.full((rows, cols), -1, dtype=np.int8)
+    attraction = np.full((rows, cols), -1, dtype=np.int8)
     keep_out = ground.rules.unknown_is_blocked
     for row in range(rows):
         for col in range(cols):
             if not is_occupied(ground.known, row, col, keep_out) and cost[row, col] > 0.0:
                 toward = heading_of(sums.x[row, col], sums.y[row, col])
-                pull[row, col] = best_step(ground, cost, row, col, toward)
-    return pull
+                attraction[row, col] = best_step(ground, cost, row, col, toward)
+    return attraction
 
 
-def pull_to_nearest(known: CellMap, cells: IntMap, rules: StepRules) -> CellMap:
+def attraction_to_nearest(known: CellMap, cells: IntMap, rules: StepRules) -> CellMap:
     """Return the allowed heading straightest towards the nearest prototype; -1 for none."""
     rows, cols = known.shape
-    pull = np.full((rows, cols), -1, dtype=np.int8)
+    attraction = np.full((rows, cols), -1, dtype=np.int8)
     for row in range(rows):
         for col in range(cols):
             best, to_row, to_col = np.inf, 0, 0
@@ -202,5 +202,5 @@ def pull_to_nearest(known: CellMap, cells: IntMap, rules: StepRules) -> CellMap:
             if 0.0 < best < np.inf:
                 heading = heading_of(float(to_col), float(to_row))
                 if step_allowed(known, row, col, heading, rules):
-                    pull[row, col] = heading
-    return pull
+                    attraction[row, col] = heading
+    return attraction

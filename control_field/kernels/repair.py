@@ -6,7 +6,7 @@ import numpy as np
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.interpolation import (
-    Centres, heading_of, mean_vector, Pull, spread, Sums, Window)
+    Attraction, Centres, heading_of, mean_vector, spread, Sums, Window)
 from control_field.kernels.steps import (
     _BLOCKED, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, step_allowed)
 
@@ -18,7 +18,7 @@ class Flow(NamedTuple):
     Parameters
     ----------
     sums : Sums
-    pull : Pull
+    attraction : Attraction
     centre : ndarray of int8, shape (n_rows, n_cols)
         Heading of the prototype centred in a cell, -1 for none.
     headings : ndarray of int8, shape (n_rows, n_cols)
@@ -26,7 +26,7 @@ class Flow(NamedTuple):
     """
 
     sums: Sums
-    pull: Pull
+    attraction: Attraction
     centre: CellMap
     headings: CellMap
 
@@ -49,7 +49,7 @@ def needed(
         for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
             if flow.centre[r, c] >= 0 or known[r, c] == _BLOCKED:
                 continue
-            x, y = mean_vector(r, c, flow.sums, flow.pull)
+            x, y = mean_vector(r, c, flow.sums, flow.attraction)
             heading, before = heading_of(x, y), flow.headings[r, c]
             if heading != before and (through(ground, cost, r, c, heading)
                                       > through(ground, cost, r, c, before) + 1e-9):
@@ -97,7 +97,7 @@ def update_headings(row: int, col: int, flow: Flow, window: Window) -> None:
     for r in range(max(0, row - reach), min(rows, row + reach + 1)):
         for c in range(max(0, col - reach), min(cols, col + reach + 1)):
             if flow.centre[r, c] < 0:
-                x, y = mean_vector(r, c, flow.sums, flow.pull)
+                x, y = mean_vector(r, c, flow.sums, flow.attraction)
                 flow.headings[r, c] = heading_of(x, y)
 
 

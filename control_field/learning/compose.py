@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import compiled
-from control_field.kernels.interpolation import Centres, Pull, Sums, Window
+from control_field.kernels.interpolation import Attraction, Centres, Sums, Window
 from control_field.kernels.repair import Flow
 from control_field.kernels.steps import Ground, no_preference, plain_ground, Preference
 from control_field.learning.interpolation import interpolate, weight_from_q
@@ -16,8 +16,8 @@ from control_field.local_grid import BLOCKED
 from control_field.records import CellFlag, ControlField, Prototypes
 from control_field.robot.policy import ground_of, rules_of
 
-#: Weight of the pull beside a prototype of full weight one cell away.
-PULL_STRENGTH = 2.0
+#: Weight of the attraction beside a prototype of full weight one cell away.
+ATTRACTION_STRENGTH = 2.0
 #: Rounds of repair after which the rest is left to the local grid; never reached in our
 #: evaluations.
 _MOST_ROUNDS = 200
@@ -233,27 +233,28 @@ class _Composer:
         return prototypes, weight_from_q(q, self.parameters.weight_floor)
 
     def _interpolate(self) -> None:
-        """Evaluate eq. 7 with windows and pull at every cell."""
+        """Evaluate eq. 7 with windows and attraction at every cell."""
         prototypes, weights = self._table()
         self.sums = Sums.none(self.memory.grid.shape)
         compiled.add_windows(
             self.sums, self.ground.known, _centres(prototypes, weights), self._window())
-        self.pull = Pull(self._pull(prototypes), PULL_STRENGTH)
-        self.vx, self.vy, self.headings = compiled.field_vectors(self.sums, self.centre, self.pull)
+        self.attraction = Attraction(self._attraction_headings(prototypes), ATTRACTION_STRENGTH)
+        self.vx, self.vy, self.headings = compiled.field_vectors(
+            self.sums, self.centre, self.attraction)
 
     def _window(self) -> Window:
         parameters = self.parameters
         return Window(float(min(parameters.effective_window, max(self.memory.grid.shape))),
                       float(parameters.power), parameters.visible_windows)
 
-    def _pull(self, prototypes: Prototypes) -> npt.NDArray[np.int8]:
+    def _attraction_headings(self, prototypes: Prototypes) -> npt.NDArray[np.int8]:
         if not self.parameters.pull:
             return np.full(self.memory.grid.shape, -1, dtype=np.int8)
-        pull: npt.NDArray[np.int8] = compiled.pull_from_cost(
+        attraction: npt.NDArray[np.int8] = compiled.attraction_from_cost(
             self.ground, self.cost, self.sums,
-        ) if self.parameters.rehearsal else compiled.pull_to_nearest(
+        ) if self.parameters.rehearsal else compiled.attraction_to_nearest(
             self.ground.known, prototypes.cells.astype(np.int64), self.ground.rules)
-        return pull
+        return attraction
 
     def _repairs(self) -> bool:
         return self.parameters.repair and self.parameters.rehearsal
@@ -282,7 +283,7 @@ class _Composer:
         candidates = np.flatnonzero(~prototypes.demonstrated)
         order = candidates[np.argsort(prototypes.q[candidates], kind='stable')]
         before, centre = self.centre, self.centre.copy()
-        flow = Flow(Sums(*(part.copy() for part in self.sums)), self.pull, centre,
+        flow = Flow(Sums(*(part.copy() for part in self.sums)), self.attraction, centre,
                     self.headings.copy())
         idle = compiled.idle_prototypes(
             order, _centres(prototypes, weights), flow, self.ground, self.cost, self._window())

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from control_field.headings import N_HEADINGS, UNIT
 from control_field.kernels.interpolation import sees
-from control_field.learning.compose import PULL_STRENGTH
+from control_field.learning.compose import ATTRACTION_STRENGTH
 from control_field.learning.interpolation import weight_from_q
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Prototypes
@@ -31,33 +31,33 @@ class Voices:
         From their centres.
     weights : ndarray of float64, shape (k,)
         w_i of eq. 7; 1 for the prototype whose centre the cell is.
-    pull : int
-        Heading of the pull, -1 for none.
-    pull_weight : float
+    attraction : int
+        Heading of the attraction, -1 for none.
+    attraction_weight : float
         Its weight beside them.
     vector : tuple of float
-        sum(w_i v_i) / sum(w_i), the pull among them.
+        sum(w_i v_i) / sum(w_i), the attraction among them.
 
     """
 
     indices: npt.NDArray[np.int64]
     distances: npt.NDArray[np.float64]
     weights: npt.NDArray[np.float64]
-    pull: int
-    pull_weight: float
+    attraction: int
+    attraction_weight: float
     vector: tuple[float, float]
 
     @property
     def shares(self) -> npt.NDArray[np.float64]:
-        """Return the prototypes' shares, shape (k,); with the pull's they add up to 1."""
-        total = self.weights.sum() + self.pull_weight
+        """Return the prototypes' shares, shape (k,); with the attraction's they add up to 1."""
+        total = self.weights.sum() + self.attraction_weight
         return self.weights / total if total > 0.0 else self.weights
 
     @property
-    def pull_share(self) -> float:
-        """Return the pull's share."""
-        total = float(self.weights.sum()) + self.pull_weight
-        return self.pull_weight / total if total > 0.0 else 0.0
+    def attraction_share(self) -> float:
+        """Return the attraction's share."""
+        total = float(self.weights.sum()) + self.attraction_weight
+        return self.attraction_weight / total if total > 0.0 else 0.0
 
 
 def vector_at(field: ControlField, row: int, col: int) -> tuple[float, float]:
@@ -73,7 +73,7 @@ def voices_at(
     """
     Take the heading of a cell apart.
 
-    A field does not hold its pull; of the headings it may have, the one is found with which
+    A field does not hold its attraction; of the headings it may have, the one is found with which
     everything adds up to the field's own vector.
 
     Parameters
@@ -100,8 +100,9 @@ def voices_at(
     else:
         known = field.known if known is None else known
         spoken = _in_window(prototypes, parameters, row, col, known)
-        pulls = range(-1, N_HEADINGS) if parameters.profile == 'full' and parameters.pull else [-1]
-        voices = [_together(prototypes, *spoken, pull) for pull in pulls]
+        attracted = parameters.profile == 'full' and parameters.pull
+        headings = range(-1, N_HEADINGS) if attracted else [-1]
+        voices = [_together(prototypes, *spoken, attraction) for attraction in headings]
     recorded = vector_at(field, row, col)
     best = min(voices, key=lambda found: math.dist(found.vector, recorded))
     return best if math.dist(best.vector, recorded) <= TOLERANCE else None
@@ -139,13 +140,13 @@ def _in_window(
 
 def _together(
     prototypes: Prototypes, indices: npt.NDArray[np.int64], distances: npt.NDArray[np.float64],
-    weights: npt.NDArray[np.float64], pull: int,
+    weights: npt.NDArray[np.float64], attraction: int,
 ) -> Voices:
-    """Average prototypes and pull."""
+    """Average prototypes and attraction."""
     total = weights @ UNIT[prototypes.headings[indices]]
-    pull_weight = PULL_STRENGTH if pull >= 0 else 0.0
-    if pull >= 0:
-        total = total + pull_weight * UNIT[pull]
-    weight = float(weights.sum()) + pull_weight
+    attraction_weight = ATTRACTION_STRENGTH if attraction >= 0 else 0.0
+    if attraction >= 0:
+        total = total + attraction_weight * UNIT[attraction]
+    weight = float(weights.sum()) + attraction_weight
     x, y = (total / weight).tolist() if weight > 0.0 else (0.0, 0.0)
-    return Voices(indices, distances, weights, pull, pull_weight, (x, y))
+    return Voices(indices, distances, weights, attraction, attraction_weight, (x, y))

@@ -54,7 +54,7 @@ def curious_field(memory: Memory, field: ControlField) -> ControlField:
     ground, none = Ground(memory.known, factor, rules), no_preference(field.grid.shape)
     cost = compiled.cost_to_go(ground, field.goal, none)
     q = compiled.q_from_cost(ground, cost, none, parameters.discount)
-    headings = compiled.pull_from_cost(ground, cost, Sums.none(field.grid.shape))
+    headings = compiled.attraction_from_cost(ground, cost, Sums.none(field.grid.shape))
     vx, vy = (np.where(headings >= 0, UNIT[headings, axis], 0.0) for axis in (0, 1))
     return ControlField(
         grid=field.grid, revision=field.revision, goal=field.goal, vx=vx.astype(np.float32),

@@ -136,9 +136,9 @@ def _course(moment: Moment) -> dict[str, Any] | None:
         'q': {name: float(value) for name, value in zip(COMPASS, field.q[cell], strict=True)},
         'adds_up': voices is not None or course.source == 'curious',
         'sum': list(voices.vector) if voices else None,
-        'pull': None if voices is None or voices.pull < 0 else {
-            'heading': compass(voices.pull), 'weight': voices.pull_weight,
-            'share': voices.pull_share},
+        'pull': None if voices is None or voices.attraction < 0 else {
+            'heading': compass(voices.attraction), 'weight': voices.attraction_weight,
+            'share': voices.attraction_share},
         'prototypes': [] if voices is None else _voices(moment, course, voices)}
 
 

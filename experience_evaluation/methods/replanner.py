@@ -53,7 +53,7 @@ class Replanner:
         return GridWorld(np.maximum(known, 0), self.task.parameters).cost_to(self.task.goal)
 
     def _headings(self, known: Known) -> npt.NDArray[np.int8]:
-        headings: npt.NDArray[np.int8] = compiled.pull_from_cost(
+        headings: npt.NDArray[np.int8] = compiled.attraction_from_cost(
             plain_ground(known, self.task.world.rules), self._cost(known), Sums.none(known.shape))
         return headings
 

@@ -45,7 +45,7 @@ def test_the_certificate_says_what_following_the_field_from_every_cell_shows(
     known[goal] = 0
     ground, none = plain_ground(known, rule), no_preference(known.shape)
     cost = compiled.cost_to_go(ground, goal, none)
-    sensible = compiled.pull_from_cost(ground, cost, Sums.none(known.shape))
+    sensible = compiled.attraction_from_cost(ground, cost, Sums.none(known.shape))
     wild = rng.integers(-1, 8, known.shape).astype(np.int8)
     headings = np.where(rng.random(known.shape) < 0.8, sensible, wild).astype(np.int8)
     coherence = rng.random(known.shape).astype(np.float32)

@@ -1,4 +1,4 @@
-"""The pull and the averaging of eq. 7, cell by cell, against what the words say."""
+"""The attraction and the averaging of eq. 7, cell by cell, against what the words say."""
 
 import math
 
@@ -9,7 +9,7 @@ import pytest
 from control_field.headings import heading_from_vector, STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import interpolation, repair
 from control_field.kernels import steps as kernels
-from control_field.kernels.interpolation import Pull, Sums
+from control_field.kernels.interpolation import Attraction, Sums
 from control_field.kernels.steps import plain_ground, StepRules
 from kernel_scenes import Scene
 from oracles import turn_between
@@ -26,38 +26,39 @@ def steps(known, cell, rule):
 
 @given(knowns, rules, seeds)
 @steady
-def test_the_pull_is_the_cheapest_step_and_of_equals_the_nearest_to_the_course(known, rule, seed):
+def test_the_attraction_is_the_cheapest_step_and_of_equals_the_nearest_to_the_heading(
+        known, rule, seed):
     scene = Scene(known, rule, seed)
-    pull = interpolation.pull_from_cost(scene.ground, scene.cost, scene.sums)
+    attraction = interpolation.attraction_from_cost(scene.ground, scene.cost, scene.sums)
     for cell in np.ndindex(known.shape):
         ways = {h: scene.cost[to] + STEP_LENGTH[h] * scene.ground.factor[to]
                 for h, to in steps(known, cell, rule) if np.isfinite(scene.cost[to])}
         if kernels.is_occupied(known, *cell, rule[1]) or scene.cost[cell] == 0.0 or not ways:
-            assert pull[cell] == -1
+            assert attraction[cell] == -1
             continue
         cheapest = [h for h, cost in ways.items() if cost <= min(ways.values()) + 1e-9]
-        assert pull[cell] in cheapest
+        assert attraction[cell] in cheapest
         heading = heading_from_vector(scene.sums.x[cell], scene.sums.y[cell])
-        assert turn_between(int(pull[cell]), heading) == min(
+        assert turn_between(int(attraction[cell]), heading) == min(
             turn_between(h, heading) for h in cheapest)
 
 
 @given(knowns, rules, seeds)
 @steady
-def test_without_rehearsal_the_pull_points_straight_to_the_nearest_centre(known, rule, seed):
+def test_without_rehearsal_the_attraction_points_straight_to_the_nearest_centre(known, rule, seed):
     scene = Scene(known, rule, seed)
-    pull = interpolation.pull_to_nearest(known, scene.cells, rule)
+    attraction = interpolation.attraction_to_nearest(known, scene.cells, rule)
     for row, col in np.ndindex(known.shape):
         off = scene.cells - (row, col)
         d_row, d_col = off[int(np.hypot(*off.T).argmin())]
         heading = heading_from_vector(float(d_col), float(d_row))
         allowed = heading >= 0 and kernels.step_allowed(known, row, col, heading, rule)
-        assert pull[row, col] == (heading if allowed else -1)
+        assert attraction[row, col] == (heading if allowed else -1)
 
 
 @given(knowns, seeds)
 @steady
-def test_the_pull_is_one_more_voice_in_the_average(known, seed):
+def test_the_attraction_is_one_more_voice_in_the_average(known, seed):
     scene = Scene(known, BODY, seed)
     sums = scene.sums._replace(weight=scene.sums.weight + 1.0)
     for cell in np.ndindex(known.shape):
@@ -66,11 +67,11 @@ def test_the_pull_is_one_more_voice_in_the_average(known, seed):
         if heading >= 0:
             vector, weight = vector + 2.5 * UNIT[heading], weight + 2.5
         assert interpolation.mean_vector(
-            *cell, sums, Pull(scene.headings, 2.5)) == pytest.approx(tuple(vector / weight))
+            *cell, sums, Attraction(scene.headings, 2.5)) == pytest.approx(tuple(vector / weight))
 
 
 def test_where_nobody_has_a_say_there_is_no_course():
-    nothing, silent = Sums.none((1, 2)), Pull(np.full((1, 2), -1, np.int8), 2.0)
+    nothing, silent = Sums.none((1, 2)), Attraction(np.full((1, 2), -1, np.int8), 2.0)
     assert interpolation.mean_vector(0, 0, nothing, silent) == (0.0, 0.0)
     centre = np.array([[3, -1]], np.int8)
     vx, vy, headings = interpolation.field_vectors(nothing, centre, silent)

@@ -20,13 +20,13 @@ def check_everywhere(refresh, parameters, known=None):
         assert voices is not None, (row, col)
         assert math.dist(voices.vector, vector_at(field, row, col)) <= TOLERANCE
         total = voices.shares @ UNIT[prototypes.headings[voices.indices]]
-        if voices.pull >= 0:
-            total = total + voices.pull_share * UNIT[voices.pull]
+        if voices.attraction >= 0:
+            total = total + voices.attraction_share * UNIT[voices.attraction]
         np.testing.assert_allclose(total, voices.vector, atol=1e-12)
         assert (voices.weights > 0).all()
         assert list(voices.weights) == sorted(voices.weights, reverse=True)
-        if len(voices.weights) or voices.pull >= 0:
-            assert voices.shares.sum() + voices.pull_share == pytest.approx(1.0)
+        if len(voices.weights) or voices.attraction >= 0:
+            assert voices.shares.sum() + voices.attraction_share == pytest.approx(1.0)
 
 
 @few
@@ -65,7 +65,7 @@ def test_on_a_centre_its_prototype_is_the_only_voice():
     voices = voices_at(learner.refresh.field, learner.refresh.prototypes, learner.parameters, 1, 2)
     assert learner.refresh.prototypes.cells[voices.indices].tolist() == [[1, 2]]
     assert (voices.shares.tolist(), voices.distances.tolist()) == ([1.0], [0.0])
-    assert voices.pull == -1
+    assert voices.attraction == -1
 
 
 def test_prototypes_of_another_field_are_found_out():
