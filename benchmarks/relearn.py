@@ -51,12 +51,12 @@ def write_bags(root: Path, n_trials: int) -> str:
     rng = np.random.default_rng(0)
     reachable = np.isfinite(truth.cost_to(WAY[-1]))
     for number in range(2, n_trials + 2):
-        field = learner.trial_field(curious=True)
+        field = learner.trial_field(exploring=True)
         start = next(cell for cell in learner.next_starts(400, rng, field) if reachable[cell])
         trial, _ = truth.trial(field, start, number, number)
         recorder.trial(trial, learner, truth)
         learner.add_trial(trial)
-    return digest(learner.trial_field(curious=False))
+    return digest(learner.trial_field(exploring=False))
 
 
 class Recorder:

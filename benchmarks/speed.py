@@ -89,13 +89,13 @@ def taught(size: int, family: str = 'open') -> tuple[Learner, GridWorld, Trial]:
     path = shortest_path(world, tuple(reachable[0].tolist()), goal, np.random.default_rng(1))
     learner.add_demonstration(demonstration_from_path(world, path, 1))
     start = tuple(reachable[len(reachable) // 2].tolist())
-    return learner, world, world.trial(learner.trial_field(curious=False), start, 1)[0]
+    return learner, world, world.trial(learner.trial_field(exploring=False), start, 1)[0]
 
 
 def decisions(_: Path) -> Work:
     """Decide 100 times as the controller does, in plain Python."""
     learner, world, _trial = taught(20)
-    field = learner.trial_field(curious=False)
+    field = learner.trial_field(exploring=False)
     cells = [(row, col, world.local_grid(row, col))
              for row, col in np.argwhere(world.truth == 0)[:100].tolist()]
 
@@ -132,7 +132,7 @@ def certificate(size: int, family: str) -> Callable[[Path], Work]:
     """Certify a field from each of its cells."""
     def prepare_it(_: Path) -> Work:
         learner, _world, _trial = taught(size, family)
-        field, memory = learner.trial_field(curious=False), learner.memory
+        field, memory = learner.trial_field(exploring=False), learner.memory
         return lambda: certify(field, memory.shown, 1, StepRules(False, False, 8))
     return prepare_it
 
@@ -140,7 +140,7 @@ def certificate(size: int, family: str) -> Callable[[Path], Work]:
 def wire(_: Path) -> Work:
     """Put a field of 200 x 200 cells on the wire and take it off."""
     learner, _world, _trial = taught(200)
-    field = learner.trial_field(curious=False)
+    field = learner.trial_field(exploring=False)
     return lambda: field_from_cloud(cloud_from_field(field))
 
 

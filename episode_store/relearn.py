@@ -114,9 +114,9 @@ class Relearner:
         """Return what is in force; None before the first demonstration."""
         return self._learner.refresh
 
-    def field(self, curious: bool = False) -> ControlField:
+    def field(self, exploring: bool = False) -> ControlField:
         """Return the field for the next trial, see `Learner.trial_field`."""
-        return self._learner.trial_field(curious)
+        return self._learner.trial_field(exploring)
 
     def learn(self, episode: Episode) -> LearntBag:
         """
@@ -179,7 +179,7 @@ class Relearner:
         if self.refresh is None:
             return None
         rng = np.random.default_rng([self.parameters.seed, self.refresh.field.revision])
-        cells = self._learner.next_starts(rank + 1, rng, self.field(curious=True))
+        cells = self._learner.next_starts(rank + 1, rng, self.field(exploring=True))
         if not cells:
             return None
         return StartPose(*self.grid.world_from_cell(*cells[min(rank, len(cells) - 1)]))

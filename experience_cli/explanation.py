@@ -291,9 +291,9 @@ class Moment:
             return None if prototypes is None else Course(field, prototypes, voices_at(
                 field, prototypes, parameters, *self.cell), 'recorded')
         made_of = relearner.refresh.prototypes
-        curious = relearner.field(curious=True)
-        if curious is not relearner.refresh.field and np.array_equal(curious.vx, field.vx) and (
-                np.array_equal(curious.vy, field.vy)):
+        exploration = relearner.field(exploring=True)
+        if exploration is not relearner.refresh.field and np.array_equal(
+                exploration.vx, field.vx) and np.array_equal(exploration.vy, field.vy):
             return Course(field, made_of, None, 'curious')
         return Course(field, made_of, voices_at(
             field, made_of, parameters, *self.cell, known), 'relearnt')

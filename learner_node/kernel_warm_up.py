@@ -27,4 +27,4 @@ def warm_up_kernels(parameters: Parameters) -> None:
     for outcome in (Outcome.GOAL, Outcome.GAVE_UP):
         learner.add_trial(Trial(rows.copy(), outcome, 2))
     learner.next_starts(1, np.random.default_rng(0))
-    learner.trial_field(curious=True)
+    learner.trial_field(exploring=True)

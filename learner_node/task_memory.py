@@ -85,9 +85,9 @@ class TaskMemory:
         """Return how many trials there are that were not aborted."""
         return self.relearner.n_trials
 
-    def field(self, curious: bool = False) -> ControlField:
+    def field(self, exploring: bool = False) -> ControlField:
         """Return the field for the next trial, see `Learner.trial_field`."""
-        return self.relearner.field(curious)
+        return self.relearner.field(exploring)
 
     def header(self, kind: EpisodeKind) -> Mapping[str, str]:
         """Return the header of a bag that is recorded now."""

@@ -92,12 +92,12 @@ def taught(cells, shape, occupancy=None, **values):
     return learner
 
 
-def practise(learner, occupancy, starts, first=2, seed=0, curious=False):
+def practise(learner, occupancy, starts, first=2, seed=0, exploring=False):
     """Run trials from cells, one after the other, and learn from each; return the trials."""
     world, trials = GridWorld(occupancy, learner.parameters), []
     for number, start in enumerate(starts, first):
         trial, _ = world.trial(
-            learner.trial_field(curious), tuple(start), seed + number, number)
+            learner.trial_field(exploring), tuple(start), seed + number, number)
         learner.add_trial(trial)
         trials.append(trial)
     return trials

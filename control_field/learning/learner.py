@@ -8,7 +8,7 @@ from control_field.grid import Grid
 from control_field.learning.certificate import Certificate, certify
 from control_field.learning.compose import compose, Composition
 from control_field.learning.memory import Memory
-from control_field.learning.starts import best_cells, curious_field, promise
+from control_field.learning.starts import best_cells, exploration_field, information_gain
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Prototypes, Trial
 from control_field.robot.policy import rules_of
@@ -120,13 +120,13 @@ class Learner:
         return certify(composition.field, self.memory.shown, len(composition.prototypes),
                        rules_of(self.parameters), composition.reachable)
 
-    def trial_field(self, curious: bool) -> ControlField:
+    def trial_field(self, exploring: bool) -> ControlField:
         """
         Return the field the next trial shall be driven on.
 
         Parameters
         ----------
-        curious : bool
+        exploring : bool
             Whether it is a trial from a chosen start, to learn from (profile full): it prefers
             ground not seen yet. Otherwise the field in force.
 
@@ -138,8 +138,8 @@ class Learner:
         """
         field = self._current().field
         parameters = self.parameters
-        if curious and parameters.profile == 'full' and parameters.curiosity > 0.0:
-            return curious_field(self.memory, field)
+        if exploring and parameters.profile == 'full' and parameters.curiosity > 0.0:
+            return exploration_field(self.memory, field)
         return field
 
     def next_starts(
@@ -164,7 +164,7 @@ class Learner:
         cells: list[tuple[int, int]] = []
         if self.parameters.profile == 'full':
             rules = rules_of(self.parameters)
-            cells = best_cells(promise(field, driven or field, rules), n)
+            cells = best_cells(information_gain(field, driven or field, rules), n)
         free = np.argwhere((field.known == 0) & self._current().composition.reachable)
         # As many more as may be among the cells already, or the goal.
         picked = free[rng.permutation(len(free))[:n + 1]]
@@ -175,7 +175,7 @@ class Learner:
     def teach_here(self, n: int) -> list[tuple[int, int]]:
         """Return the cells from which one more demonstration would help most, best first."""
         field = self._current().field
-        value = promise(field, field, rules_of(self.parameters))
+        value = information_gain(field, field, rules_of(self.parameters))
         for row, col in self._current().certificate.sinks:
             if field.known[row, col] == 0:
                 value[row, col] += field.known.size

@@ -33,7 +33,7 @@ def n_unseen_around(known: npt.NDArray[np.int8]) -> npt.NDArray[np.int64]:
     return count
 
 
-def curious_field(memory: Memory, field: ControlField) -> ControlField:
+def exploration_field(memory: Memory, field: ControlField) -> ControlField:
     """
     Return a field for a trial that is to teach: on its way to the goal it prefers to look around.
 
@@ -62,11 +62,11 @@ def curious_field(memory: Memory, field: ControlField) -> ControlField:
         q=q.astype(np.float32), known=field.known.copy(), flags=field.flags.copy())
 
 
-def promise(
+def information_gain(
     field: ControlField, driven: ControlField, rules: StepRules,
 ) -> npt.NDArray[np.float64]:
     """
-    Return what a trial from each cell promises to show.
+    Return how much unseen ground a trial from each cell would show, and how much it matters.
 
     The unseen cells that come into sight along the driven flow, each counted by the square root of
     how many cells' flow crosses it: ground that many ways depend on is worth most.

@@ -90,7 +90,7 @@ def _learn_external(arguments: argparse.Namespace) -> int:
         if arguments.verbose and not arguments.quiet:
             print(f'    in numbers: {report.numbers()}; {refresh.certificate.numbers()}')
     assert learner.refresh is not None  # one bag at least was named
-    _finish(arguments, learner.refresh, learner.trial_field(curious=False))
+    _finish(arguments, learner.refresh, learner.trial_field(exploring=False))
     return 0
 
 
@@ -200,7 +200,8 @@ def recorded_differs(episode: Episode, relearner: Relearner) -> bool | None:
     if relearner.refresh is None:
         return True
     data = struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes()
-    return data not in (field_bytes(relearner.field()), field_bytes(relearner.field(curious=True)))
+    fields = relearner.field(), relearner.field(exploring=True)
+    return data not in map(field_bytes, fields)
 
 
 def save_field(path: Path, refresh: Refresh, grid: Grid) -> None:

@@ -145,7 +145,7 @@ def test_an_unreachable_start_is_given_up_and_does_no_harm(profile):
         assert learner.refresh.certificate.basin == 1.0
 
 
-def test_the_curious_field_is_the_full_profiles():
+def test_the_exploration_field_is_the_full_profiles():
     for profile, curiosity, other in (('full', 0.8, True), ('full', 0.0, False),
                                       ('paper', 0.8, False)):
         learner = taught(SHOWN, WALLED.shape, WALLED, profile=profile, curiosity=curiosity)

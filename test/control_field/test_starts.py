@@ -2,7 +2,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 
-from control_field.learning.starts import best_cells, n_unseen_around, promise
+from control_field.learning.starts import best_cells, information_gain, n_unseen_around
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.policy import rules_of
@@ -35,10 +35,10 @@ def test_the_best_cells_come_first_and_worthless_ones_never(values, n):
 @given(relearner(low=4), st.integers(0, 20), st.sampled_from(['paper', 'full']), st.booleans())
 @few
 def test_starts_are_cells_of_the_workspace_and_not_known_to_be_walls(
-        learnt_bag, n, profile, curious):
+        learnt_bag, n, profile, exploring):
     occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, occupancy, profile=profile)
-    driven = learner.trial_field(curious)
+    driven = learner.trial_field(exploring)
     starts = learner.next_starts(n, np.random.default_rng(0), driven)
     assert len(starts) <= n
     field = learner.refresh.field
@@ -76,7 +76,7 @@ def test_chosen_starts_see_the_workspace_in_few_trials():
     for number in range(2, 12):
         field = learner.trial_field(True)
         free = [s for s in learner.next_starts(50, rng, field) if WALLED[s] == 0]
-        practise(learner, WALLED, free[:1], number, curious=True)
+        practise(learner, WALLED, free[:1], number, exploring=True)
     reachable = learner.refresh.composition.reachable
     assert (learner.memory.known[reachable] >= 0).mean() > 0.9
 
@@ -88,22 +88,22 @@ def test_a_start_promises_the_unseen_ground_along_its_flow_weighed_by_who_depend
     known = np.full((1, 5), -1, np.int8)
     unseen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
                           known, field.flags)
-    value = promise(unseen, unseen, rules_of(Parameters()))
+    value = information_gain(unseen, unseen, rules_of(Parameters()))
     crossing = np.sqrt(np.arange(1.0, 6.0))
     assert np.allclose(value[0], [crossing.sum(), crossing.sum(), *(
         crossing[k:].sum() for k in (1, 2, 3))])
     seen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
                         corridor, field.flags)
-    assert not promise(seen, seen, rules_of(Parameters())).any()
+    assert not information_gain(seen, seen, rules_of(Parameters())).any()
 
 
-def test_a_curious_way_still_leads_home_and_past_unseen_ground():
+def test_an_exploration_field_still_leads_home_and_past_unseen_ground():
     learner = taught(SHOWN, WALLED.shape, WALLED)
-    curious = learner.trial_field(True)
-    for field in (curious, learner.refresh.field):
+    exploring = learner.trial_field(True)
+    for field in (exploring, learner.refresh.field):
         assert field.goal == (2, 8)
         assert np.array_equal(field.known, learner.memory.known)
-    assert not np.array_equal(curious.vx, learner.refresh.field.vx)
+    assert not np.array_equal(exploring.vx, learner.refresh.field.vx)
 
 
 def test_teach_here_names_sinks_first():

@@ -22,7 +22,7 @@ class Step(NamedTuple):
     """A bag that was learnt from, and what there was before it."""
 
     episode: EpisodeFolder
-    curious: bytes
+    exploring: bytes
     plain: bytes
     starts: list[tuple[int, int]]
     learnt: LearntBag
@@ -47,7 +47,7 @@ def fold(task):
     for episode in task.episodes():
         fields, starts = (b'', b''), []
         if relearner.refresh:
-            fields = field_bytes(relearner.field(curious=True)), field_bytes(relearner.field())
+            fields = field_bytes(relearner.field(exploring=True)), field_bytes(relearner.field())
             starts = [relearner.promising_start(rank) for rank in range(400)]
         cells = [relearner.grid.cell_from_world(start.x, start.y) for start in starts]
         yield Step(episode, *fields, cells, relearner.learn(Episode(episode)))
@@ -88,8 +88,8 @@ def test_every_start_is_the_best_one_that_is_free(trials):
 def test_every_trial_drives_on_the_curious_field(trials):
     for step in trials:
         recorded = Episode(step.episode).messages('control_field')
-        assert struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes() == step.curious
-    assert any(step.curious != step.plain for step in trials)
+        assert struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes() == step.exploring
+    assert any(step.exploring != step.plain for step in trials)
 
 
 def test_no_trial_collides(trials):

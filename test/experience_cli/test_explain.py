@@ -184,7 +184,7 @@ def test_prototypes_that_do_not_add_up_are_not_passed_off_as_the_reason(task, ex
 
 def test_a_curious_trial_is_told_from_one_that_follows_the_prototypes(task, explain):
     relearner, _ = relearn(task.episodes()[:2])
-    field = serialize_message(cloud_from_field(relearner.field(curious=True)))
+    field = serialize_message(cloud_from_field(relearner.field(exploring=True)))
 
     def change(topic, type_name, message):
         return [(topic, type_name, field if topic == '/control_field' else message)]
