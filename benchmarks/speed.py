@@ -133,7 +133,7 @@ def certificate(size: int, family: str) -> Callable[[Path], Work]:
     def prepare_it(_: Path) -> Work:
         learner, _world, _trial = taught(size, family)
         field, memory = learner.trial_field(exploring=False), learner.memory
-        return lambda: certify(field, memory.shown, 1, StepRules(False, False, 8))
+        return lambda: certify(field, memory.demonstrated, 1, StepRules(False, False, 8))
     return prepare_it
 
 

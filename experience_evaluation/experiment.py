@@ -136,10 +136,10 @@ def _run_seed(experiment: Experiment, seed: int) -> LearningCurve:
     streams = np.random.default_rng(seed).spawn(2)
     method = make_method(experiment.method, task, streams[1])
     demonstrations = _demonstrations(experiment, world, streams[0])
-    shown = heading_table(demonstrations, experiment.grid.shape)
+    demonstrated = heading_table(demonstrations, experiment.grid.shape)
     seconds = sum(_seconds(method.teach, demonstration) for demonstration in demonstrations)
     judged = experiment.judged()
-    after = [_row(method, task, judged, shown, 0, _Spent(0, 0, 0, seconds))]
+    after = [_row(method, task, judged, demonstrated, 0, _Spent(0, 0, 0, seconds))]
     steps = collisions = 0
     for number in range(1, experiment.n_trials + 1):
         practice = method.practise(number)
@@ -151,8 +151,8 @@ def _run_seed(experiment: Experiment, seed: int) -> LearningCurve:
         steps, collisions = steps + practice.steps, collisions + practice.collisions
         spent = _Spent(steps, collisions, practice.reinforcements, practice.seconds)
         if is_judged:
-            after.append(_row(method, task, judged, shown, number, spent))
-    return LearningCurve(seed, after, field_columns(method, task, shown))
+            after.append(_row(method, task, judged, demonstrated, number, spent))
+    return LearningCurve(seed, after, field_columns(method, task, demonstrated))
 
 
 def _seconds(act: Callable[[Demonstration], None], demonstration: Demonstration) -> float:
@@ -194,8 +194,8 @@ class _Spent:
 
 
 def _row(method: Method, task: Task, judged: npt.NDArray[np.bool_],
-         shown: npt.NDArray[np.int8], number: int, spent: _Spent) -> Row:
-    row = judge(method, task, judged, shown)
+         demonstrated: npt.NDArray[np.int8], number: int, spent: _Spent) -> Row:
+    row = judge(method, task, judged, demonstrated)
     row['trials'] = float(number)
     row['steps'] = float(spent.steps)
     row['collisions'] += float(spent.collisions)

@@ -11,7 +11,7 @@ from experience_evaluation.methods.method import FieldMethod, Method, Task
 Columns = dict[str, npt.NDArray[np.generic]]
 
 
-def field_columns(method: Method, task: Task, shown: npt.NDArray[np.int8]) -> Columns:
+def field_columns(method: Method, task: Task, demonstrated: npt.NDArray[np.int8]) -> Columns:
     """
     Return what is written of a method as it stands, by name.
 
@@ -26,8 +26,8 @@ def field_columns(method: Method, task: Task, shown: npt.NDArray[np.int8]) -> Co
     ----------
     method : Method
     task : Task
-    shown : ndarray of int8, shape (n_rows, n_cols)
-        Demonstrated headings for a method that has no memory of its own of what was shown.
+    demonstrated : ndarray of int8, shape (n_rows, n_cols)
+        Demonstrated headings, for a method that does not remember them itself.
 
     """
     grid, parameters = task.grid, task.parameters
@@ -37,7 +37,7 @@ def field_columns(method: Method, task: Task, shown: npt.NDArray[np.int8]) -> Co
         'resolution': np.array(grid.resolution), 'power': np.array(parameters.power),
         'window': np.array(parameters.effective_window),
         'corner_cutting': np.array(parameters.corner_cutting),
-        'moves': np.array(parameters.moves), 'reachable': task.reachable, 'shown': shown}
+        'moves': np.array(parameters.moves), 'reachable': task.reachable, 'shown': demonstrated}
     return columns | (_of_field(method) if isinstance(method, FieldMethod) else _of_other(method))
 
 
@@ -48,7 +48,7 @@ def _of_field(method: FieldMethod) -> Columns:
         'vx': field.vx, 'vy': field.vy, 'q_matrix': field.q, 'known': field.known,
         'centres': field.grid.world_from_cells(prototypes.cells),
         'actions': UNIT[prototypes.headings], 'q': prototypes.q,
-        'weights': refresh.composition.weights, 'shown': method.learner.memory.shown}
+        'weights': refresh.composition.weights, 'shown': method.learner.memory.demonstrated}
 
 
 def _of_other(method: Method) -> Columns:

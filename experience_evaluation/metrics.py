@@ -55,7 +55,7 @@ def spl(home: npt.NDArray[np.bool_], length: npt.NDArray[np.float64],
 
 
 def judge(method: Method, task: Task, judged: npt.NDArray[np.bool_],
-          shown: npt.NDArray[np.int8]) -> dict[str, float]:
+          demonstrated: npt.NDArray[np.int8]) -> dict[str, float]:
     """
     Judge a method as it stands.
 
@@ -65,7 +65,7 @@ def judge(method: Method, task: Task, judged: npt.NDArray[np.bool_],
     task : Task
     judged : ndarray of bool, shape (n_rows, n_cols)
         The starts.
-    shown : ndarray of int8, shape (n_rows, n_cols)
+    demonstrated : ndarray of int8, shape (n_rows, n_cols)
         Demonstrated headings, -1 for none.
 
     Returns
@@ -87,7 +87,7 @@ def judge(method: Method, task: Task, judged: npt.NDArray[np.bool_],
         'steps': 0.0, 'collisions': _n_collisions(runs), 'reinforcements': 0.0,
         'hidden_neurons': float(notes.hidden_neurons),
         'hidden_neurons_share': notes.hidden_neurons / int(task.reachable.sum()),
-        'fidelity': _fidelity(notes, task, headings, shown), 'basin': notes.basin,
+        'fidelity': _fidelity(notes, task, headings, demonstrated), 'basin': notes.basin,
         'flow_steps': _n_steps(task, headings),
         'greedy_steps': _n_steps(task, greedy_headings(method)), 'seconds_learning': 0.0}
 
@@ -118,8 +118,8 @@ def _n_collisions(runs: Runs) -> float:
 
 
 def _fidelity(notes: Notes, task: Task, headings: npt.NDArray[np.int8],
-              shown: npt.NDArray[np.int8]) -> float:
+              demonstrated: npt.NDArray[np.int8]) -> float:
     """Return a method's own fidelity; without a map of its own, that on the true one."""
     if np.isfinite(notes.fidelity):
         return notes.fidelity
-    return fidelity_of(headings, shown, task.world.truth, task.world.rules)
+    return fidelity_of(headings, demonstrated, task.world.truth, task.world.rules)

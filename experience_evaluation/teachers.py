@@ -234,10 +234,10 @@ def demonstrate(world: GridWorld, teacher: str, start: Cell, goal: Cell,
 
 def heading_table(demonstrations: list[Demonstration], shape: tuple[int, int],
                   ) -> npt.NDArray[np.int8]:
-    """Return the demonstrated heading of every cell, the last one shown; -1 for none."""
-    shown = np.full(shape, -1, dtype=np.int8)
+    """Return the demonstrated heading of every cell, the last demonstration wins; -1 for none."""
+    demonstrated = np.full(shape, -1, dtype=np.int8)
     for demonstration in demonstrations:
         cells = demonstration.cells.tolist()
         for (row, col), (next_row, next_col) in pairwise(cells):
-            shown[row, col] = heading_from_step(next_row - row, next_col - col)
-    return shown
+            demonstrated[row, col] = heading_from_step(next_row - row, next_col - col)
+    return demonstrated

@@ -158,7 +158,7 @@ class Scene:
     def for_flow_ends(self):
         return self.known, self.headings, self.state, self.known == 0, self.rules
 
-    def for_n_as_shown(self):
+    def for_n_as_demonstrated(self):
         return self.known, self.headings, self.headings, self.rules
 
     def for_flow_lengths(self):

@@ -159,8 +159,9 @@ def cheapest_of_loop(
     """
     Return the cell of least cost to go of the loop that leads through a cell.
 
-    A fixed one comes after the others, for what was shown is kept; a cell that goes the best way
-    already comes last, for nothing would change: where a dead end was shown, that is its end.
+    A fixed one comes after the others, for what was demonstrated is kept; a cell that goes the
+    best way already comes last, for nothing would change: at a dead end that was demonstrated,
+    that is its end.
     """
     first_row, first_col = row, col
     best_row, best_col, best = row, col, np.inf

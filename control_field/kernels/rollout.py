@@ -111,14 +111,14 @@ def flow_ends(
     return ends
 
 
-def n_as_shown(
-    known: CellMap, headings: CellMap, shown: CellMap, rules: StepRules,
+def n_as_demonstrated(
+    known: CellMap, headings: CellMap, demonstrated: CellMap, rules: StepRules,
 ) -> tuple[int, int]:
-    """Return how many shown steps nothing bars, and with how many of them the field agrees."""
+    """Return how many demonstrated steps nothing blocks, and how many of them the field takes."""
     n_possible, n_agreeing = 0, 0
     for row in range(known.shape[0]):
         for col in range(known.shape[1]):
-            heading = shown[row, col]
+            heading = demonstrated[row, col]
             if (heading >= 0 and not is_occupied(known, row, col, False)
                     and step_allowed(known, row, col, heading, rules)):
                 n_possible += 1

@@ -29,7 +29,7 @@ class Certificate:
         or not: its heading is blocked or missing, or it is a cell of a loop.
     fidelity : float
         Share of the demonstrated cells, among those not proven blocked, where the field still
-        does what was shown; NaN without any.
+        does what was demonstrated; NaN without any.
     n_prototypes : int
     n_free : int
         Known free cells.
@@ -74,28 +74,28 @@ class Certificate:
 
 
 def fidelity_of(
-    headings: npt.NDArray[np.int8], shown: npt.NDArray[np.int8], known: npt.NDArray[np.int8],
-    rules: StepRules,
+    headings: npt.NDArray[np.int8], demonstrated: npt.NDArray[np.int8],
+    known: npt.NDArray[np.int8], rules: StepRules,
 ) -> float:
     """
-    Return the share of demonstrated cells where the field does what was shown.
+    Return the share of demonstrated cells where the field does what was demonstrated.
 
     Parameters
     ----------
     headings : ndarray of int8, shape (n_rows, n_cols)
         Of the field.
-    shown : ndarray of int8, shape (n_rows, n_cols)
+    demonstrated : ndarray of int8, shape (n_rows, n_cols)
         Demonstrated heading a cell, -1 for none.
     known : ndarray of int8, shape (n_rows, n_cols)
         Remembered map; a demonstrated step that it bars does not count.
 
     """
-    n_possible, n_agreeing = compiled.n_as_shown(known, headings, shown, rules)
+    n_possible, n_agreeing = compiled.n_as_demonstrated(known, headings, demonstrated, rules)
     return n_agreeing / n_possible if n_possible else float('nan')
 
 
 def certify(
-    field: ControlField, shown: npt.NDArray[np.int8], n_prototypes: int, rules: StepRules,
+    field: ControlField, demonstrated: npt.NDArray[np.int8], n_prototypes: int, rules: StepRules,
     reachable: npt.NDArray[np.bool_] | None = None,
 ) -> Certificate:
     """
@@ -104,7 +104,7 @@ def certify(
     Parameters
     ----------
     field : ControlField
-    shown : ndarray of int8, shape (n_rows, n_cols)
+    demonstrated : ndarray of int8, shape (n_rows, n_cols)
         Demonstrated heading a cell, -1 for none.
     n_prototypes : int
     rules : StepRules
@@ -129,6 +129,6 @@ def certify(
         basin=float((state[judged] == 1).mean()) if n else 0.0,
         proven=float((proven[judged] == 1).mean()) if n else 0.0,
         sinks=np.argwhere(at_end).astype(np.int32),
-        fidelity=fidelity_of(headings, shown, field.known, rules),
+        fidelity=fidelity_of(headings, demonstrated, field.known, rules),
         n_prototypes=n_prototypes, n_free=int((field.known == 0).sum()), n_reachable=n,
         coherence_min=float(field.coherence[away].min()) if away.any() else 0.0)

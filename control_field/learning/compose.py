@@ -97,7 +97,7 @@ def _field(
     safe = np.where(length > 1e-9, length, 1.0)
     flags = np.zeros(shape, dtype=np.uint8)
     flags[tuple(prototypes.cells.T)] |= np.uint8(CellFlag.PROTOTYPE)
-    flags[memory.shown >= 0] |= np.uint8(CellFlag.DEMONSTRATED)
+    flags[memory.demonstrated >= 0] |= np.uint8(CellFlag.DEMONSTRATED)
     flags[_goal(memory)] |= np.uint8(CellFlag.GOAL)
     flags[_supported(memory, prototypes)] |= np.uint8(CellFlag.SUPPORTED)
     return ControlField(
@@ -135,7 +135,7 @@ class _Composer:
         self.memory = memory
         self.parameters = memory.parameters
         self.ground: Ground = ground_of(memory.known, memory.parameters)
-        self.shown = self._still_shown()
+        self.demonstrated = self._still_demonstrated()
         self.preference = self._preference()
         self.cost = self._cost(self.preference)
         self.q = self._plain_q() if self.parameters.rehearsal else memory.q
@@ -146,35 +146,35 @@ class _Composer:
         """
         Return the Q-matrix that rehearsal comes to without any preference.
 
-        What was shown is preferred where the field is made, not in what is known to be good: the
-        greedy path of the Q-matrix is the best one known, whatever way the teacher went.
+        What was demonstrated is preferred where the field is made, not in what is known to be
+        good: the greedy path of the Q-matrix is the best one known, whatever way the teacher went.
         """
         none = no_preference(self.memory.grid.shape)
         q: npt.NDArray[np.float64] = compiled.q_from_cost(
             self.ground, self._cost(none), none, self.parameters.discount)
         return q
 
-    def _still_shown(self) -> npt.NDArray[np.int8]:
+    def _still_demonstrated(self) -> npt.NDArray[np.int8]:
         """Return the demonstrated steps that are not proven blocked."""
-        shown = self.memory.shown.copy()
-        for row, col in np.argwhere(shown >= 0).tolist():
+        demonstrated = self.memory.demonstrated.copy()
+        for row, col in np.argwhere(demonstrated >= 0).tolist():
             if self.ground.known[row, col] == BLOCKED or not compiled.step_allowed(
-                    self.ground.known, row, col, shown[row, col], self.ground.rules):
-                shown[row, col] = -1
-        return shown
+                    self.ground.known, row, col, demonstrated[row, col], self.ground.rules):
+                demonstrated[row, col] = -1
+        return demonstrated
 
     def _preference(self) -> Preference:
         """
         Return the step to prefer in each cell.
 
-        What was shown comes first, then what led to the goal in a trial, unless the remembered map
-        now knows a clearly shorter way.
+        What was demonstrated comes first, then what led to the goal in a trial, unless the
+        remembered map now knows a clearly shorter way.
         """
         parameters, action = self.parameters, self.memory.action
-        preference = Preference(self.shown.copy(), np.where(
-            self.shown >= 0, parameters.demonstration_advantage, 0.0))
+        preference = Preference(self.demonstrated.copy(), np.where(
+            self.demonstrated >= 0, parameters.demonstration_advantage, 0.0))
         cost = self._cost(preference)
-        for row, col in np.argwhere((action >= 0) & (self.shown < 0)).tolist():
+        for row, col in np.argwhere((action >= 0) & (self.demonstrated < 0)).tolist():
             through = compiled.through(self.ground, cost, row, col, action[row, col])
             if through <= _CLEARLY_LONGER * cost[row, col]:
                 preference.headings[row, col] = action[row, col]
@@ -203,8 +203,8 @@ class _Composer:
         action = self.memory.action
         for row, col in np.argwhere(action >= 0).tolist():
             heading = int(action[row, col])
-            if self.shown[row, col] >= 0 and self.parameters.demonstration_advantage > 0.0:
-                self.centre[row, col] = self.shown[row, col]
+            if self.demonstrated[row, col] >= 0 and self.parameters.demonstration_advantage > 0.0:
+                self.centre[row, col] = self.demonstrated[row, col]
             elif not self.parameters.rehearsal or self._worth_keeping(row, col, heading):
                 self.centre[row, col] = heading
 
@@ -229,7 +229,7 @@ class _Composer:
             cells=cells, headings=headings, q=q,
             episodes=np.where(own, -memory.n_episodes, memory.episode[at]).astype(np.int32),
             stamps=np.where(own, np.nan, memory.stamp[at]),
-            demonstrated=memory.shown[at] == headings)
+            demonstrated=memory.demonstrated[at] == headings)
         return prototypes, weight_from_q(q, self.parameters.weight_floor)
 
     def _interpolate(self) -> None:
@@ -266,7 +266,7 @@ class _Composer:
             state = compiled.flow_basin(
                 self.ground.known, self.headings, *goal, self.ground.rules)
             cells = compiled.mending_cells(
-                self.ground, self.cost, self.headings, state, self.shown >= 0)
+                self.ground, self.cost, self.headings, state, self.demonstrated >= 0)
             if not cells.any():
                 return
             before = self.centre.copy()

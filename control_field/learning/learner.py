@@ -117,7 +117,7 @@ class Learner:
         return Composition(field, old.prototypes, old.weights, new.reachable)
 
     def _certify(self, composition: Composition) -> Certificate:
-        return certify(composition.field, self.memory.shown, len(composition.prototypes),
+        return certify(composition.field, self.memory.demonstrated, len(composition.prototypes),
                        rules_of(self.parameters), composition.reachable)
 
     def trial_field(self, exploring: bool) -> ControlField:

@@ -31,7 +31,7 @@ class Memory:
         self.n_episodes = 0
         self.q = np.zeros((*grid.shape, 8))
         self.known = np.full(grid.shape, -1, dtype=np.int8)
-        self.shown = np.full(grid.shape, -1, dtype=np.int8)
+        self.demonstrated = np.full(grid.shape, -1, dtype=np.int8)
         self.action = np.full(grid.shape, -1, dtype=np.int8)
         self.episode = np.zeros(grid.shape, dtype=np.int32)
         self.stamp = np.full(grid.shape, np.nan)
@@ -135,15 +135,15 @@ class Memory:
                 reward if i == len(cells) - 2 else 0.0))
 
     def _learn_path(self, cells: npt.NDArray[np.int32], stamps: npt.NDArray[np.float64],
-                    episode: int, shown: bool) -> None:
+                    episode: int, demonstrated: bool) -> None:
         """Make every step of a path the prototype of its cell; the last one taken wins."""
         for i in range(len(cells) - 1):
             (row, col), (next_row, next_col) = cells[i].tolist(), cells[i + 1].tolist()
             if max(abs(next_row - row), abs(next_col - col)) != 1:
                 continue
             heading = heading_from_step(next_row - row, next_col - col)
-            self._learn_step(row, col, heading, episode, float(stamps[i]), shown)
-        if shown:
+            self._learn_step(row, col, heading, episode, float(stamps[i]), demonstrated)
+        if demonstrated:
             self._carry_back(cells, 1.0)
 
     def _learn_taught(self, moved: npt.NDArray[np.void], episode: int) -> None:
@@ -153,12 +153,12 @@ class Memory:
                              float(row['stamp']), True)
 
     def _learn_step(self, row: int, col: int, heading: int, episode: int, stamp: float,
-                    shown: bool) -> None:
+                    demonstrated: bool) -> None:
         self.action[row, col] = heading
         self.episode[row, col] = episode
         self.stamp[row, col] = stamp
-        if shown:
-            self.shown[row, col] = heading
+        if demonstrated:
+            self.demonstrated[row, col] = heading
 
     def prototypes(self) -> Prototypes:
         """Return all that was learnt, one prototype a cell, with its Q-value by eq. 6."""
@@ -168,4 +168,4 @@ class Memory:
         return Prototypes(
             cells=cells, headings=headings, q=self.q[(*at, headings)],
             episodes=self.episode[at], stamps=self.stamp[at],
-            demonstrated=self.shown[at] == headings)
+            demonstrated=self.demonstrated[at] == headings)

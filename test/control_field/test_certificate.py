@@ -85,12 +85,13 @@ def test_a_flow_that_ends_in_unseen_ground_has_a_sink_there():
 @steady
 def test_fidelity_counts_what_is_still_done_of_what_is_still_possible(known, rule, seed):
     rng = np.random.default_rng(seed)
-    shown = rng.integers(-1, 8, known.shape).astype(np.int8)
-    headings = np.where(rng.random(known.shape) < 0.5, shown, (shown + 1) % 8).astype(np.int8)
-    kept = [headings[cell] == shown[cell] for cell in np.ndindex(known.shape)
-            if shown[cell] >= 0 and known[cell] != 100
-            and step_allowed(known, *cell, shown[cell], rule)]
-    fidelity = fidelity_of(headings, shown, known, rule)
+    demonstrated = rng.integers(-1, 8, known.shape).astype(np.int8)
+    others = (demonstrated + 1) % 8
+    headings = np.where(rng.random(known.shape) < 0.5, demonstrated, others).astype(np.int8)
+    kept = [headings[cell] == demonstrated[cell] for cell in np.ndindex(known.shape)
+            if demonstrated[cell] >= 0 and known[cell] != 100
+            and step_allowed(known, *cell, demonstrated[cell], rule)]
+    fidelity = fidelity_of(headings, demonstrated, known, rule)
     assert np.isnan(fidelity) if not kept else fidelity == pytest.approx(np.mean(kept))
 
 

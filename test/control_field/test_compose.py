@@ -56,7 +56,8 @@ def test_courses_are_unit_vectors_and_flags_say_what_is_there(learnt_bag, profil
     centre = np.zeros(occupancy.shape, bool)
     centre[tuple(prototypes.cells.T)] = True
     assert np.array_equal(field.flags & CellFlag.PROTOTYPE > 0, centre)
-    assert np.array_equal(field.flags & CellFlag.DEMONSTRATED > 0, learner.memory.shown >= 0)
+    demonstrated = learner.memory.demonstrated >= 0
+    assert np.array_equal(field.flags & CellFlag.DEMONSTRATED > 0, demonstrated)
     assert np.argwhere(field.flags & CellFlag.GOAL).tolist() == [list(cells[-1])]
     near = np.hypot(*(np.argwhere(np.ones(occupancy.shape))[:, None] - prototypes.cells).T)
     window = learner.parameters.effective_window
@@ -72,8 +73,8 @@ def test_what_was_shown_is_kept_where_it_is_free(learnt_bag, cutting):
     practise(learner, occupancy, [cells[0]])
     assert learner.refresh.certificate.fidelity == 1.0
     headings = headings_of(learner.refresh.field)
-    shown = learner.memory.shown
-    assert np.array_equal(headings[shown >= 0], shown[shown >= 0])
+    demonstrated = learner.memory.demonstrated
+    assert np.array_equal(headings[demonstrated >= 0], demonstrated[demonstrated >= 0])
 
 
 @given(relearner(low=4, blind=True), st.data())

@@ -68,7 +68,7 @@ def test_a_trial_never_shrinks_the_basin_on_the_known_map(learnt_bag, data):
         new = learner.refresh
         assert new.field.revision == number
         kept = learner._with_memory(old.composition, new.composition).field
-        before = certify(kept, learner.memory.shown, 0, rules_of(learner.parameters))
+        before = certify(kept, learner.memory.demonstrated, 0, rules_of(learner.parameters))
         assert new.certificate.basin >= before.basin
         if new.pushed:
             assert new.reason == ''

@@ -36,7 +36,7 @@ def trial_of(cells, outcome=Outcome.GOAL, kind=Kind.FIELD, rewards=None, episode
 
 def state(memory):
     return b''.join(getattr(memory, name).tobytes()
-                    for name in ('q', 'known', 'shown', 'action', 'episode'))
+                    for name in ('q', 'known', 'demonstrated', 'action', 'episode'))
 
 
 @given(drives(OPEN))
@@ -118,10 +118,11 @@ def test_decisions_outside_the_workspace_are_refused_and_change_nothing(name, va
 def test_a_trial_that_the_field_alone_brought_home_changes_nothing(learnt_bag):
     occupancy, cells = learnt_bag
     learner = taught(cells, occupancy.shape, occupancy, profile='paper')
-    before = {name: getattr(learner.memory, name).copy() for name in ('q', 'action', 'shown')}
+    before = {name: getattr(learner.memory, name).copy()
+              for name in ('q', 'action', 'demonstrated')}
     field = learner.refresh.field
     trial = practise(learner, occupancy, [cells[0]])[0]
-    assert trial.outcome == Outcome.GOAL  # what was shown is driven again
+    assert trial.outcome == Outcome.GOAL  # what was demonstrated is driven again
     assert learner.refresh.reinforcements == 0
     for name, array in before.items():
         assert np.array_equal(getattr(learner.memory, name), array)
@@ -145,7 +146,7 @@ def test_a_stopped_trial_teaches_what_was_seen_and_what_a_person_drove():
     assert memory.add_trial(trial) == 0
     assert np.array_equal(memory.q, q)
     assert memory.known[5, 2] == 0
-    assert memory.shown[5].tolist() == [-1, 0, -1, -1, -1, -1]
+    assert memory.demonstrated[5].tolist() == [-1, 0, -1, -1, -1, -1]
     assert memory.action[5].tolist() == [-1, 0, -1, -1, -1, -1]
 
 
@@ -158,7 +159,7 @@ def test_what_a_person_drove_in_a_trial_counts_as_demonstrated():
     at = {tuple(cell): i for i, cell in enumerate(prototypes.cells.tolist())}
     assert prototypes.demonstrated[[at[2, 1], at[3, 2]]].all()
     assert prototypes.headings[[at[2, 1], at[3, 2]]].tolist() == [1, 7]
-    assert memory.shown[2, 1] == 1
+    assert memory.demonstrated[2, 1] == 1
 
 
 def test_the_payoff_is_carried_back_along_the_loop_erased_way():
