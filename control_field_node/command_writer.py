@@ -84,7 +84,7 @@ class CommandWriter:
 
     def acknowledge(self, msg: Any, velocity: Velocity) -> bool:
         """Take in a message; return whether it was sent here: each comes back once."""
-        return self._own.is_own(*_stamp_of(msg), *velocity)
+        return self._acknowledge(*_stamp_of(msg), *velocity)
 
     def acknowledge_raw(self, message: bytes) -> bool:
         """Do the same with a message's bytes."""
@@ -92,7 +92,13 @@ class CommandWriter:
             return False
         stamp = _STAMP.unpack_from(message, _ENCAPSULATION) if self.kind is TwistStamped else ()
         twist = _TWIST.unpack_from(message, len(message) - _TWIST_SIZE)
-        return self._own.is_own(*stamp, twist[0], twist[5])
+        return self._acknowledge(*stamp, twist[0], twist[5])
+
+    def _acknowledge(self, *command: float) -> bool:
+        is_own = self._own.is_own(*command)
+        if is_own:
+            self._own.forget(*command)
+        return is_own
 
 
 def _stamp_of(msg: Any) -> tuple[int, ...]:

@@ -89,18 +89,17 @@ class PoseFilter:
 
         """
         age, timeout = clock - pose.stamp, self._timeout
-        n_behind = self.order.n_behind(pose.stamp)
+        self.order.note_stamp(pose.stamp)
         # Stamps that do not advance grow old, too; that is no fault of link or clocks.
         is_repeated = self.order.is_repeated(pose.stamp) or pose.stamp == self._late_stamp
-        is_old = not is_repeated and timeout < age < OTHER_CLOCK and not self.order.went_back(
-            n_behind)
+        is_old = not is_repeated and timeout < age < OTHER_CLOCK and not self.order.was_set_back
         if is_old:
             self.is_late, self._late_stamp = True, pose.stamp
-        if is_old and not n_behind:
+        if is_old and not self.order.is_behind:
             self._refusals.refuse(
                 f'odom: age is {age:.2f} s when it arrives, must be below odom_timeout '
                 f'({timeout:g} s); is the link that slow, or are the clocks not set?')
-        is_out_of_order = is_repeated or (is_old and n_behind > 0)
+        is_out_of_order = is_repeated or (is_old and self.order.is_behind)
         self._refusals.counts['late odometry'] += is_out_of_order
         if is_out_of_order:
             return f'its stamps do not advance (last {pose.stamp:.2f} s)'

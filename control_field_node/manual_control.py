@@ -114,7 +114,8 @@ class ManualControl:
     def on_external_command(self, velocity: Velocity, now: float) -> Answer:
         """Take in a command on `cmd_vel` of somebody else, who may drive."""
         topic, refusals = 'cmd_vel', self._sensing.inputs.refusals
-        if self.takeover.saw_external(now, moves(velocity), topic):
+        self.takeover.on_external_command(now, moves(velocity), topic)
+        if self.takeover.holds(topic, now):
             self._output.velocity = velocity
             return self.hand_over()
         if self._trial.run is not None and refusals.logged.add(f'{topic}: {_TAKE_NOTHING}'):
@@ -129,9 +130,9 @@ class ManualControl:
         In a trial standstill takes nothing over from the field, unless it follows a drive. Where
         no local grid has ever come only the limits hold; where it is stale, the robot only turns.
         """
-        is_moving = moves(wanted)
-        holds = self.takeover.saw_external(now, is_moving, 'cmd_vel_teleop')
-        if self._trial.run is not None and not holds:
+        topic, is_moving = 'cmd_vel_teleop', moves(wanted)
+        self.takeover.on_external_command(now, is_moving, topic)
+        if self._trial.run is not None and not self.takeover.holds(topic, now):
             return NOTHING  # standstill of a program that nobody has driven with
         if self.keys.update(is_moving, now, self.takeover.timeout):
             self._output.is_stopped = False

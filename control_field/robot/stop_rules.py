@@ -129,7 +129,6 @@ class PoseMonitor:
     def __init__(self, rules: StopRules) -> None:
         """Start with no pose."""
         self.rules = rules
-        self.n_dropped = 0
         self._last: tuple[float, float, float] | None = None
         self._is_placed = False
         self._behind = 0, math.inf
@@ -138,25 +137,26 @@ class PoseMonitor:
         """Measure the next pose against no earlier one: until a trial begins a robot is placed."""
         self._is_placed = True
 
-    def n_behind(self, stamp: float) -> int:
-        """Count the messages in a row, this one too, that are behind by more than the timeout."""
+    def note_stamp(self, stamp: float) -> None:
+        """Take in the stamp of every message, also of one that is not observed."""
         n, last = self._behind
         is_behind = self._last is not None and stamp < self._last[0] - self.rules.odom_timeout
         self._behind = (n + 1 if stamp > last else 1) if is_behind else 0, stamp
-        return self._behind[0]
 
-    @staticmethod
-    def went_back(n_behind: int) -> bool:
-        """Tell whether so many messages are behind that none of them is late: a clock was set."""
-        return n_behind >= _SET_BACK
+    @property
+    def is_behind(self) -> bool:
+        """Return whether the last stamp was behind by more than the timeout."""
+        return self._behind[0] > 0
+
+    @property
+    def was_set_back(self) -> bool:
+        """Return whether so many stamps in a row are behind that a clock was set back."""
+        return self._behind[0] >= _SET_BACK
 
     def is_repeated(self, stamp: float) -> bool:
-        """Tell whether a message is a duplicate, or late by less than the timeout; counts it."""
-        if self._last is None:
-            return False
-        repeated = 0.0 <= self._last[0] - stamp <= self.rules.odom_timeout
-        self.n_dropped += repeated
-        return repeated
+        """Return whether a message is a duplicate, or late by less than the timeout."""
+        return self._last is not None and (
+            0.0 <= self._last[0] - stamp <= self.rules.odom_timeout)
 
     def observe(
         self, stamp: float, x: float, y: float, grid: Grid,

@@ -10,7 +10,7 @@ _REST: Final = (1e-3, 1e-3)
 
 
 def moves(velocity: Velocity) -> bool:
-    """Tell whether a command is one to drive, and not one to stand."""
+    """Return whether a command is one to drive, and not one to stand."""
     return abs(velocity[0]) > _REST[0] or abs(velocity[1]) > _REST[1]
 
 
@@ -41,9 +41,9 @@ class TakeoverDetector:
         self.topic = ''
         self._last: dict[str, float] = {}
 
-    def saw_external(self, now: float, is_driving: bool = True, topic: str = '') -> bool:
+    def on_external_command(self, now: float, is_driving: bool = True, topic: str = '') -> None:
         """
-        Note a command that is not the controller's own; tell whether it holds the robot.
+        Take in a command that is not the controller's own.
 
         Parameters
         ----------
@@ -54,20 +54,19 @@ class TakeoverDetector:
             Where it came.
 
         """
-        if not is_driving and not self._holds(topic, now):
-            return False
-        self._last[topic], self.topic = now, topic
-        return True
+        if is_driving or self.holds(topic, now):
+            self._last[topic], self.topic = now, topic
 
     def let_go(self) -> None:
         """Forget who drove: the robot has been handed over."""
         self._last.clear()
 
     def is_taken_over(self, now: float) -> bool:
-        """Tell whether the person still drives, or holds the robot."""
-        return any(self._holds(topic, now) for topic in self._last)
+        """Return whether a person still drives, or holds the robot."""
+        return any(self.holds(topic, now) for topic in self._last)
 
-    def _holds(self, topic: str, now: float) -> bool:
+    def holds(self, topic: str, now: float) -> bool:
+        """Return whether the person on a topic holds the robot."""
         return now - self._last.get(topic, -math.inf) < self.timeout
 
 
@@ -98,8 +97,9 @@ class OwnCommands:
             del self._out[0]
 
     def is_own(self, *command: float) -> bool:
-        """Tell whether a command that arrived is an own one, and forget it and those before it."""
-        if command not in self._out:
-            return False
+        """Return whether a command that arrived is an own one that is still out."""
+        return command in self._out
+
+    def forget(self, *command: float) -> None:
+        """Forget a command that has come back, and those that were sent before it."""
         del self._out[:self._out.index(command) + 1]
-        return True

@@ -12,14 +12,14 @@ commands = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_a_person_is_gone_after_the_timeout():
     watch = TakeoverDetector(0.5)
     assert not watch.is_taken_over(0.0)
-    watch.saw_external(3.0)
+    watch.on_external_command(3.0)
     assert watch.is_taken_over(3.4)
     assert not watch.is_taken_over(3.5)
 
 
 def test_handing_over_forgets_the_person():
     watch = TakeoverDetector(0.5)
-    watch.saw_external(3.0)
+    watch.on_external_command(3.0)
     watch.let_go()
     assert not watch.is_taken_over(3.0)
 
@@ -30,7 +30,10 @@ def test_own_commands_come_back_in_order_and_some_are_lost(sent, data):
     for command in sent:
         own.sent(*command)
     kept = data.draw(st.lists(st.booleans(), min_size=len(sent), max_size=len(sent)))
-    assert all(own.is_own(*command) for command, k in zip(sent, kept, strict=True) if k)
+    for command, has_come in zip(sent, kept, strict=True):
+        if has_come:
+            assert own.is_own(*command)
+            own.forget(*command)
 
 
 @given(st.lists(commands, max_size=20), commands)
@@ -45,6 +48,7 @@ def test_a_command_is_own_only_once():
     own = OwnCommands()
     own.sent(0.1, 0.0)
     assert own.is_own(0.1, 0.0)
+    own.forget(0.1, 0.0)
     assert not own.is_own(0.1, 0.0)
 
 
@@ -68,31 +72,37 @@ def test_standstill_alone_takes_nothing_over_however_often_it_comes(waits):
     watch, now = TakeoverDetector(0.5), 0.0
     for wait in waits:
         now += wait
-        assert not watch.saw_external(now, is_driving=False)
+        watch.on_external_command(now, is_driving=False)
+        assert not watch.holds('', now)
         assert not watch.is_taken_over(now)
 
 
 def test_who_moved_the_robot_holds_it_with_standstill_until_that_breaks_off():
     watch = TakeoverDetector(0.5)
-    assert watch.saw_external(1.0, topic='cmd_vel')
+    watch.on_external_command(1.0, topic='cmd_vel')
+    assert watch.holds('cmd_vel', 1.0)
     for k in range(40):
-        assert watch.saw_external(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
+        watch.on_external_command(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
+        assert watch.holds('cmd_vel', 1.1 + 0.1 * k)
     assert watch.is_taken_over(5.4)
     assert not watch.is_taken_over(5.6)
-    assert not watch.saw_external(5.6, is_driving=False, topic='cmd_vel')
+    watch.on_external_command(5.6, is_driving=False, topic='cmd_vel')
+    assert not watch.holds('cmd_vel', 5.6)
 
 
 def test_standstill_on_another_topic_does_not_hold_what_a_person_let_go():
     watch = TakeoverDetector(0.5)
-    watch.saw_external(1.0, topic='cmd_vel_teleop')
+    watch.on_external_command(1.0, topic='cmd_vel_teleop')
     for k in range(20):
-        assert not watch.saw_external(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
+        watch.on_external_command(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
+        assert not watch.holds('cmd_vel', 1.1 + 0.1 * k)
     assert watch.topic == 'cmd_vel_teleop'
     assert not watch.is_taken_over(1.6)
 
 
 def test_standstill_after_the_robot_was_handed_over_holds_nothing():
     watch = TakeoverDetector(0.5)
-    watch.saw_external(1.0)
+    watch.on_external_command(1.0)
     watch.let_go()
-    assert not watch.saw_external(1.1, is_driving=False)
+    watch.on_external_command(1.1, is_driving=False)
+    assert not watch.holds('', 1.1)
