@@ -16,9 +16,9 @@ from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from episode_store.errors import OtherFrameError, OutsideDriveError
-from episode_store.external.drive import ExternalDrive, Reading
+from episode_store.external.drive import ExternalDrive, ReadOptions
+from episode_store.external.import_drive import check_drive, import_demonstration
 from episode_store.external.span import Span
-from episode_store.external.take_over import check_drive, import_demonstration
 from episode_store.header import EpisodeHeader
 from episode_store.lock import changing
 from episode_store.making import NewBags
@@ -41,7 +41,7 @@ def wanted_option(arguments: argparse.Namespace) -> str:
                  if getattr(arguments, option, None) is not None), '')
 
 
-def reading_of(arguments: argparse.Namespace) -> Reading:
+def reading_of(arguments: argparse.Namespace) -> ReadOptions:
     """
     Return how a bag is to be read.
 
@@ -66,7 +66,7 @@ def reading_of(arguments: argparse.Namespace) -> Reading:
     first, last = getattr(arguments, 'from'), arguments.to
     if first is not None or last is not None:
         values['span'] = _span(0.0 if first is None else first, math.inf if last is None else last)
-    return Reading(**values)
+    return ReadOptions(**values)
 
 
 def _span(first: float, last: float) -> Span:

@@ -11,8 +11,8 @@ from rosbags.rosbag2 import CompressionFormat, StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
 
 from bridge_helpers import GRID, nanoseconds, ODOMETRY, raw_local_grid, raw_odometry
-from episode_store.external.drive import open_drive, Reading
-from episode_store.external.take_over import learnt_from
+from episode_store.external.drive import open_drive, ReadOptions
+from episode_store.external.import_drive import demonstration_from_drive
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 OCCUPANCY = 'nav_msgs/msg/OccupancyGrid'
@@ -23,7 +23,8 @@ EXTERNAL = {'odom': '/wheel/odometry', 'cmd_vel': '/cmd_vel'}
 
 def external_demonstration(path, grid, topics=None, number=0):
     """Return what a bag of others teaches alone, what was dropped of it, and notes."""
-    return learnt_from(open_drive(path, grid, Reading(names=topics or {})), grid, number)
+    drive = open_drive(path, grid, ReadOptions(names=topics or {}))
+    return demonstration_from_drive(drive, grid, number)
 
 
 @cache

@@ -7,7 +7,7 @@ messages like any others, so that the field stays a function of that bag.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,7 @@ from msgs_bridge.sensing.local_grid_from_scan import Body
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadOptions:
     """
     How a bag of others is to be read.
 
@@ -67,7 +67,7 @@ class ExternalDrive:
     ----------
     path : Path
         As it was named.
-    bag : Bag
+    bag : DriveBag
         With what was made of it.
     topics : dict of str to str
         Topics of ``bag`` by role, without those that only something was made from.
@@ -83,7 +83,7 @@ class ExternalDrive:
     """
 
     path: Path
-    bag: Bag
+    bag: 'DriveBag'
     topics: dict[str, str]
     notes: tuple[str, ...]
     read_from: str
@@ -91,9 +91,9 @@ class ExternalDrive:
     begins: float = 0.0
 
 
-class CompletedBag(Bag):
+class DriveBag(Bag):
     """
-    A bag with topics that were made from others.
+    A bag of others as a drive is learnt from it: in the order of log times, and completed.
 
     Parameters
     ----------
@@ -112,10 +112,13 @@ class CompletedBag(Bag):
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the bag."""
         made = self._made.get(topic)
-        return self._bag.messages(topic) if made is None else made
+        found = self._bag.messages(topic) if made is None else made
+        order = np.argsort(found.log_times, kind='stable')
+        return replace(found, starts=found.starts[order], sizes=found.sizes[order],
+                       log_times=found.log_times[order])
 
 
-def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> ExternalDrive:
+def open_drive(path: Path | str, grid: Grid, reading: ReadOptions | None = None) -> ExternalDrive:
     """
     Open a bag of others for a workspace.
 
@@ -125,7 +128,7 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
         See `any_reader.open_bag`.
     grid : Grid
         The workspace, whose frame the poses are taken to where `/tf` says how.
-    reading : Reading, optional
+    reading : ReadOptions, optional
 
     Raises
     ------
@@ -133,7 +136,7 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
         If it cannot be read, a named topic is not in it, or nothing says where the robot was.
 
     """
-    bag, reading = open_bag(path), reading or Reading()
+    bag, reading = open_bag(path), reading or ReadOptions()
     made: dict[str, RawMessages] = {}
     try:
         roles = _Roles(bag, grid, reading)
@@ -145,12 +148,10 @@ def open_drive(path: Path | str, grid: Grid, reading: Reading | None = None) -> 
         roles.make_local_grid(made, poses)
     topics = {role: topic for role, topic in roles.topics.items() if role != 'scan'}
     if times is not None:
-        whole = CompletedBag(bag, made)
-        made = cut(map(whole.messages, set(topics.values())), *times)
+        made = cut(map(DriveBag(bag, made).messages, set(topics.values())), *times)
         roles.notes.append(str(reading.span))
-    return ExternalDrive(Path(path), CompletedBag(bag, made) if made else bag, topics,
-                        (*roles.notes, *notes_on(bag)), roles.read_from, bag.counts,
-                        max(reading.span.first, 0.0))
+    return ExternalDrive(Path(path), DriveBag(bag, made), topics, (*roles.notes, *notes_on(bag)),
+                         roles.read_from, bag.counts, max(reading.span.first, 0.0))
 
 
 def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
@@ -162,7 +163,7 @@ def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
 class _Roles:
     """Finds out what a bag's topics are good for."""
 
-    def __init__(self, bag: Bag, grid: Grid, reading: Reading) -> None:
+    def __init__(self, bag: Bag, grid: Grid, reading: ReadOptions) -> None:
         self.bag, self.grid, self.reading = bag, grid, reading
         self.notes: list[str] = []
         self.topics = roles_of_topics(bag, reading.names)

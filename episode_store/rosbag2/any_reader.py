@@ -1,7 +1,6 @@
 """Open any bag, whoever recorded it: one file or several, with or without its metadata."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 import shutil
 import weakref
@@ -113,28 +112,6 @@ class JoinedBag(Bag):
                 if n_unpacked > MOST_IN_MEMORY:
                     raise BagError(f'cannot read {self.path}: unpacked, {topic} has more than '
                                    f'{MOST_IN_MEMORY} bytes')
-
-
-class InLogOrder(Bag):
-    """
-    A bag whose messages come in the order of their log times, whatever their order in the file.
-
-    Parameters
-    ----------
-    bag : Bag
-
-    """
-
-    def __init__(self, bag: Bag) -> None:
-        self.path, self._bag = bag.path, bag
-        self.topics, self.counts = bag.topics, bag.counts
-
-    def messages(self, topic: str) -> RawMessages:
-        """Return the messages of a topic; none if it is not in the bag."""
-        found = self._bag.messages(topic)
-        order = np.argsort(found.log_times, kind='stable')
-        return replace(found, starts=found.starts[order], sizes=found.sizes[order],
-                       log_times=found.log_times[order])
 
 
 def _cut_parts(bag: Bag) -> list[Bag]:

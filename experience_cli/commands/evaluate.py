@@ -14,7 +14,7 @@ from control_field.parameters import Parameters
 from control_field.records import Demonstration
 from episode_store.errors import OutsideDriveError
 from episode_store.external.drive import open_drive
-from episode_store.external.take_over import learnt_from
+from episode_store.external.import_drive import demonstration_from_drive
 from experience_cli.arguments import READING
 from experience_cli.bag_argument import named_path
 from experience_cli.errors import UserError
@@ -233,7 +233,7 @@ def _demonstration(arguments: argparse.Namespace, grid: Grid) -> Demonstration:
     grid = replace(grid, frame_id=arguments.frame or grid.frame_id)
     try:
         drive = open_drive(bag, grid, reading_of(arguments))
-        demonstration, report, notes = learnt_from(
+        demonstration, report, notes = demonstration_from_drive(
             drive, grid, speed_max=arguments.max_speed or SPEED_MAX)
     except OutsideDriveError as error:
         raise UserError(f'--demo-bag {error}; it was driven in another world') from error

@@ -17,7 +17,7 @@ from control_field.words import counted, sentences
 from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError
 from episode_store.external.drive import open_drive
-from episode_store.external.take_over import learnt_from
+from episode_store.external.import_drive import demonstration_from_drive
 from episode_store.relearn import changes_before, goal_moved, LearntBag, odd_one_named, Relearner
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder
@@ -78,7 +78,7 @@ def _learn_external(arguments: argparse.Namespace) -> int:
     for number, path in enumerate(arguments.bags, start=1):
         with remedy_named():
             drive = open_drive(there(path), header.grid, reading_of(arguments))
-            demonstration, report, notes = learnt_from(
+            demonstration, report, notes = demonstration_from_drive(
                 drive, header.grid, number, header.speed_max)
         before = learner.refresh
         refresh = learner.add_demonstration(demonstration)

@@ -15,7 +15,7 @@ from control_field.records import ControlField, DECISION_DTYPE, Kind, Outcome
 from control_field.robot.policy import TrialPolicy
 from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError, OutsideDriveError
-from episode_store.external.take_over import check_drive
+from episode_store.external.import_drive import check_drive
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.relearn import Relearner

@@ -10,8 +10,8 @@ import pytest
 
 from bridge_helpers import GRID
 from control_field.grid import Grid
-from episode_store.external.drive import open_drive, Reading
-from episode_store.external.take_over import learnt_from
+from episode_store.external.drive import open_drive, ReadOptions
+from episode_store.external.import_drive import demonstration_from_drive
 from episode_store.external.transforms import read_transforms
 from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.errors import BagError
@@ -49,7 +49,7 @@ class TestLocalGrid:
     def test_a_box_beside_the_way_is_seen_where_it_is(self, tmp_path, mount, odometry):
         drive = open_drive(robot_bag(tmp_path / 'bag', mount=mount, odometry=odometry), GRID)
         assert blocked_cells(drive) == {(5, 6), (5, 7)}
-        record, _, notes = learnt_from(drive, GRID)
+        record, _, notes = demonstration_from_drive(drive, GRID)
         assert record.blocked.any()
         made = 'local grid is made from 60 scans on /sc'
         [note] = [note for note in notes if note.startswith(made)]
@@ -69,7 +69,7 @@ class TestLocalGrid:
         seen = open_drive(tmp_path / 'seen', GRID)
         assert list(seen.bag.messages(seen.topics['neighbourhood'])) == N * made[:1]
         assert seen.notes == ()
-        again = open_drive(tmp_path / 'seen', GRID, Reading({'scan': '/scan'}, mount=LASER))
+        again = open_drive(tmp_path / 'seen', GRID, ReadOptions({'scan': '/scan'}, mount=LASER))
         assert 1 < len(again.bag.messages(again.topics['neighbourhood'])) <= N
         assert made[0] not in list(again.bag.messages(again.topics['neighbourhood']))[1:]
 
@@ -81,7 +81,7 @@ class TestLocalGrid:
         [note] = drive.notes
         assert note == ("no local grid from /scan: nothing says where 'base_scan' sits on the "
                         'robot, say so with --laser X Y Z ROLL PITCH YAW')
-        assert blocked_cells(open_drive(path, GRID, Reading(mount=LASER))) == {(5, 6), (5, 7)}
+        assert blocked_cells(open_drive(path, GRID, ReadOptions(mount=LASER))) == {(5, 6), (5, 7)}
 
     def test_a_laser_that_is_tilted_too_far(self, tmp_path):
         drive = open_drive(robot_bag(tmp_path / 'bag', mount=Mount(pitch=0.5)), GRID)
@@ -98,7 +98,7 @@ class TestLocalGrid:
         [note] = open_drive(tmp_path / 'bag', GRID).notes
         assert note == ('no local grid: it may be made from /front or /rear, name one with '
                         '--scan-topic')
-        drive = open_drive(tmp_path / 'bag', GRID, Reading({'scan': 'front'}))
+        drive = open_drive(tmp_path / 'bag', GRID, ReadOptions({'scan': 'front'}))
         assert drive.topics['neighbourhood'] == '/neighbourhood'
 
     def test_where_scans_are_missing_all_is_unknown(self, tmp_path):
@@ -200,8 +200,9 @@ class TestPoses:
                                                0.0))
                     bag.transforms(stamp, ('odom', 'base_link', x, y, 0.0, 0.0, 0.0, yaw))
         with pytest.raises(BagError, match=r'at 3\.00 s the pose leaps by 1\.40 m in 0\.05 s'):
-            learnt_from(open_drive(tmp_path / 'leaps', IN_MAP), IN_MAP)
-        assert not learnt_from(open_drive(tmp_path / 'drifts', IN_MAP), IN_MAP)[1].sentences()
+            demonstration_from_drive(open_drive(tmp_path / 'leaps', IN_MAP), IN_MAP)
+        _, report, _ = demonstration_from_drive(open_drive(tmp_path / 'drifts', IN_MAP), IN_MAP)
+        assert not report.sentences()
 
     def test_what_the_wheels_did_not_say_is_not_made_of_a_map_that_is_said_oftener(self, tmp_path):
         with RobotBag(tmp_path / 'bag') as bag:
@@ -211,7 +212,7 @@ class TestPoses:
                 if i % 3 == 0 and not 40 < i < 80:
                     bag.transforms(stamp, ('odom', 'base_link', x, y, 0.0, 0.0, 0.0, yaw))
         with pytest.raises(BagError, match=r'no pose has come between 1\.95 and 4\.05 s'):
-            learnt_from(open_drive(tmp_path / 'bag', IN_MAP), IN_MAP)
+            demonstration_from_drive(open_drive(tmp_path / 'bag', IN_MAP), IN_MAP)
 
     def test_a_robot_that_ends_nowhere_has_no_end(self, tmp_path):
         for name, odd in ('half', range(70, N)), ('few', range(1, 9)):
@@ -229,13 +230,13 @@ class TestPoses:
         with pytest.raises(BagError, match="not under 'map' but under odom: learn it with --fra"):
             open_drive(path, IN_MAP)
         with pytest.raises(BagError, match='nothing says where wheel is'):
-            open_drive(path, GRID, Reading(base_frame='wheel'))
+            open_drive(path, GRID, ReadOptions(base_frame='wheel'))
         with RobotBag(tmp_path / 'odd') as bag:
             for i in range(3):
                 bag.transforms(1.0 + i, ('odom', 'lorry', float(i), 0.0, 0.0, 0.0, 0.0, 0.0))
         with pytest.raises(BagError, match='there are lorry: name that of the robot with --base'):
             open_drive(tmp_path / 'odd', GRID)
-        drive = open_drive(tmp_path / 'odd', GRID, Reading(base_frame='lorry'))
+        drive = open_drive(tmp_path / 'odd', GRID, ReadOptions(base_frame='lorry'))
         assert len(xy_of(drive)) == 3
 
     def test_frames_of_two_robots_are_kept_apart(self, tmp_path):
@@ -247,7 +248,7 @@ class TestPoses:
                                    topic=f'{name}/tf')
         with pytest.raises(BagError, match=r'which topic is odom\? Name one of /a/tf'):
             open_drive(tmp_path / 'bag', GRID)
-        drive = open_drive(tmp_path / 'bag', GRID, Reading({'odom': '/b/tf'}))
+        drive = open_drive(tmp_path / 'bag', GRID, ReadOptions({'odom': '/b/tf'}))
         np.testing.assert_allclose(xy_of(drive), expected_xy((0.0, 0.5)), atol=1e-12)
 
     @pytest.mark.parametrize('with_frames', [True, False])

@@ -7,9 +7,9 @@ import pytest
 
 from bridge_helpers import content_of
 from control_field.grid import Grid
-from episode_store.external.drive import open_drive, Reading
+from episode_store.external.drive import open_drive, ReadOptions
+from episode_store.external.import_drive import demonstration_from_drive
 from episode_store.external.span import Span
-from episode_store.external.take_over import learnt_from
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
@@ -56,11 +56,11 @@ def test_the_part_that_a_refusal_names_is_learnt_alone(broken, tmp_path, capsys,
 
 def test_seconds_of_a_remedy_count_from_the_first_pose_of_all(broken):
     whole = open_drive(broken, GRID)
-    part = open_drive(broken, GRID, Reading(span=Span(1.0)))
+    part = open_drive(broken, GRID, ReadOptions(span=Span(1.0)))
     named = []
     for drive in whole, part:
         with pytest.raises(BagError, match=r'\(--to .*\) or after it \(--from') as caught:
-            learnt_from(drive, GRID)
+            demonstration_from_drive(drive, GRID)
         named.append(re.search(r'--to (\S+)\) .*--from (\S+?)\)', str(caught.value)).groups())
     assert named[0] == named[1]
 
@@ -102,7 +102,8 @@ class TestFramesThatChange:
 
     def learnt(self, path, frame, span):
         grid = Grid(20, 20, 0.25, frame_id=self.top or frame)
-        return learnt_from(open_drive(path, grid, Reading(span=span)), grid)[0].cells
+        drive = open_drive(path, grid, ReadOptions(span=span))
+        return demonstration_from_drive(drive, grid)[0].cells
 
     @pytest.mark.parametrize(('frame', 'span', 'rows'), [
         ('odom', Span(0.0, 1.9), (0, 38)), ('odom', Span(0.5, 2.1), (10, 39)),

@@ -11,16 +11,15 @@ from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
 from episode_store.drives import Drive, NoPoseError, read_drive, remedy_for_external
 from episode_store.errors import OtherFrameError, OutsideDriveError
-from episode_store.external.drive import ExternalDrive, open_drive, Reading
+from episode_store.external.drive import ExternalDrive, open_drive, ReadOptions
 from episode_store.header import EpisodeHeader
 from episode_store.making import NewBags
-from episode_store.rosbag2.any_reader import InLogOrder
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import Bag
 from episode_store.rosbag2.writer import BagWriter
 
 
-def learnt_from(
+def demonstration_from_drive(
     drive: ExternalDrive, grid: Grid, number: int = 0, speed_max: float = SPEED_MAX,
 ) -> Drive:
     """
@@ -47,7 +46,7 @@ def learnt_from(
     """
     try:
         record, report, notes = read_drive(
-            InLogOrder(drive.bag), drive.topics, grid, number, speed_max)
+            drive.bag, drive.topics, grid, number, speed_max)
         return record, report, (*notes, *drive.notes)
     except ValueError as error:
         where = '' if isinstance(error, BagError) else f'{drive.path}: '
@@ -61,7 +60,7 @@ def learnt_from(
 
 
 def check_drive(
-    path: Path | str, grid: Grid, reading: Reading, speed_max: float = SPEED_MAX,
+    path: Path | str, grid: Grid, reading: ReadOptions, speed_max: float = SPEED_MAX,
 ) -> ExternalDrive:
     """
     Make sure that an external bag teaches something in a workspace.
@@ -71,7 +70,7 @@ def check_drive(
     path : Path
         The external bag, see `any_reader.open_bag`.
     grid : Grid
-    reading : Reading
+    reading : ReadOptions
         How it is to be read.
     speed_max : float, [m/s]
         A robot that drives faster is none.
@@ -83,7 +82,7 @@ def check_drive(
 
     """
     drive = open_drive(path, grid, reading)
-    learnt_from(drive, grid, speed_max=speed_max)
+    demonstration_from_drive(drive, grid, speed_max=speed_max)
     return drive
 
 
