@@ -31,7 +31,7 @@ BURGER: Final = Limits()
 
 
 @dataclass(frozen=True)
-class Gated:
+class MonitoredVelocity:
     """
     What the collision monitor makes of the requested command under the limits assumed.
 
@@ -172,12 +172,12 @@ class Moment:
         """
         if self.requested is None or self.applied is None:
             return ''
-        if self.gated is None:
+        if self.monitored is None:
             return 'none'
-        return self.gated.rule if self.gated.reproduces else 'unknown'
+        return self.monitored.rule if self.monitored.reproduces else 'unknown'
 
     @cached_property
-    def gated(self) -> Gated | None:
+    def monitored(self) -> MonitoredVelocity | None:
         """Return what the collision monitor makes of the request; None if it was applied as is."""
         if self.requested is None or self.applied is None:
             return None
@@ -185,7 +185,7 @@ class Moment:
             return None
         velocity, rule = limit_command(
             self.requested, *self._before(), self.pose, self._local_grid(), self.limits)
-        return Gated(velocity, str(rule), math.dist(velocity, self.applied) < _SAME)
+        return MonitoredVelocity(velocity, str(rule), math.dist(velocity, self.applied) < _SAME)
 
     @cached_property
     def at_limits(self) -> list[str]:

@@ -96,13 +96,13 @@ def about_moment(moment: Moment) -> dict[str, Any]:
 
 
 def _command(moment: Moment) -> dict[str, Any]:
-    gated, limits = moment.gated, moment.limits
+    monitored, limits = moment.monitored, moment.limits
     return {
         'requested': _finite(moment.requested), 'applied': _finite(moment.applied),
         'clipped_by': moment.clipped_by, 'at_limits': moment.at_limits,
         'limits': {name: getattr(limits, name.removeprefix('robot_')) for name in LIMITS},
-        'gate': gated and {'velocity': list(gated.velocity), 'rule': gated.rule,
-                           'reproduces': gated.reproduces}}
+        'gate': monitored and {'velocity': list(monitored.velocity), 'rule': monitored.rule,
+                           'reproduces': monitored.reproduces}}
 
 
 def _finite(velocity: tuple[float, float] | None) -> list[float | None] | None:
@@ -226,21 +226,21 @@ def _command_lines(command: dict[str, Any]) -> list[str]:
                  f'{", ".join(command["at_limits"])})')
     if command['requested'] is None:
         return [line]
-    gated = command['gate']
-    if gated is None:
+    monitored = command['gate']
+    if monitored is None:
         return [line + ', as it was asked for']
     line += f'; {_velocity_text(command["requested"])} was asked for, '
-    if gated['reproduces']:
+    if monitored['reproduces']:
         body = _body(command['limits'])
-        return [f'{line}the collision monitor says: {gated["rule"]} (for {body})']
+        return [f'{line}the collision monitor says: {monitored["rule"]} (for {body})']
     return [line + 'what the collision monitor did is not known:', _unexplained(command)]
 
 
 def _unexplained(command: dict[str, Any]) -> str:
-    gated = command['gate']
-    rule = 'as it was asked for' if gated['rule'] == 'none' else gated['rule']
+    monitored = command['gate']
+    rule = 'as it was asked for' if monitored['rule'] == 'none' else monitored['rule']
     return (f'  for {_body(command["limits"])} at the recorded pose it would have let through '
-            f'{_velocity_text(gated["velocity"])} ({rule}); the robot\'s limits may be others '
+            f'{_velocity_text(monitored["velocity"])} ({rule}); the robot\'s limits may be others '
             f'(name them: {", ".join("--" + name.replace("_", "-") for name in LIMITS)}), or '
             f'its pose was mended by a localisation or by anchoring')
 

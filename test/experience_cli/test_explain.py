@@ -237,8 +237,8 @@ def test_what_a_burgers_gate_does_not_explain_is_not_passed_off_as_asked_for(tas
     episode = commanded(task, (0.2, 0.0), (0.1, 0.0))
     recording, wide = Episode(episode), Limits(v_max=0.26, w_max=1.82, radius=0.22)
     at = next(at for at in np.arange(0.5, recording.duration, 0.1).tolist()
-              if (gated := Moment(recording, at, wide).gated).rule == 'slowed' and gated.reproduces
-              and Moment(recording, at).gated.rule == 'none')
+              if (seen := Moment(recording, at, wide).monitored).rule == 'slowed'
+              and seen.reproduces and Moment(recording, at).monitored.rule == 'none')
     said = explain(episode.name, at)['command']
     assert said['clipped_by'] == 'unknown'
     assert said['gate'] == {'velocity': [0.2, 0.0], 'rule': 'none', 'reproduces': False}
