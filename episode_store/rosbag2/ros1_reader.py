@@ -1,9 +1,8 @@
 """Bags of ROS 1, read through `rosbags` as if ROS 2 had recorded them."""
 
-from bz2 import BZ2Decompressor
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,13 +13,13 @@ from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import Bag, MOST_IN_MEMORY, RawMessages
 from episode_store.rosbag2.ros1_recovery import UnclosedBag, Unpackers
-from episode_store.rosbag2.unpacking import Room
+from episode_store.rosbag2.unpacking import Room, unpack
 from msgs_bridge.untrusted.files import open_regular
 
-#: Largest chunk that is unpacked, [bytes]; recorders write them of less than 1 MiB.
-_MOST_UNPACKED: Final = 2**28
-#: The most bytes that LZ4 can unpack from one.
-_MOST_BY_LZ4: Final = 255
+_UNPACKERS: Final[Unpackers] = {
+    'none': bytes, 'bz2': partial(unpack, kind='bz2'), 'lz4': partial(unpack, kind='lz4')}
+#: What stands for the decompressors of rosbags, which know no bounds.
+_BOUNDED: Final = {decompressors[name]: unpacker for name, unpacker in _UNPACKERS.items()}
 #: Types that ROS 1 called otherwise.
 _NOW: Final = {'tf/msg/tfMessage': 'tf2_msgs/msg/TFMessage'}
 
@@ -127,34 +126,9 @@ def _opened(path: Path) -> Iterator[Any]:
     """Open a file; a chunk of it that would fill the memory is refused when it is unpacked."""
     with Reader(path) as reader:
         for at, chunk in getattr(reader, 'chunks', {}).items():
-            if chunk.decompressor is decompressors['bz2']:
-                reader.chunks[at] = chunk._replace(decompressor=_bz2)
-            elif chunk.decompressor is decompressors['lz4']:
-                reader.chunks[at] = chunk._replace(decompressor=_lz4(chunk.decompressor))
+            unpacker = _BOUNDED.get(chunk.decompressor, chunk.decompressor)
+            reader.chunks[at] = chunk._replace(decompressor=unpacker)
         yield reader
-
-
-def _bz2(data: bytes) -> bytes:
-    unpacked = BZ2Decompressor().decompress(data, _MOST_UNPACKED + 1)
-    _check_size(len(unpacked))
-    return unpacked
-
-
-def _lz4(unpack: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
-    def unpack_some(data: bytes) -> bytes:
-        if len(data) * _MOST_BY_LZ4 > 4 * _MOST_UNPACKED:
-            _check_size(len(data) * _MOST_BY_LZ4)
-        return unpack(data)
-    return unpack_some
-
-
-_UNPACKERS: Final[Unpackers] = {
-    'none': bytes, 'bz2': _bz2, 'lz4': _lz4(decompressors['lz4'])}
-
-
-def _check_size(size: int) -> None:
-    if size > _MOST_UNPACKED:
-        raise ValueError(f'a chunk has more than {_MOST_UNPACKED} bytes unpacked')
 
 
 @cache

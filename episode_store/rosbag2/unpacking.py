@@ -1,5 +1,6 @@
 """Unpack files, chunks and messages up to a bound: 30 kB of zstd can become 100 GB."""
 
+from bz2 import BZ2Decompressor
 from pathlib import Path
 import shutil
 import sys
@@ -22,7 +23,10 @@ _STEP: Final = 2**20
 #: The libraries that rosbags unpacks with, wherever it has them from.
 _zstd: Final[Any] = rosbags_reader.zstd  # type: ignore[attr-defined, unused-ignore]
 _lz4: Final[Any] = sys.modules['lz4.frame']
-_UNPACKERS: Final = {'zstd': _zstd.ZstdDecompressor, 'lz4': _lz4.LZ4FrameDecompressor}
+_UNPACKERS: Final = {'zstd': _zstd.ZstdDecompressor, 'lz4': _lz4.LZ4FrameDecompressor,
+                     'bz2': BZ2Decompressor}
+#: Frames that may follow each other in a chunk or a message; recorders write one.
+_MOST_FRAMES: Final = 64
 
 
 def unpack(data: bytes, size: int = MOST_OF_A_CHUNK, kind: str = 'zstd') -> bytes:
@@ -36,7 +40,7 @@ def unpack(data: bytes, size: int = MOST_OF_A_CHUNK, kind: str = 'zstd') -> byte
     size : int, [bytes]
         Its declared size once unpacked; no more is unpacked than that.
     kind : str
-        ``zstd`` or ``lz4``.
+        ``zstd``, ``lz4`` or ``bz2``.
 
     Raises
     ------
@@ -45,8 +49,11 @@ def unpack(data: bytes, size: int = MOST_OF_A_CHUNK, kind: str = 'zstd') -> byte
 
     """
     most = min(size, MOST_OF_A_CHUNK)
-    unpacked, rest = b'', data
+    unpacked, rest, n_frames = b'', data, 0
     while rest:
+        n_frames += 1
+        if n_frames > _MOST_FRAMES:
+            raise ValueError(f'{len(data)} packed bytes have more than {_MOST_FRAMES} frames')
         unpacker = _UNPACKERS[kind]()
         # One byte more tells what is too large from what just fits.
         unpacked += bytes(unpacker.decompress(rest, most + 1 - len(unpacked)))

@@ -275,6 +275,8 @@ def test_a_message_or_chunk_becomes_no_more_than_it_says():
             more()
     with pytest.raises(ValueError, match='end in the middle'):
         unpack(data[:-1], 1000)
+    with pytest.raises(ValueError, match='more than 64 frames'):
+        unpack(10**5 * zstd.compress(b''))
     assert unpack(_lz4.compress(b'a' * 1000), 1000, 'lz4') == b'a' * 1000
     with pytest.raises(ValueError, match='become more'):
         unpack(_lz4.compress(b'a' * 1000), 999, 'lz4')
