@@ -224,7 +224,7 @@ def _read_all(folder: Path) -> None:
 
 
 def _mend_and_read(folder: Path) -> None:
-    """A file that was mended has to be whole, and holds what could be trusted before."""
+    """Check that a mended file is whole, and holds what could be trusted before."""
     before = _counts(BagReader(mcap_path(folder), verify=True))
     repair_bag(folder)
     reader = BagReader(mcap_path(folder))

@@ -147,7 +147,7 @@ class Memory:
             self._carry_back(cells, 1.0)
 
     def _learn_taught(self, moved: npt.NDArray[np.void], episode: int) -> None:
-        """Steps that a person drove in a trial count as demonstrated."""
+        """Learn the steps that a person drove in a trial: they count as demonstrated."""
         for row in moved[moved['kind'] == Kind.TAUGHT]:
             self._learn_step(int(row['row']), int(row['col']), int(row['action']), episode,
                              float(row['stamp']), True)
