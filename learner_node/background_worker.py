@@ -1,4 +1,4 @@
-"""One thread beside the executor's, for what takes long: reading bags and learning."""
+"""A thread beside the executor's for what takes long: reading bags and learning."""
 
 from collections import deque
 from collections.abc import Callable
@@ -63,7 +63,7 @@ class BackgroundWorker:
             done(future)
 
     def close(self, patience: float) -> bool:
-        """Wait for the jobs there are, [s]; tell whether all of them are done."""
+        """Wait for the jobs that are queued, [s]; return True if all of them are done."""
         self._jobs.put(None)
         self._thread.join(patience)
         self.wake = lambda: None  # who is still at work has nobody left to wake

@@ -54,7 +54,7 @@ class MessageDispatcher:
 
     @property
     def n_refused(self) -> int:
-        """Return how many messages were not to be trusted."""
+        """Return the number of messages that were refused."""
         return self._throttled_log.n_refused
 
     def dispatch(self, name: str, cdr: bytes) -> None:
@@ -100,7 +100,7 @@ class MessageDispatcher:
             self._carry_out(self._session.on_status(status, time.monotonic()))
 
     def _read(self, reader: Callable[[Any], Any], kind: Any, cdr: bytes) -> Any:
-        """Return what a message says; None, and a warning, if it is not to be trusted."""
+        """Return what a message says; None, and a warning, if it is refused."""
         try:
             return reader(message_from_cdr(cdr, kind))
         except (ValueError, RuntimeError) as error:

@@ -154,7 +154,7 @@ class LearnerNode(Node):
     # What comes in
 
     def _reader(self, topic: Recorded) -> Callable[[bytes, int], None]:
-        """Return what takes a topic's messages in, in the thread of the listener."""
+        """Return the callback of a topic, which runs in the thread of the listener."""
         name, kind = self.resolve_topic_name(topic.name), topic.type_name
 
         def read(cdr: bytes, arrived: int) -> None:
@@ -167,7 +167,7 @@ class LearnerNode(Node):
         return read
 
     def _collect(self) -> None:
-        """Record what has arrived, and let the session look at it, in order."""
+        """Record what has arrived and hand it to the session, in order."""
         for _ in range(_BATCH):
             arrival = self._recorder.oldest()
             if arrival is None:
@@ -203,7 +203,7 @@ class LearnerNode(Node):
         self._handler.carry_out(self._session.on_peers(self._requests.peers(), time.monotonic()))
 
     def _look_at_field(self) -> None:
-        """Publish the field once more where a stranger's has taken its place."""
+        """Publish the field once more if another learner's has taken its place."""
         state = self._session.state
         self._field_monitor.look(state.inputs.status, state.revision, state.memory,
                                  not self._peers.why_not(Operation.CHANGE))
@@ -213,7 +213,7 @@ class LearnerNode(Node):
             self._publish_field(self._session.series.n_left > 0)
 
     def tell(self) -> None:
-        """Publish how the learner stands."""
+        """Publish the status of the learner."""
         self._name_trial()
         more = {**self._task_memory.places, **self._named,
                 'refused': str(self._dispatcher.n_refused)}
@@ -224,7 +224,7 @@ class LearnerNode(Node):
         self._publications.tell(status, self.get_clock().now().to_msg())
 
     def _name_trial(self) -> None:
-        """Note in which bag the controller's trial is recorded: people look for it there."""
+        """Log in which bag the controller's trial is recorded: people look for it there."""
         named = {'trial': str(self._session.state.trial), 'bag': self._handler.bag}
         if self._session.state.trial and named != self._named:
             self._named = named
@@ -233,7 +233,7 @@ class LearnerNode(Node):
     # What others ask of the node
 
     def say(self, text: str, warns: bool = False) -> None:
-        """Tell people."""
+        """Log a sentence for people, and keep it for answers."""
         self.said = text
         if warns:
             self.get_logger().warning(text)
@@ -241,7 +241,7 @@ class LearnerNode(Node):
             self.get_logger().info(text)
 
     def failed(self, why: str, text: str) -> None:
-        """Tell people, and whoever waits, that nothing can be recorded any more."""
+        """Report, also to a request that waits, that nothing can be recorded any more."""
         self.get_logger().error(text)
         self.said = why
         self._learner_services.answer(False, why)
@@ -258,11 +258,11 @@ class LearnerNode(Node):
         self._worker.do(lambda: self._task_memory.learn(episode), self._on_learnt_bag)
 
     def note_gaps(self, episode: EpisodeFolder) -> None:
-        """Note what is missing in a bag that is not learnt from."""
+        """Note the gaps in a bag that is not learnt from."""
         self._worker.do(lambda: note_gaps(Episode(episode)), self._on_noted)
 
     def change_trials(self, change: Callable[[float], Outputs], now: float) -> Outputs:
-        """Begin or stop trials; those from chosen starts drive on a field of their own."""
+        """Begin or stop trials; those from spread starts need a field of their own."""
         outputs = change(now)
         if self._settings.starts == 'spread' and self._session.state.phase not in IN_TRIAL:
             self._publish_field(self._session.series.n_left > 0)
@@ -271,7 +271,7 @@ class LearnerNode(Node):
     # What was learnt
 
     def relearn_after(self, change: str, *arguments: Any) -> None:
-        """Change a bag of the task, and learn from all of them anew."""
+        """Change the bags of the task, and relearn from all of them."""
         self._worker.do(partial(getattr(self._task_memory, change), *arguments), self._on_changed)
 
     def _on_changed(self, future: 'JobFuture[str]') -> None:
@@ -331,7 +331,7 @@ class LearnerNode(Node):
             self.say(str(error), warns=True)
 
     def _learnt(self) -> None:
-        """Push the field, then let the session go on with it."""
+        """Publish the field, then let the session go on with it."""
         self._publish_field(self._session.series.n_left > 1)
         self._go_on()
         # Aside, after what somebody waits for.
@@ -369,7 +369,7 @@ class LearnerNode(Node):
         self.has_ended = self._worker.close(_WORKER_PATIENCE)
 
     def destroy_node(self) -> None:
-        """Let go of the thread that listens, too."""
+        """Close the thread that listens, too."""
         self._listener.close()
         super().destroy_node()
 

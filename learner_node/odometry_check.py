@@ -1,4 +1,4 @@
-"""Whether what arrives on `odom` are poses that a drive can be learnt from."""
+"""Whether a drive can be learnt from the poses on `odom`."""
 
 import math
 from typing import Final
@@ -38,7 +38,7 @@ class OdometryCheck:
         self._read_at = -math.inf
 
     def is_due(self, now: float) -> bool:
-        """Tell whether the next one is to be read."""
+        """Return True if the next odometry is to be read."""
         return bool(self.problem) or now - self._read_at >= _PERIOD
 
     def read(self, cdr: bytes, now: float) -> Pose:

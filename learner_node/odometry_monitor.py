@@ -1,4 +1,4 @@
-"""Why there is no odometry to record: none arrives, or what arrives does not count."""
+"""Why a drive cannot be recorded: no odometry arrives, or what arrives does not count."""
 
 import math
 from typing import Final
@@ -13,7 +13,7 @@ _FEW, _SOON = 3, 0.5
 
 
 class OdometryMonitor:
-    """Looks at when odometry arrives, whether its stamps advance and its poses are sound."""
+    """Watches when odometry arrives, whether its stamps advance and its poses are sound."""
 
     def __init__(self) -> None:
         """Start with nothing arrived."""

@@ -1,4 +1,4 @@
-"""Doing what the session wants done: its outputs become files, topics, requests and words."""
+"""The outputs of the session become bags, messages, requests and log lines here."""
 
 from collections.abc import Callable
 from functools import partial
@@ -21,7 +21,7 @@ from msgs_bridge.messages.trial_status import State, status_from_trial, TrialSta
 
 class OutputHandler:
     """
-    Does what the session wants done.
+    Carries out the outputs of the session.
 
     Parameters
     ----------
@@ -42,13 +42,13 @@ class OutputHandler:
         self.bag = ''  #: name of what is recorded, or was last
 
     def carry_out(self, outputs: Outputs) -> None:
-        """Do what the session wants done, in order."""
+        """Carry out outputs in order; stop at the first that cannot be recorded."""
         for output in outputs:
             if not self.guard(partial(self._do, output)):
                 return
 
     def guard(self, work: Callable[[], Any]) -> bool:
-        """Do what fails when nothing can be recorded any more; return True if it succeeded."""
+        """Do work on the bag; return False, after `lose`, if that fails."""
         try:
             work()
         except BagError as error:
@@ -92,7 +92,7 @@ class OutputHandler:
             self._node.learn(episode)
 
     def _discard(self) -> None:
-        """Take a demonstration away, which can be undone; a trial that never began just goes."""
+        """Take a demonstration away, which can be undone; remove a trial that never began."""
         if self._recorder.kind is not EpisodeKind.DEMO:
             self._recorder.discard()
             return
@@ -109,19 +109,19 @@ class OutputHandler:
             self._node.note_gaps(episode)
 
     def lose(self, error: BagError) -> None:
-        """Nothing can be recorded any more: say so once, stop the robot, keep what there is."""
+        """Report that nothing can be recorded any more; the robot is stopped, bags are kept."""
         kept = '' if isinstance(error, BagGoneError) else ', what was recorded is kept'
         self._node.failed(str(error), f'{error}; the robot is stopped{kept}')
 
     def _write_status(
         self, state: State, trial: int, outcome: Outcome | None = None, reason: str = '',
     ) -> None:
-        """Write into the bag how the episode stands, as the learner sees it."""
+        """Write the status of the episode into its bag, as the learner sees it."""
         status = TrialStatus(state, trial, outcome, reason, stamp=self._node.odometry_time * 1e-9)
         task = self._recorder.task.task
         self._recorder.write(self.raw('trial', status_from_trial(status, task)))
 
     def raw(self, topic: str, message: Any) -> RawMessage:
-        """Return a message of our own as a recorder would have got it."""
+        """Return a message of the learner's own in the form in which others arrive."""
         return RawMessage(self._node.resolve_topic_name(topic), type_name(type(message)),
                    cdr_from_message(message), self._node.now())

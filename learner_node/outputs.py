@@ -50,7 +50,7 @@ class StopTrial:
 
 @dataclass(frozen=True)
 class Say:
-    """Tell people."""
+    """Log a sentence for people."""
 
     text: str
     warns: bool = False

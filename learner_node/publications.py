@@ -1,4 +1,4 @@
-"""What the learner publishes."""
+"""The topics that the learner publishes."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -53,7 +53,7 @@ class Publications:
         return self._publish(replace(field, memory=memory), refresh.prototypes)
 
     def publish_nothing(self, grid: Grid) -> None:
-        """Publish that nothing was learnt: what was published before is no longer in force."""
+        """Publish a void field: what was published before no longer holds."""
         self._publish(ControlField.void(grid), Prototypes.none())
 
     def _publish(self, field: ControlField, prototypes: Prototypes) -> dict[str, PointCloud2]:
@@ -70,7 +70,7 @@ class Publications:
             Pose(stamp, start.x, start.y, start.yaw, frame_id=self._frame_id)))
 
     def tell(self, status: DiagnosticStatus, now: Any) -> None:
-        """Publish how the learner stands; ``now`` is a Time message."""
+        """Publish the status of the learner; ``now`` is a Time message."""
         array = DiagnosticArray(status=[status])
         array.header.stamp = now
         self._diagnostics.publish(array)

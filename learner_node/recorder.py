@@ -1,4 +1,4 @@
-"""Writing what arrives into the bag of the episode under way."""
+"""The recorder: writes messages into the bag of the episode under way."""
 
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
@@ -30,7 +30,7 @@ _PATIENCE: Final = 0.5
 
 
 class BagGoneError(BagError):
-    """Somebody has removed or renamed what is recorded into."""
+    """The bag, or its folder, was removed or renamed while it was recorded."""
 
 
 class Recorder:
@@ -72,7 +72,7 @@ class Recorder:
 
     @property
     def kind(self) -> EpisodeKind | None:
-        """Return the kind of the open bag, None if none is open."""
+        """Return the kind of the open bag; None without one."""
         return None if self._writer is None else self._kind
 
     def start(self, kind: EpisodeKind, now: int) -> EpisodeFolder:
@@ -113,7 +113,7 @@ class Recorder:
 
     def arrived(self, name: str, message: RawMessage) -> None:
         """
-        Take in what has arrived on a topic; it waits for `take`.
+        Queue a message that has arrived on a topic, for `take`.
 
         Parameters
         ----------
@@ -126,7 +126,7 @@ class Recorder:
             self.lost[message.topic] += 1
 
     def catch_up(self) -> None:
-        """Write what waits for long into the open bag; a failure is told by the next `take`."""
+        """Write messages that have waited too long into the bag; `take` reports a failure."""
         with self._lock, suppress(BagError):
             late = self._queue.unwritten()
             if self._writer is None or not late or (
@@ -139,12 +139,12 @@ class Recorder:
             self._writer.flush()
 
     def oldest(self) -> QueuedMessage | None:
-        """Return what `take` takes next; None if nothing waits."""
+        """Return the message that `take` takes next; None if the queue is empty."""
         return self._queue.oldest()
 
     def take(self) -> None:
         """
-        Take the oldest that waits: write it, and keep what the next bag needs of it.
+        Take the oldest message from the queue: write it, and keep what the next bag needs.
 
         Raises
         ------
@@ -243,7 +243,7 @@ class Recorder:
             return episode
 
     def _check_there(self, writer: BagWriter) -> None:
-        """Let go of a bag that lies no more where it was begun: writing would go on silently."""
+        """Close a bag that was moved or removed: writing to it would go on silently."""
         if _identity(writer.path) == self._file:
             return
         self._writer = None
@@ -285,7 +285,7 @@ class Recorder:
 
 
 def _identity(path: Path) -> tuple[int, int] | None:
-    """Return which file or folder is there, None if none is."""
+    """Return device and inode of a path; None if nothing is there."""
     try:
         found = path.stat()
     except OSError:

@@ -1,4 +1,4 @@
-"""What the learner says about itself: on `/diagnostics`, in the log, in answers."""
+"""Reports of the learner: its diagnostics, and sentences for the log and for answers."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
@@ -41,7 +41,7 @@ def diagnostic_from_session(
     heard: Iterable[str], places: Mapping[str, str],
 ) -> DiagnosticStatus:
     """
-    Write how the learner stands, with the certificate of the field in force.
+    Return the status of the learner, with the certificate of the published field.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def diagnostic_from_session(
 
 
 def certificate_values(refresh: Refresh) -> dict[str, str]:
-    """Return the certificate as texts by name."""
+    """Return the values of the certificate as texts, by name."""
     certificate = refresh.certificate
     return {
         'prototypes': str(certificate.n_prototypes),
@@ -115,7 +115,7 @@ def sentence_from_learnt_bag(learnt_bag: LearntBag, name: str = '') -> str:
 
 
 def name_from_learnt_bag(learnt_bag: LearntBag) -> str:
-    """Name an episode: a drive, or a trial by the controller's number and by its bag's."""
+    """Name an episode: a drive, or a trial by the numbers of controller and bag."""
     if learnt_bag.folder.kind is EpisodeKind.DEMO:
         return f'Drive {learnt_bag.folder.number:04d}'
     trial, bag = trial_number(learnt_bag), learnt_bag.folder.name
@@ -123,7 +123,7 @@ def name_from_learnt_bag(learnt_bag: LearntBag) -> str:
 
 
 def trial_number(learnt_bag: LearntBag) -> int:
-    """Return the number by which the controller counts a trial; 0 where that is not known."""
+    """Return the controller's number of a trial; 0 if it is not known."""
     status = None if learnt_bag.content is None else learnt_bag.content.status
     return 0 if status is None else status.trial
 
@@ -137,7 +137,7 @@ def _what_was_done(content: Content) -> str:
 
 
 def numbers_from_learnt_bag(learnt_bag: LearntBag) -> str:
-    """Return what an episode taught in numbers, for who wants to know more."""
+    """Return in numbers what an episode taught."""
     if learnt_bag.refresh is None or learnt_bag.content is None:
         return ''
     report = learnt_bag.content.report

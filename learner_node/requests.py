@@ -1,4 +1,4 @@
-"""What the learner asks the controller for."""
+"""Service requests of the learner to the controller."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -7,7 +7,7 @@ from std_srvs.srv import Trigger
 
 from learner_node.inputs import Peers
 
-#: Gets whether the controller does what it was asked for, and what it says to that.
+#: Called with the answer: whether the controller does what it was asked for, and its message.
 Answered = Callable[[bool, str], None]
 
 #: Requests without an answer that are kept: a stop is repeated for as long as a trial runs.
@@ -37,7 +37,7 @@ class Requests:
         self._names = {kind: f'{controller}/{kind}_trial' for kind in ('start', 'stop')}
         self._clients = {kind: self._client(kind) for kind in self._names}
         self._open: list[tuple[str, Any]] = []
-        #: Kinds of requests that were dropped from these, and may arrive yet.
+        #: Kinds of requests that were dropped without an answer, and may arrive yet.
         self._lost: set[str] = set()
         self._waiting: Answered | None = None
 
@@ -45,12 +45,12 @@ class Requests:
         return self._node.create_client(Trigger, self._names[kind])
 
     def is_there(self) -> bool:
-        """Tell whether there is a controller."""
+        """Return True if there is a controller."""
         return bool(self._node.count_services(
             self._node.resolve_service_name(self._names['start'])))
 
     def peers(self) -> Peers:
-        """Return who is there; of a controller its topic has to be, too."""
+        """Return who is there; a controller counts once its topic is there, too."""
         return Peers(self.is_there() and self._is_published('experience'),
                      self._is_published('odom'))
 
@@ -59,18 +59,18 @@ class Requests:
         return bool(self._node.count_publishers(self._node.resolve_topic_name(topic)))
 
     def start(self, answered: Answered) -> None:
-        """Ask to start a trial, as soon as the controller can be asked."""
+        """Request a trial as soon as the controller's service is there."""
         self._withdraw()
         self._waiting = answered
         self.send()
 
     def stop(self) -> None:
-        """Ask to stop the trial."""
+        """Request that the trial is stopped."""
         self._waiting = None
         self._ask('stop')
 
     def send(self) -> None:
-        """Ask for what waits until the controller can be asked; call it now and then."""
+        """Send a start that waits, if the service is there by now; call it at every tick."""
         if self._waiting is not None and self._clients['start'].service_is_ready():
             answered, self._waiting = self._waiting, None
             self._ask('start').add_done_callback(lambda future: _tell(future, answered))
@@ -82,7 +82,7 @@ class Requests:
         return future
 
     def _tidy(self) -> None:
-        """Drop what is answered; of what is not, the oldest where there is much of it."""
+        """Drop answered requests, and the oldest of the others if there are too many."""
         self._open = [(kind, future) for kind, future in self._open if not future.done()]
         while len(self._open) >= _MOST_OPEN:
             kind, future = self._open.pop(0)
@@ -90,7 +90,7 @@ class Requests:
             self._lost.add(kind)
 
     def _withdraw(self) -> None:
-        """Take back what nobody has answered."""
+        """Withdraw all requests that nobody has answered."""
         for kind in {kind for kind, future in self._open if not future.done()} | self._lost:
             self._node.destroy_client(self._clients[kind])
             self._clients[kind] = self._client(kind)

@@ -1,4 +1,4 @@
-"""The services of the learner: what people, pages and gamepads ask for."""
+"""The services of the learner, for people, pages and gamepads."""
 
 from collections.abc import Callable
 from functools import partial
@@ -19,7 +19,7 @@ Request = Callable[[float], Outputs]
 
 class LearnerServices:
     """
-    Takes what is asked for to the session, and answers.
+    Hands requests to the session, and answers them.
 
     An answer that has to wait for what is learnt is given by `answer`.
 
@@ -59,7 +59,7 @@ class LearnerServices:
         node.create_service(Trigger, '~/stop_trials', self._on_stop)
 
     def answer(self, success: bool, text: str) -> None:
-        """Answer what waits, if anything does."""
+        """Answer the request that waits, if there is one."""
         waiting, self._waiting = self._waiting, None
         if waiting is not None:
             waiting.set_result((success, text))
@@ -74,7 +74,7 @@ class LearnerServices:
         return response
 
     async def _on_change(self, change: str, *arguments: Any) -> Any:
-        """Change what the bags say, and learn from all of them anew."""
+        """Change the bags of the task, and relearn from all of them."""
         *values, _, response = arguments
         return await self._after(
             response, self._session.relearn, partial(self._node.relearn_after, change, *values))
@@ -94,7 +94,7 @@ class LearnerServices:
             'no more trials are run')
 
     def _try(self, request: Request) -> tuple[bool, str]:
-        """Do what is asked for; return whether it can be done, and why not."""
+        """Do what is asked for; return whether that can be done, and why not."""
         try:
             outputs = request(time.monotonic())
         except SessionError as error:
@@ -110,7 +110,7 @@ class LearnerServices:
     async def _after(
         self, response: Any, request: Request, work: Callable[[], None] = lambda: None,
     ) -> Any:
-        """Answer when it was learnt what is asked for."""
+        """Answer once the learner has learnt from what is asked for."""
         response.success, response.message = self._try(request)
         if response.success:
             # Only now: what is refused must not take the answer of what is under way.

@@ -1,4 +1,4 @@
-"""What can be set about the learner beside the learning parameters: task, workspace, trials."""
+"""Parameters of the learner beside those of learning: task, workspace, trials."""
 
 from dataclasses import dataclass
 import math
@@ -85,7 +85,7 @@ class Settings:
 
     @property
     def is_stamped(self) -> bool:
-        """Tell whether cmd_vel is a TwistStamped."""
+        """Whether cmd_vel is a TwistStamped."""
         return self.lockstep or self.enable_stamped_cmd_vel
 
 

@@ -77,12 +77,12 @@ class TaskMemory:
 
     @property
     def refresh(self) -> Refresh | None:
-        """Return what is in force; None before the first demonstration."""
+        """Return the newest refresh; None before the first demonstration."""
         return self.relearner.refresh
 
     @property
     def n_trials(self) -> int:
-        """Return how many trials there are that were not aborted."""
+        """Return the number of trials that were not aborted."""
         return self.relearner.n_trials
 
     def field(self, exploring: bool = False) -> ControlField:
@@ -90,7 +90,7 @@ class TaskMemory:
         return self.relearner.field(exploring)
 
     def header(self, kind: EpisodeKind) -> Mapping[str, str]:
-        """Return the header of a bag that is recorded now."""
+        """Return the header of a bag that begins now."""
         return EpisodeHeader(kind, self.task.task, self.grid, self.relearner.parameters,
                              self.topics, self.speed_max,
                              self.memory if kind is EpisodeKind.TRIAL else '').to_mapping()
@@ -130,7 +130,7 @@ class TaskMemory:
         return lines
 
     def _mend(self) -> list[str]:
-        """Mend what was cut, and say so; where the disk does not take it, it is read as it is."""
+        """Repair bags that were cut; where the disk refuses, they are read as they are."""
         self.doubts = []
         try:
             return [f'found {report}' for report in repair_task(self.task)]
@@ -139,7 +139,7 @@ class TaskMemory:
             return []
 
     def _compare(self) -> None:
-        """Note, at the start, which parameters are not those that the last bag was made with."""
+        """Note at the start which parameters differ from those of the newest bag."""
         if self._has_compared:
             return
         self._has_compared = True

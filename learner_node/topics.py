@@ -1,4 +1,4 @@
-"""Which topics go into a bag, and how they are read."""
+"""The topics that are recorded, and their QoS."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -45,7 +45,7 @@ class Recorded:
 
 
 def type_name(kind: Any) -> str:
-    """Return the name of a message class as bags have it."""
+    """Return the name of a message class, as bags write it."""
     return f'{kind.__module__.partition(".")[0]}/msg/{kind.__name__}'
 
 

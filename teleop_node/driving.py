@@ -63,7 +63,7 @@ class Driving:
         self._pressed = self._stopped = -math.inf
 
     def press(self, key: str, now: float) -> None:
-        """Take in one of the keys of `MOVES`."""
+        """Hold one of the keys of `MOVES`."""
         self._move = MOVES[key]
         self._pressed = self._stopped = now
 
@@ -108,7 +108,7 @@ class RateLimiter:
         self._due = -math.inf
 
     def limit(self, command: Velocity | None, now: float) -> Velocity | None:
-        """Return the present command if it is to be sent now, None otherwise."""
+        """Return the command if it is to be sent now; None otherwise."""
         changed, self._last = command != self._last, command
         if command is None or not (changed or now >= self._due):
             return None

@@ -71,7 +71,7 @@ class KeyParser:
 
     def feed(self, data: bytes, now: float) -> list[str]:
         """
-        Take in bytes; call it without any, too, so that a lone Esc is noticed.
+        Parse bytes; call it without any, too, so that a lone Esc is noticed.
 
         Parameters
         ----------

@@ -51,7 +51,7 @@ class Signals:
 
     @property
     def is_ended(self) -> bool:
-        """Tell whether somebody wants an end."""
+        """Whether somebody wants an end."""
         return self._ended_at is not None
 
     def __exit__(

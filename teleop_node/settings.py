@@ -62,7 +62,7 @@ class Settings:
 
     @property
     def is_stamped(self) -> bool:
-        """Tell whether commands are TwistStamped."""
+        """Whether commands are TwistStamped."""
         return self.lockstep or self.enable_stamped_cmd_vel
 
     @property

@@ -36,11 +36,11 @@ class Terminal:
 
     @property
     def is_entered(self) -> bool:
-        """Tell whether it hands over keys."""
+        """Whether it hands over keys."""
         return self._before is not None
 
     def enter(self) -> bool:
-        """Set it to hand over keys, unless this process is in the background; tell which."""
+        """Set it to hand over keys, unless in the background; return True if it does."""
         if self.is_entered or not self.is_foreground:
             return self.is_entered
         self._before = termios.tcgetattr(self.source)
@@ -73,7 +73,7 @@ class Terminal:
 
     @property
     def is_foreground(self) -> bool:
-        """Tell whether this process may touch it (after Ctrl-Z and `bg` it may not)."""
+        """Whether this process may touch it (after Ctrl-Z and `bg` it may not)."""
         try:
             return os.tcgetpgrp(self.source) == os.getpgrp()
         except OSError:  # it is not the controlling terminal: nobody's job control
