@@ -133,7 +133,7 @@ def test_a_robot_that_forgets_its_trials_never_stops_paying(task, profile):
 
 @pytest.mark.parametrize('profile', ['paper', 'full'])
 @pytest.mark.parametrize('task', TASKS)
-def test_without_sight_it_runs_into_the_obstacle_and_never_learns(task, profile):
+def test_without_local_grid_it_runs_into_the_obstacle_and_never_learns(task, profile):
     learner, _, _ = run(task, profile, 0, n_trials=0)
     for number in range(1, 5):
         trial = blind_trial(learner.refresh.field, world_of(task).occupancy, number)

@@ -78,7 +78,7 @@ def test_a_stamped_command_carries_the_stamp_it_answers_and_the_frame():
     assert made.kind is TwistStamped
 
 
-def test_own_commands_are_told_from_foreign_ones():
+def test_own_commands_are_told_from_those_of_others():
     made, _, _ = writer()
     made.send((0.1, 0.2), None)
     assert not made.acknowledge(twist_from_velocity(0.1, 0.3), (0.1, 0.3))

@@ -49,7 +49,7 @@ def test_a_person_can_drive_to_the_goal():
     assert bench.rows[-1]['kind'] == Kind.TAUGHT
 
 
-def test_teleop_goes_through_the_gate():
+def test_teleop_goes_through_the_collision_monitor():
     world = np.zeros(GRID.shape, np.int8)
     world[:, 5] = 100
     bench = Bench(world=world)

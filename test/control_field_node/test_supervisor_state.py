@@ -88,7 +88,7 @@ def test_keys_take_a_trial_over():
     assert bench.tick().velocity is None
 
 
-def test_what_the_gate_changed_is_counted_and_so_are_fields_that_were_refused():
+def test_what_the_monitor_changed_is_counted_and_so_are_fields_that_were_refused():
     bench = Bench().start()
     bench.run()
     counts = bench.supervisor.refusals.counts
@@ -192,7 +192,7 @@ def test_a_start_is_ramped_and_what_was_asked_for_is_told():
     assert first.requested[0] > first.velocity[0] > 0.0
 
 
-def test_what_passes_the_gate_as_it_is_is_not_told_twice():
+def test_what_passes_the_monitor_as_it_is_is_not_told_twice():
     bench = Bench().start()
     bench.run()
     passed = [answer for answer in bench.sent if answer.velocity and answer.requested is None]

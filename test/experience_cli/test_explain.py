@@ -217,7 +217,7 @@ def commanded(task, asked, applied):
 
 @pytest.mark.parametrize(('asked', 'applied', 'rule'), [
     ((5.0, 0.0), (0.22, 0.0), 'speed'), ((math.nan, 0.0), (0.0, 0.0), 'not_finite')])
-def test_what_the_gate_did_to_a_requested_command_is_named(task, explain, asked, applied, rule):
+def test_what_the_monitor_did_to_a_request_is_named(task, explain, asked, applied, rule):
     episode = commanded(task, asked, applied)
     command = explain(episode.name, 3.0)['command']
     assert command['clipped_by'] == rule
@@ -233,7 +233,7 @@ def test_a_command_that_was_let_through_is_said_to_be_so(task, explain):
         episode.name, 3.0, '--bags', 'bags')
 
 
-def test_what_a_burgers_gate_does_not_explain_is_not_passed_off_as_asked_for(task, explain):
+def test_what_a_burgers_limits_do_not_explain_is_not_passed_off_as_asked_for(task, explain):
     episode = commanded(task, (0.2, 0.0), (0.1, 0.0))
     recording, wide = Episode(episode), Limits(v_max=0.26, w_max=1.82, radius=0.22)
     at = next(at for at in np.arange(0.5, recording.duration, 0.1).tolist()
