@@ -31,10 +31,10 @@ def test_what_never_came_is_stale():
 
 
 @given(st.floats(0.05, 10.0), st.floats(0.0, 1e6), st.floats(0.0, 20.0))
-def test_a_message_is_stale_after_its_timeout(timeout, arrived, age):
-    timeout = Timeout(timeout)
+def test_a_message_is_stale_after_its_timeout(seconds, arrived, age):
+    timeout = Timeout(seconds)
     timeout.saw(arrived)
-    assert timeout.is_stale(arrived + age) == (arrived + age - arrived > timeout)
+    assert timeout.is_stale(arrived + age) == (arrived + age - arrived > seconds)
 
 
 def pose_monitor(*, stamp=10.0, x=1.0, y=1.0):
