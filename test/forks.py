@@ -88,10 +88,10 @@ class Server:
         self._server.wait()
         self._server.stdout.close()
 
-    def start(self, words: Sequence[str], out: Path, err: Path, cwd: Path,
+    def start(self, words: Sequence[str], files: Sequence[Path | str], cwd: Path,
               env: Mapping[str, str]) -> Forked:
-        """Start a process."""
-        request = {'words': list(words[2:]), 'out': str(out), 'err': str(err),
+        """Start a process with these standard files; a terminal among them controls it."""
+        request = {'words': list(words[2:]), 'files': [str(path) for path in files],
                    'cwd': str(cwd), 'env': dict(env)}
         self._server.stdin.write(json.dumps(request).encode() + b'\n')
         while not self._started:
@@ -134,8 +134,9 @@ def serve() -> list[str]:
                     os._exit(0)
                 pid = fork()
                 if pid == 0:
-                    for child in selector.get_map().values():
-                        os.close(child.fd)
+                    for other in selector.get_map().values():
+                        if other.data is not None:
+                            os.close(other.fd)
                     return become(**json.loads(request))
                 selector.register(os.pidfd_open(pid), selectors.EVENT_READ, pid)
                 tell(pid, None)
@@ -169,11 +170,10 @@ def fork() -> int:
     return pid
 
 
-def become(words: list[str], out: str, err: str, cwd: str, env: dict[str, str]) -> list[str]:
+def become(words: list[str], files: list[str], cwd: str, env: dict[str, str]) -> list[str]:
     """Make this process the one that was asked for; return its words."""
-    for number, (path, flags) in enumerate(((os.devnull, os.O_RDONLY), (out, os.O_WRONLY),
-                                            (err, os.O_WRONLY))):
-        opened = os.open(path, flags)
+    for number, path in enumerate(files):
+        opened = os.open(path, os.O_RDWR)
         os.dup2(opened, number)
         os.close(opened)
     os.chdir(cwd)

@@ -202,7 +202,8 @@ class Process:
         with self._stdout.open('wb') as out, self._stderr.open('wb') as err, hearing_hangups():
             if forks.is_forkable(command, env):
                 self.popen = fork_server().start(
-                    command, self._stdout, self._stderr, cwd, child_environment(env))
+                    command, (os.devnull, self._stdout, self._stderr), cwd,
+                    child_environment(env))
             else:
                 self.popen = subprocess.Popen(
                     list(command), stdin=subprocess.DEVNULL, stdout=out, stderr=err, cwd=cwd,

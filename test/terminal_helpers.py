@@ -14,6 +14,7 @@ import subprocess
 import termios
 import time
 
+import forks
 import ros_helpers
 
 
@@ -35,12 +36,17 @@ class TerminalProcess(ros_helpers.Process):
         def control() -> None:
             fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 
+        environment = ros_helpers.child_environment(env)
         with self._stderr.open('wb') as err:
-            self.popen = subprocess.Popen(
-                list(command), stdin=self.slave, stdout=self.slave, stderr=err,
-                cwd=ros_helpers.ROOT, env=ros_helpers.child_environment(env),
-                start_new_session=True,
-                preexec_fn=control)  # noqa: PLW1509 - it makes one system call and no more
+            if forks.is_forkable(command, env):
+                terminal = os.ttyname(self.slave)
+                self.popen = ros_helpers.fork_server().start(
+                    command, (terminal, terminal, self._stderr), ros_helpers.ROOT, environment)
+            else:
+                self.popen = subprocess.Popen(
+                    list(command), stdin=self.slave, stdout=self.slave, stderr=err,
+                    cwd=ros_helpers.ROOT, env=environment, start_new_session=True,
+                    preexec_fn=control)  # noqa: PLW1509 - it makes one system call and no more
 
     @property
     def stdout(self) -> str:

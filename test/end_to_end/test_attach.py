@@ -10,7 +10,7 @@ from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from experience_cli.main import main
 import forks
-from ros_helpers import Process, start_node
+from ros_helpers import Process, start_node, wait_until
 from suite_helpers import PARAMETERS
 
 pytestmark = pytest.mark.slow
@@ -64,8 +64,11 @@ def test_it_teaches_and_tries_and_leaves_the_nodes_alone(
 
 @pytest.mark.parametrize(('namespace', 'place'), [('/', ''), ('//', ''), ('/r1', '-r __ns:=/r1 ')])
 def test_nodes_that_are_not_there_are_named_with_what_starts_them(
-    ros_domain, monkeypatch, capsys, namespace, place,
+    ros_node, monkeypatch, capsys, namespace, place,
 ):
+    # Of who was here before, the middleware may speak for a while.
+    wait_until(lambda: ros_node.get_node_names() == [ros_node.get_name()], node=ros_node,
+               what='an empty domain')
     monkeypatch.setattr('experience_cli.demo.attach._PATIENCE', 2.0)
     began = time.monotonic()
     assert main(['demo', '--attach', '--namespace', namespace]) == 2

@@ -2,6 +2,7 @@
 
 from contextlib import contextmanager
 from dataclasses import fields
+import gc
 import math
 
 import pytest
@@ -94,6 +95,8 @@ def context(quiet_domain):
     keeper = Node('keeper', context=context, use_global_arguments=False)
     yield context
     keeper.destroy_node()
+    # Nodes that were half made are still in the graph, for whoever comes next.
+    gc.collect()
     context.try_shutdown()
 
 

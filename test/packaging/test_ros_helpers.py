@@ -86,7 +86,9 @@ def test_a_forked_node_is_a_process_of_its_own(tmp_path, quiet_domain):
     for process in (first, second):
         wait_until(lambda: 'world open' in process.stderr, processes=[process])  # noqa: B023
         assert os.getsid(process.popen.pid) == os.getpgid(process.popen.pid) == process.popen.pid
-        assert Path(f'/proc/{process.popen.pid}/cwd').readlink() == ROOT
+        place = Path('/proc') / str(process.popen.pid)
+        assert (place / 'cwd').readlink() == ROOT
+        assert (place / 'fd' / '0').readlink() == Path(os.devnull)
     first.kill()
     assert first.popen.returncode == -signal.SIGKILL
     assert second.running
