@@ -46,6 +46,8 @@ _LONGEST_NAME: Final = 32
 _MOST_METADATA: Final = 10_000
 #: A footer's record up to its checksum: opcode, length, where the index begins, where its offsets.
 _FOOTER: Final = struct.Struct('<BQQQ')
+#: From here on opcodes are for records that a program adds for itself.
+_PRIVATE: Final = 0x80
 _IN_CHUNK: Final = (SCHEMA_OP, CHANNEL_OP, MESSAGE_OP)
 
 
@@ -227,7 +229,7 @@ class Scan:
         if self.at + RECORD > end:
             raise CutError
         opcode, length = START.unpack_from(self.data, self.at)
-        if not (0 < opcode <= DATA_END_OP if top else opcode in _IN_CHUNK):
+        if not ((0 < opcode <= DATA_END_OP or opcode >= _PRIVATE) if top else opcode in _IN_CHUNK):
             raise CutError
         return opcode, length
 

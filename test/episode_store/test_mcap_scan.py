@@ -153,6 +153,19 @@ def chunk(records):
                   + struct.pack('<Q', len(records)) + records)
 
 
+def test_records_that_another_program_added_are_skipped():
+    place, more = chunk_starts(SAMPLE)[2], record(0x80, b'private') + record(0xFF, b'')
+    data = bytearray(SAMPLE[:place] + more + SAMPLE[place:])
+    # The index is farther behind, and has no checksum.
+    index, offsets, _, end = struct.unpack_from('<QQI8s', data, len(data) - 28)
+    struct.pack_into('<QQI8s', data, len(data) - 28, index + len(more), offsets, 0, end)
+    found, sent = scan(memoryview(data)), scan(memoryview(SAMPLE))
+    assert found.complete
+    assert found.damage == ''
+    assert {number: len(starts) for number, starts in found.starts.items()} == {
+        number: len(starts) for number, starts in sent.starts.items()}
+
+
 def test_chunks_in_chunks_go_no_deeper():
     data = b''
     for _ in range(3000):
