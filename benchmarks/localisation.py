@@ -218,7 +218,7 @@ class Bench:
         return self._n_ticks * TICK
 
     def _sense(self) -> Answer:
-        """Tell the controller what the robot senses in this tick."""
+        """Hand the controller what the robot senses in this tick."""
         self._n_ticks += 1
         robot, local_grid = self.simulation.robot, self.simulation.local_grid()
         began = time.perf_counter()
@@ -232,7 +232,7 @@ class Bench:
         return answer
 
     def _localise(self) -> None:
-        """Tell the controller a noisy pose."""
+        """Hand the controller a noisy pose."""
         noise = self._rng.standard_normal(3) * (POSE_STD, POSE_STD, POSE_YAW_STD)
         x, y, yaw = (np.array(self.simulation.robot.truth) + noise).tolist()
         self.supervisor.sensing.on_localised_pose(

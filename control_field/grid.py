@@ -83,7 +83,7 @@ class Grid:
         return self.n_rows, self.n_cols
 
     def contains(self, row: int, col: int) -> bool:
-        """Tell whether a cell lies in the workspace."""
+        """Return whether a cell lies in the workspace."""
         return 0 <= row < self.n_rows and 0 <= col < self.n_cols
 
     def cell_from_world(self, x: float, y: float) -> tuple[int, int]:

@@ -17,7 +17,7 @@ class StartPose:
     yaw: float = 0.0
 
     def is_near(self, x: float, y: float, yaw: float) -> bool:
-        """Tell whether a robot stands here."""
+        """Return whether a robot stands here."""
         return (math.hypot(x - self.x, y - self.y) <= PLACE_TOLERANCE
                 and abs(math.remainder(yaw - self.yaw, math.tau)) <= PLACE_TOLERANCE)
 

@@ -264,7 +264,7 @@ class ControlField:
 
     @property
     def is_void(self) -> bool:
-        """Tell whether no cell has a heading: there is nothing to drive on."""
+        """Return whether no cell has a heading: there is nothing to drive on."""
         return not (self.vx.any() or self.vy.any())
 
     @classmethod

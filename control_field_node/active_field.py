@@ -75,7 +75,7 @@ class ActiveField:
         """Return the status after a number of trials while none runs."""
         field, reason = self.current, self.why_idle()
         return TrialStatus(
-            State.IDLE, trial, reason='' if reason is None else reason.told(self.refusal),
+            State.IDLE, trial, reason='' if reason is None else reason.sentence_with(self.refusal),
             stop_reason=reason, revision=-1 if field is None else field.revision,
             memory='' if field is None else field.memory)
 

@@ -162,11 +162,11 @@ class InputMonitor:
         """Restart a timeout; what was missing in a pause has to keep coming for a while."""
         if is_paused and timeout.is_stale(now):
             self._bad_until = now + timeout.timeout
-        timeout.saw(now)
+        timeout.on_arrival(now)
 
     def why_stale(self, now: float) -> StopReason:
         """Return why there is no recent odometry: none comes, or only such as is too old."""
-        late = self.poses.is_late and self.odometry.comes_in_vain(now)
+        late = self.poses.is_late and self.odometry.is_ignored(now)
         return StopReason.LATE_POSES if late else StopReason.STALE_ODOMETRY
 
     def is_out_of_order(self, local_grid: Neighbourhood, last: Neighbourhood | None) -> bool:

@@ -43,7 +43,7 @@ def why_no_start(supervisor: 'Supervisor', now: float) -> str:
 def _why_lost(sensing: 'Sensing', now: float) -> str:
     """Return why the pose is not known although there is a localisation."""
     poses, what = sensing.inputs.localisation, f'pose on {sensing.settings.pose_topic}'
-    if poses.has_come and not poses.comes_in_vain(now):
+    if poses.has_come and not poses.is_ignored(now):
         return f'odometry was reset, and no {what} has arrived since'
     return poses.absence(now, what)
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 import math
 
-from control_field.robot.latency import Lag, Lateness, REPEAT
+from control_field.robot.latency import Lag, LatencyMonitor, REPEAT
 from control_field.robot.limits import Velocity
 from control_field_node.settings import Settings
 from msgs_bridge.messages.poses import Pose
@@ -21,13 +21,13 @@ class RobotLink:
     ----------
     is_lockstep : bool
         A pose is then of now, and its answer holds for exactly one tick.
-    latency : Lateness
+    latency : LatencyMonitor
 
     """
 
     def __init__(self, settings: Settings) -> None:
         """Start with a link that nothing is known of."""
-        self.latency = Lateness(settings.slow_latency, settings.cmd_vel_timeout)
+        self.latency = LatencyMonitor(settings.slow_latency, settings.cmd_vel_timeout)
         self._clock_offset = 0.0
         self._sent_at = self._updated_at = -math.inf
         self.change_settings(settings)
@@ -61,20 +61,20 @@ class RobotLink:
         self._clock_offset = 0.0 if clock is None else clock - now
         at = self._stamp_time(now)
         if self.latency.sent.newest != velocity:  # the robot was stopped since
-            self.latency.sends(min(self._updated_at, at), velocity)
+            self.latency.on_command(min(self._updated_at, at), velocity)
         self._updated_at = at
-        self.latency.heard(at, pose.stamp, place_of(pose), place_of(odometry or pose), is_ours)
+        self.latency.on_pose(at, pose.stamp, place_of(pose), place_of(odometry or pose), is_ours)
 
     def on_guard(self, velocity: Velocity, now: float, clock: float | None) -> None:
         """Take in which command holds while no pose comes."""
         self._clock_offset = 0.0 if clock is None else clock - now
         self._updated_at = self._stamp_time(now)
-        self.latency.sends(self._updated_at, velocity)
+        self.latency.on_command(self._updated_at, velocity)
 
     def on_command(self, velocity: Velocity, now: float) -> None:
         """Take in a command that is sent now."""
         self._sent_at = self._stamp_time(now)
-        self.latency.sends(self._sent_at, velocity)
+        self.latency.on_command(self._sent_at, velocity)
 
     @property
     def must_stand(self) -> bool:

@@ -103,7 +103,7 @@ class Sensing:
         if problem:
             self.refuse_localised_pose(f'{problem} (pose_frame_id)', now)
         elif self.localisation.correct(pose, variances):
-            poses.saw(now)
+            poses.on_arrival(now)
         else:
             refusals.counts['poses not used'] += 1
             poses.pass_over(now, f'there is no odometry of its time ({pose.stamp:.2f} s), or it '

@@ -114,7 +114,7 @@ class Supervisor:
         """End the trial with one standstill; who drives by hand has to let go first."""
         self.output.is_stopped = self.manual.keys.is_pressed
         if self.trial.run is not None:
-            return self.trial.finish(ended_by(reason, reason.told(detail)))
+            return self.trial.finish(ended_by(reason, reason.sentence_with(detail)))
         self.output.velocity = STANDSTILL
         return STOP if self.output.is_stopped else NOTHING
 

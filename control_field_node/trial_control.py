@@ -124,7 +124,7 @@ class TrialControl:
         self.pause = Pause(reason, detail)
         run.interrupt()
         if reason is StopReason.TAKEN_OVER:
-            self._log('warning', f'trial {run.trial} pauses: {reason.told(detail)}')
+            self._log('warning', f'trial {run.trial} pauses: {reason.sentence_with(detail)}')
             return NOTHING
         self._log('warning', f'trial {run.trial} pauses: {detail or reason.sentence}')
         self._output.velocity = STANDSTILL
@@ -148,7 +148,7 @@ class TrialControl:
         if self.pause is None:
             return self._status(self.run, State.RUNNING)
         return self._status(
-            self.run, State.PAUSED, reason=self.pause.reason.told(self.pause.detail),
+            self.run, State.PAUSED, reason=self.pause.reason.sentence_with(self.pause.detail),
             stop_reason=self.pause.reason)
 
     def _status(self, run: TrialRun, state: State, **values: Any) -> TrialStatus:

@@ -143,7 +143,7 @@ class TrialRun:
         if new is None:
             return None
         if is_of_another_task(new.memory, self.memory):
-            return ended_by(StopReason.WRONG_FIELD, StopReason.WRONG_FIELD.told(
+            return ended_by(StopReason.WRONG_FIELD, StopReason.WRONG_FIELD.sentence_with(
                 f'it is of task {task_of(new.memory)}'))
         self.policy.replace_field(new)
         return None

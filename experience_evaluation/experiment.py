@@ -162,7 +162,7 @@ def _seconds(act: Callable[[Demonstration], None], demonstration: Demonstration)
 
 
 def has_demonstration(experiment: Experiment, seed: int) -> bool:
-    """Tell whether the teacher finds a way with this seed."""
+    """Return whether the teacher finds a way with this seed."""
     world = GridWorld(experiment.occupancy, experiment.parameters)
     try:
         _demonstrations(experiment, world, np.random.default_rng(seed).spawn(2)[0])

@@ -26,7 +26,7 @@ class OdometryMonitor:
         """Note an odometry; a clock that is set back advances from there on."""
         if stamp != self._stamp:
             self._stamp, self._advanced = stamp, now
-        self._odometry.saw(now)
+        self._odometry.on_arrival(now)
 
     def on_sound(self) -> None:
         """Note that something can be learnt from an odometry."""

@@ -75,7 +75,7 @@ class LocalisedOdometryNode(Node):
             self._throttled_log.log_refused(error)
 
     def _on_odometry(self, msg: Odometry) -> None:
-        self._odometry.saw(time.monotonic())
+        self._odometry.on_arrival(time.monotonic())
         try:
             pose = self._localised.place(pose_from_odometry(msg))
             self._localised.odometry_refusal = ''

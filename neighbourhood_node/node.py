@@ -133,7 +133,7 @@ class NeighbourhoodNode(Node):
             self._odometry.pass_over(now, str(error))
             self._throttled_log.log_refused(error)
             return
-        self._odometry.saw(now)
+        self._odometry.on_arrival(now)
         self._neighbourhoods.publish(grid_from_neighbourhood(neighbourhood, self._maker.grid))
         self._problem = self._maker.problem(neighbourhood.stamp)
         self._throttled_log.log_missing(

@@ -164,13 +164,13 @@ class SimNode(Node):
         if lockstep and msg.header.stamp != self._stamp:
             return  # it answers another tick
         if not lockstep and (problem := self._problem_with_age(msg)):
-            self._refuse(problem)
+            self._refuse_command(problem)
             return
         try:
             self._simulation.command(*velocity_from_twist(msg))
-            self._commands.saw(time.monotonic())
+            self._commands.on_arrival(time.monotonic())
         except ValueError as error:
-            self._refuse(str(error))
+            self._refuse_command(str(error))
             return
         if lockstep:
             self._advance()
@@ -204,10 +204,12 @@ class SimNode(Node):
         response.message = 'the robot stands at its start'
         return response
 
+    def _refuse_command(self, problem: str) -> None:
+        self._commands.pass_over(time.monotonic(), problem)
+        self._refuse(problem)
+
     def _refuse(self, problem: str) -> None:
         self._n_refused += 1
-        if problem.startswith('cmd_vel'):
-            self._commands.pass_over(time.monotonic(), problem)
         self.get_logger().warning(f'refused: {problem} ({self._n_refused} messages so far)',
                                   throttle_duration_sec=_LOG_PERIOD)
 
@@ -265,7 +267,7 @@ class SimNode(Node):
         stale = self._simulation.is_stale
         if stale and not self._stale_told and self._simulation.is_commanded:
             now = time.monotonic()
-            why = self._commands.absence(now, 'command') if self._commands.comes_in_vain(
+            why = self._commands.absence(now, 'command') if self._commands.is_ignored(
                 now) else f'no command for {self._settings.cmd_vel_timeout:g} s'
             self.get_logger().warning(f'{why}: the robot stops')
         self._stale_told = stale
@@ -273,7 +275,7 @@ class SimNode(Node):
     # What goes out
 
     def _publish(self) -> None:
-        """Tell everything about this tick: contact first, the odometry last."""
+        """Publish everything about this tick: contact first, the odometry last."""
         seconds = self._seconds()
         self._stamp = stamp_from_seconds(seconds)
         self._unanswered = 0

@@ -79,12 +79,12 @@ class SimParameters:
 
     @property
     def is_stamped(self) -> bool:
-        """Tell whether cmd_vel is a TwistStamped."""
+        """Return whether cmd_vel is a TwistStamped."""
         return self.lockstep or self.enable_stamped_cmd_vel
 
     @property
     def has_clock(self) -> bool:
-        """Tell whether time is simulated and published."""
+        """Return whether time is simulated and published."""
         return self.lockstep or self.publish_clock
 
     @property

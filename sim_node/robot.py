@@ -72,7 +72,7 @@ class Wheels:
 
     @property
     def are_exact(self) -> bool:
-        """Tell whether odometry is the truth."""
+        """Return whether odometry is the truth."""
         return self.slip == self.heading_drift == self.noise_std == 0.0
 
 

@@ -117,12 +117,12 @@ class Simulation:
 
     @property
     def is_stale(self) -> bool:
-        """Tell whether the last command is too old to be followed."""
+        """Return whether the last command is too old to be followed."""
         return self._command_age >= self.parameters.cmd_vel_timeout - 1e-9
 
     @property
     def is_commanded(self) -> bool:
-        """Tell whether the last command, stale or not, asks for motion."""
+        """Return whether the last command, stale or not, asks for motion."""
         return self._command != (0.0, 0.0)
 
     def tick(self, seconds: float) -> bool:

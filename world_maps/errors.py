@@ -12,11 +12,22 @@ _LONGEST: Final = 100_000
 
 
 class WorldError(ValueError):
-    """A world that cannot be read; the message is one line that names the file and the remedy."""
+    """
+    A world that cannot be read; the message is one line that names the file and the remedy.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    problem : str
+        What is wrong with it and what to do, without its name.
+
+    """
 
     def __init__(self, path: Path, problem: str) -> None:
         """Put file and problem on one line, whatever the file is called."""
         super().__init__(' '.join(f'{path}: {problem}'.split()))
+        self.path, self.problem = path, problem
 
 
 def open_map(path: Path) -> BinaryIO:

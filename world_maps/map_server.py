@@ -182,11 +182,10 @@ def _is_there(path: Path) -> bool:
 
 
 def _fields(path: Path) -> Mapping[str, Any]:
+    text = read_bytes(path, _YAML_LIMIT)
     try:
-        fields = yaml_from_text(read_bytes(path, _YAML_LIMIT), as_written=True)
+        fields = yaml_from_text(text, as_written=True)
     except ValueError as error:
-        if isinstance(error, WorldError):
-            raise
         raise WorldError(path, f'{error}, see the maps in config/worlds') from error
     if not isinstance(fields, dict) or 'image' not in fields:
         raise WorldError(path, 'is no map_server file: it must have image, resolution and origin')

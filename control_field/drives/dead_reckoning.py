@@ -80,7 +80,7 @@ class DeadReckoning:
     usual: float = 0.0
 
     def is_trusted(self, xy: Floats, stride: int) -> bool:
-        """Tell whether most strides of so many steps lead where they should, as far as said."""
+        """Return whether most strides of so many steps lead where they should, as far as said."""
         first = np.arange(len(xy) - stride)
         if len(first) < _FEWEST_STRIDES:
             return False
@@ -137,7 +137,7 @@ class DeadReckoning:
         return self._glides(stamps, xy)
 
     def fits(self, xy: Floats, i: int, j: int, pose_jump: float) -> bool:
-        """Tell whether a robot can have come from one place straight to another."""
+        """Return whether a robot can have come from one place straight to another."""
         if not self.has_speeds:
             return True
         missed = self.misses(xy, np.array([i]), np.array([j]))[0]
@@ -220,7 +220,7 @@ def _hidden(dt: Floats, said: Floats, turned: Floats, motion: Motion) -> Floats:
 
 
 def _driven(way: Floats) -> npt.NDArray[np.bool_]:
-    """Tell which steps are driving: not much shorter than the longest, but for a few leaps."""
+    """Return which steps are driving: not much shorter than the longest, but for a few leaps."""
     rank = len(way) - 1 - max(_LEAPS, round(_LEAPING * len(way)))
     longest = np.sort(way)[max(rank, 0)] if len(way) else 0.0
     return np.asarray(way > max(_SHORT * float(longest), _NOISE))

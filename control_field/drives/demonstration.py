@@ -243,7 +243,7 @@ def _seen_from(
     local_grid_stamps: npt.NDArray[np.float64], local_grid_cells: npt.NDArray[np.int64] | None,
     stamps: npt.NDArray[np.float64], raw: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.bool_]:
-    """Tell which local grids were seen from where the robot was, or beside it."""
+    """Return which local grids were seen from where the robot was, or beside it."""
     if local_grid_cells is None or not len(local_grid_stamps):
         return np.ones(len(local_grid_stamps), dtype=np.bool_)
     after = np.clip(np.searchsorted(stamps, local_grid_stamps), 1, len(stamps) - 1)

@@ -61,7 +61,7 @@ class Loop:
     last: float
     place: tuple[float, float]
 
-    def told(self, start: float) -> str:
+    def text(self, start: float) -> str:
         """Say it in a few words, with seconds from ``start`` [s]."""
         return (f'{self.n_cells} ({self.length:.1f} m) from ({self.place[0]:.2f}, '
                 f'{self.place[1]:.2f}) back to it, {self.first - start:.1f} to '
@@ -108,7 +108,7 @@ def sentence_from_loops(loops: tuple[Loop, ...], n_cells: int, start: float) -> 
         return ''
     n_cut = sum(loop.n_cells for loop in loops)
     longest = sorted(loops, key=lambda loop: -loop.n_cells)[:3]
-    told = '; '.join(loop.told(start) for loop in sorted(longest, key=lambda loop: loop.first))
+    texts = '; '.join(loop.text(start) for loop in sorted(longest, key=lambda loop: loop.first))
     more = len(loops) - len(longest)
     return (f'{n_cut} of {counted(n_cells, "cell")} driven are not learnt, they only lead back to '
-            f'where the robot had been: {told}' + (f'; and {more} shorter ways' if more else ''))
+            f'where the robot had been: {texts}' + (f'; and {more} shorter ways' if more else ''))

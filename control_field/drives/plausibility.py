@@ -264,7 +264,7 @@ def _two_sources(
 
 
 def _turns(stamps: Floats, xy: Floats, limits: DriveLimits) -> npt.NDArray[np.bool_]:
-    """Tell which poses lie far on one side of those around them, the next on the other one."""
+    """Return which poses lie far on one side of those around them, the next on the other one."""
     dt = np.maximum(np.diff(stamps), 0.0)
     share = (dt[:-1] / np.maximum(dt[:-1] + dt[1:], 1e-9))[:, np.newaxis]
     aside = xy[1:-1] - ((1.0 - share) * xy[:-2] + share * xy[2:])
@@ -309,7 +309,7 @@ def _without_spikes(
 
 
 def _is_known(at: Floats, places: Floats, limits: DriveLimits) -> bool:
-    """Tell whether no way is lost between two poses."""
+    """Return whether no way is lost between two poses."""
     return _is_soon(at) or math.dist(*places) <= limits.unknown_way
 
 

@@ -105,7 +105,7 @@ def _is_mended(
     centres: Floats, places: Floats, stamps: Floats, xy: Floats, grid: Grid,
 ) -> bool:
     """
-    Tell whether one offset, and the drift of wheels, explains all places of a trial.
+    Return whether one offset, and the drift of wheels, explains all places of a trial.
 
     The controller may mend its place by local grid or by a localisation; what is recorded is raw.
     """

@@ -85,7 +85,7 @@ class Attraction(NamedTuple):
 
 
 def sees(known: CellMap, row: int, col: int, r: int, c: int) -> bool:
-    """Tell whether the straight line between two cell centres crosses no known wall."""
+    """Return whether the straight line between two cell centres crosses no known wall."""
     d_row, d_col = r - row, c - col
     n = 2 * max(abs(d_row), abs(d_col))
     for i in range(1, n):

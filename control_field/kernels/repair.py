@@ -178,7 +178,7 @@ def cheapest_of_loop(
 
 
 def beside(chosen: BoolMap, row: int, col: int) -> bool:
-    """Tell whether a chosen cell lies next to this one."""
+    """Return whether a chosen cell lies next to this one."""
     for r in range(max(0, row - 1), min(chosen.shape[0], row + 2)):
         for c in range(max(0, col - 1), min(chosen.shape[1], col + 2)):
             if chosen[r, c]:

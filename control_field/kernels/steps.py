@@ -95,7 +95,7 @@ def no_preference(shape: tuple[int, int]) -> Preference:
 
 
 def is_occupied(known: CellMap, row: int, col: int, unknown_is_blocked: bool) -> bool:
-    """Tell whether a cell lies outside or is known (or held) to be blocked."""
+    """Return whether a cell lies outside or is known (or held) to be blocked."""
     if row < 0 or col < 0 or row >= known.shape[0] or col >= known.shape[1]:
         return True
     state = known[row, col]

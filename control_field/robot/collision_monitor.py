@@ -175,7 +175,7 @@ def limit_command(
 
 
 def is_within(pose: tuple[float, float, float], local_grid: LocalGrid) -> bool:
-    """Tell whether a pose lies within what is seen."""
+    """Return whether a pose lies within what is seen."""
     low_x, low_y, high_x, high_y = local_grid.seen
     return low_x <= pose[0] <= high_x and low_y <= pose[1] <= high_y
 
@@ -190,7 +190,7 @@ def is_clear(
     limits: Limits,
 ) -> bool:
     """
-    Tell whether the disc touches nothing on its arc and braking way.
+    Return whether the disc touches nothing on its arc and braking way.
 
     A disc that overlaps something already (a noisy pose) may move as long as it gets no deeper.
     """

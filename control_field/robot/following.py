@@ -72,7 +72,7 @@ class Following:
         """Return the longest delay there may be now beyond what was measured, [s], else 0."""
         return max(self.worst, self._waits)
 
-    def saw(
+    def on_pose(
         self, taken: float, place: Place, sent: SentCommands, least: float, most: float,
     ) -> None:
         """

@@ -96,21 +96,21 @@ class Response:
     def __init__(self) -> None:
         """Start with nothing measured."""
         self.answers: deque[tuple[float, float, float]] = deque(maxlen=_N_ANSWERS)
-        self.set_out: float | None = None
+        self.departed_at: float | None = None
         self._from: Place = (0.0, 0.0, 0.0)
         self._last = -math.inf
 
-    def sets_out(self, at: float, place: Place) -> None:
+    def on_departure(self, at: float, place: Place) -> None:
         """Take in that a robot at rest is told to move."""
-        self.set_out, self._from, self._last = at, place, -math.inf
+        self.departed_at, self._from, self._last = at, place, -math.inf
 
-    def saw(self, taken: float, place: Place, sent: SentCommands, age: float) -> None:
+    def on_pose(self, taken: float, place: Place, sent: SentCommands, age: float) -> None:
         """Take in where the robot was at a time, and how old poses come."""
-        began = self.set_out
+        began = self.departed_at
         if began is None:
             return
         if taken - began > _PATIENCE:
-            self.set_out = None
+            self.departed_at = None
         elif (math.hypot(place[0] - self._from[0], place[1] - self._from[1]) <= _SEEN_WAY and abs(
                 math.remainder(place[2] - self._from[2], math.tau)) <= _SEEN_TURN):
             self._last = taken
@@ -119,7 +119,7 @@ class Response:
             if expected is not None:
                 most = taken - expected
                 self.answers.append((min(most, max(self._last - expected, 0.0)), most, age))
-            self.set_out = None
+            self.departed_at = None
 
     def bounds(self, age: float) -> tuple[float, float]:
         """
@@ -142,7 +142,7 @@ class Response:
         return middles[len(middles) // 2]
 
 
-class Lateness:
+class LatencyMonitor:
     """
     Watches over one link to a robot.
 
@@ -183,7 +183,7 @@ class Lateness:
         self.is_silent, self._silent_until = False, -math.inf
         self.jitter = self.worst_age = self.lost = self._gap = self._least = 0.0
 
-    def heard(self, at: float, stamp: float, place: Place, odometry: Place | None = None,
+    def on_pose(self, at: float, stamp: float, place: Place, odometry: Place | None = None,
               is_ours: bool = True) -> None:
         """
         Take in a pose.
@@ -219,28 +219,28 @@ class Lateness:
         self.age = raw - (self._least if differ else min(self._least, 0.0))
         before, self._taken, self._place = self._place, at - self.age, place
         self._is_at_rest = math.dist(before, place) < 1e-3
-        self.response.saw(self._taken, place, self.sent, self.worst_age)
+        self.response.on_pose(self._taken, place, self.sent, self.worst_age)
         if is_ours and self._is_our_time():
             least, most = self.response.bounds(self.worst_age)
             unsure = self.jitter if differ else 0.0
-            self.following.saw(
+            self.following.on_pose(
                 self._taken, odometry or place, self.sent, least - unsure, most + unsure)
         else:
             self.following.forget()
 
     def _is_our_time(self) -> bool:
-        """Tell whether the stamps' seconds are as long as ours: a simulator's need not be."""
+        """Return whether the stamps' seconds are as long as ours: a simulator's need not be."""
         if not self.clocks_differ:
             return True
         (first, began, _), (last, ended, _) = self._came[0], self._came[-1]
         return len(self._came) >= ENOUGH and abs(ended - began - (last - first)) < 0.1 * (
             last - first)
 
-    def sends(self, at: float, velocity: Velocity) -> None:
+    def on_command(self, at: float, velocity: Velocity) -> None:
         """Take in a command that goes to the wheels now."""
         if (velocity != STANDSTILL and self.sent.newest == STANDSTILL and self._is_at_rest
                 and self.sent.stood_since(at) > self.longest + 0.1):
-            self.response.sets_out(at, self._place)
+            self.response.on_departure(at, self._place)
         self.sent.note(at, velocity)
 
     def _judge(self, at: float) -> None:
@@ -284,7 +284,7 @@ class Lateness:
 
     @property
     def is_lossy(self) -> bool:
-        """Tell whether commands are to be repeated, as some may not arrive."""
+        """Return whether commands are to be repeated, as some may not arrive."""
         return self.lost > _LOSES or self.following.worst > 0.0 or (
             not self.clocks_differ and (self.is_silent or self.jitter > _IRREGULAR))
 
@@ -295,7 +295,7 @@ class Lateness:
 
     @property
     def is_late(self) -> bool:
-        """Tell whether the robot is slower than it would be on a good link."""
+        """Return whether the robot is slower than it would be on a good link."""
         return self.slowing < 1.0 or self.hold > min(LEAST_HOLD, self.base_timeout)
 
     @property
@@ -326,8 +326,8 @@ class Lateness:
         most = max(most, self.following.now) + self.jitter
         starts = {self._taken - least, self._taken - most, self._taken - self.response.usual,
                   self._taken - 0.5 * (least + most)}
-        if self.response.set_out is not None:
-            starts.add(self.response.set_out)
+        if self.response.departed_at is not None:
+            starts.add(self.response.departed_at)
         ways = [self.sent.pieces(start, now) for start in starts]
         doubt = _DOUBT if self.following.is_unanswered else 0.0
         return Lag(tuple(ways), self.sent.pieces(self._taken - most, now), self.hold + doubt,

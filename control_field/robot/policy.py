@@ -200,7 +200,7 @@ class TrialPolicy:
             counts=state.counts, entered=state.entered, punished=state.punished)
 
     def at_goal(self, row: int, col: int) -> bool:
-        """Tell whether a cell is the goal."""
+        """Return whether a cell is the goal."""
         return (row, col) == self.field.goal
 
     def decide(self, row: int, col: int, blocked: int, unknown: int, stamp: float) -> Choice:

@@ -38,7 +38,7 @@ class StopReason(StrEnum):
         """Say it in one sentence."""
         return _SENTENCES[self]
 
-    def told(self, detail: str) -> str:
+    def sentence_with(self, detail: str) -> str:
         """Say it in one sentence, with what is known beyond that."""
         return f'{self.sentence}: {detail}' if detail else self.sentence
 

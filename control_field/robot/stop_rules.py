@@ -75,7 +75,7 @@ class Timeout:
         self.arrived = -math.inf
         self._passed_over, self._why = -math.inf, ''
 
-    def saw(self, now: float) -> None:
+    def on_arrival(self, now: float) -> None:
         """Note an arrival."""
         self.arrived = now
 
@@ -85,11 +85,11 @@ class Timeout:
 
     @property
     def has_come(self) -> bool:
-        """Tell whether anything that counts has ever arrived."""
+        """Return whether anything that counts has ever arrived."""
         return self.arrived > -math.inf
 
-    def comes_in_vain(self, now: float) -> bool:
-        """Tell whether the newest that arrived, not long ago, does not count."""
+    def is_ignored(self, now: float) -> bool:
+        """Return whether the newest that arrived, not long ago, does not count."""
         return self._passed_over >= self.arrived and now - self._passed_over <= _LATELY
 
     def absence(self, now: float, what: str) -> str:
@@ -103,7 +103,7 @@ class Timeout:
             What it is called.
 
         """
-        if self.comes_in_vain(now):
+        if self.is_ignored(now):
             return f'{what} arrives but does not count: {self._why}'
         last = max(self.arrived, self._passed_over)
         if last == -math.inf:
@@ -111,7 +111,7 @@ class Timeout:
         return f'no {what} has arrived for {now - last:.1f} s'
 
     def is_stale(self, now: float) -> bool:
-        """Tell whether nothing has arrived for the timeout, or ever."""
+        """Return whether nothing has arrived for the timeout, or ever."""
         return now - self.arrived > self.timeout
 
 
@@ -270,7 +270,7 @@ class ProgressChecker:
 
 def is_lost(coherence: float, is_supported: bool, q_greatest: float, least: float) -> bool:
     """
-    Tell whether there is no point in following the field here.
+    Return whether there is no point in following the field here.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ class Drive:
             self.sent.note(self.now, velocity)
             self._under_way.append((self.now + self._delay(self.now), velocity))
             self._drive()
-            self.following.saw(self.now, self.place, self.sent, 0.0, MOST)
+            self.following.on_pose(self.now, self.place, self.sent, 0.0, MOST)
         return self.following
 
     def _drive(self):
@@ -102,5 +102,5 @@ def test_what_somebody_else_made_it_do_is_forgotten():
 def test_poses_far_apart_tell_nothing():
     drive = Drive()
     for before, after in pairwise(np.arange(0.0, 20.0, 2.0)):
-        drive.following.saw(after, (before, 0.0, 0.0), drive.sent, 0.0, MOST)
+        drive.following.on_pose(after, (before, 0.0, 0.0), drive.sent, 0.0, MOST)
     assert not drive.following.is_lost

@@ -112,7 +112,7 @@ def test_of_two_ways_of_one_length_the_one_nearer_to_the_heading_is_taken(headin
 
 
 def loops_from(cell, known, headings, rule):
-    """Tell whether following the headings from a cell leads back to it."""
+    """Return whether following the headings from a cell leads back to it."""
     at = cell
     for _ in range(known.size):
         heading = int(headings[at])

@@ -20,7 +20,7 @@ MODULES = (kernels, rollout, local_search, decision, interpolation, repair)
 
 
 def same(first, second):
-    """Tell whether two values are the same to the bit, arrays and generators included."""
+    """Return whether two values are the same to the bit, arrays and generators included."""
     if isinstance(first, (tuple, list)):
         return len(first) == len(second) and all(map(same, first, second))
     if isinstance(first, np.ndarray):
@@ -66,7 +66,7 @@ def graph_of(known, rule, factor, preference):
 
 
 def naively_allowed(known, row, col, heading, rule):
-    """Tell whether a step is allowed, straight from the words."""
+    """Return whether a step is allowed, straight from the words."""
     cutting, keep_out, moves = rule
     if moves == 4 and heading % 2:
         return False

@@ -33,14 +33,14 @@ def test_what_never_came_is_stale():
 @given(st.floats(0.05, 10.0), st.floats(0.0, 1e6), st.floats(0.0, 20.0))
 def test_a_message_is_stale_after_its_timeout(seconds, arrived, age):
     timeout = Timeout(seconds)
-    timeout.saw(arrived)
+    timeout.on_arrival(arrived)
     assert timeout.is_stale(arrived + age) == (arrived + age - arrived > seconds)
 
 
 def pose_monitor(*, stamp=10.0, x=1.0, y=1.0):
-    watch = PoseMonitor(RULES)
-    assert watch.observe(stamp, x, y, GRID) is None
-    return watch
+    monitor = PoseMonitor(RULES)
+    assert monitor.observe(stamp, x, y, GRID) is None
+    return monitor
 
 
 def test_a_clock_that_goes_back_is_told():
@@ -56,9 +56,9 @@ def test_the_first_pose_is_not_taken_for_a_repeated_one():
 
 
 def test_after_a_clock_went_back_the_new_time_counts():
-    watch = pose_monitor()
-    watch.observe(2.0, 1.0, 1.0, GRID)
-    assert watch.observe(2.05, 1.0, 1.0, GRID) is None
+    monitor = pose_monitor()
+    monitor.observe(2.0, 1.0, 1.0, GRID)
+    assert monitor.observe(2.05, 1.0, 1.0, GRID) is None
 
 
 def test_a_jump_is_told_and_driving_is_not():
@@ -68,36 +68,36 @@ def test_a_jump_is_told_and_driving_is_not():
 
 
 def test_who_is_placed_has_not_jumped_but_a_clock_set_back_is_told():
-    watch = pose_monitor()
-    watch.place_anew()
-    assert watch.observe(10.05, 3.0, 1.0, GRID) is None
-    assert watch.observe(10.1, 1.0, 1.0, GRID) is StopReason.POSE_JUMPED
-    watch.place_anew()
-    assert watch.observe(9.0, 1.0, 1.0, GRID) is StopReason.CLOCK_JUMPED_BACK
+    monitor = pose_monitor()
+    monitor.place_anew()
+    assert monitor.observe(10.05, 3.0, 1.0, GRID) is None
+    assert monitor.observe(10.1, 1.0, 1.0, GRID) is StopReason.POSE_JUMPED
+    monitor.place_anew()
+    assert monitor.observe(9.0, 1.0, 1.0, GRID) is StopReason.CLOCK_JUMPED_BACK
 
 
 def test_outside_is_told():
-    watch = pose_monitor(x=4.99)
-    assert watch.observe(10.05, 5.0, 1.0, GRID) is StopReason.OUTSIDE_WORKSPACE
+    monitor = pose_monitor(x=4.99)
+    assert monitor.observe(10.05, 5.0, 1.0, GRID) is StopReason.OUTSIDE_WORKSPACE
 
 
 def test_where_odometry_is_mended_the_mended_place_counts():
-    watch = pose_monitor(x=4.99)
-    assert watch.observe(10.05, 5.0, 1.0, GRID, (4.9, 1.0)) is None
-    assert watch.observe(10.1, 5.0, 1.0, GRID, (5.1, 1.0)) is StopReason.OUTSIDE_WORKSPACE
+    monitor = pose_monitor(x=4.99)
+    assert monitor.observe(10.05, 5.0, 1.0, GRID, (4.9, 1.0)) is None
+    assert monitor.observe(10.1, 5.0, 1.0, GRID, (5.1, 1.0)) is StopReason.OUTSIDE_WORKSPACE
 
 
 @pytest.mark.parametrize(('stamp', 'repeated'), [
     (10.0, True), (9.9, True), (9.4, False), (10.05, False)])
 def test_duplicates_and_late_ones_are_passed_over(stamp, repeated):
-    watch = pose_monitor()
-    assert [watch.is_repeated(stamp) for _ in range(2)] == [repeated] * 2
+    monitor = pose_monitor()
+    assert [monitor.is_repeated(stamp) for _ in range(2)] == [repeated] * 2
 
 
-def told(watch, stamps, place, n_steps=lambda t: 0, speed=0.0):
+def told(monitor, stamps, place, n_steps=lambda t: 0, speed=0.0):
     """Return when which reason came first."""
     for t in stamps:
-        reason = watch.observe(t, *place(t), n_steps(t), speed)
+        reason = monitor.observe(t, *place(t), n_steps(t), speed)
         if reason is not None:
             return t, reason
     return None
@@ -149,8 +149,8 @@ def test_who_is_told_to_stand_is_not_stalled():
 
 
 def test_the_time_limit_counts_from_the_first_pose():
-    watch = ProgressChecker(StopRules(time_limit=4.0))
-    assert told(watch, [100.0 + t for t in seconds(9)], lambda t: (1.0, 1.0, t)) == (
+    monitor = ProgressChecker(StopRules(time_limit=4.0))
+    assert told(monitor, [100.0 + t for t in seconds(9)], lambda t: (1.0, 1.0, t)) == (
         104.5, StopReason.TIME_LIMIT)
 
 
@@ -176,12 +176,12 @@ def test_turning_is_no_stall():
 
 
 def test_a_pause_starts_progress_anew_but_not_the_time_limit():
-    watch = ProgressChecker(StopRules(time_limit=20.0))
-    assert told(watch, seconds(9), lambda t: (1.0, 1.0, t)) is None
-    watch.restart()
-    assert told(watch, [9.0 + t for t in seconds(10)], lambda t: (1.0, 1.0, t)) is None
-    watch.restart()
-    assert told(watch, [19.0 + t for t in seconds(10)], lambda t: (1.0, 1.0, t)) == (
+    monitor = ProgressChecker(StopRules(time_limit=20.0))
+    assert told(monitor, seconds(9), lambda t: (1.0, 1.0, t)) is None
+    monitor.restart()
+    assert told(monitor, [9.0 + t for t in seconds(10)], lambda t: (1.0, 1.0, t)) is None
+    monitor.restart()
+    assert told(monitor, [19.0 + t for t in seconds(10)], lambda t: (1.0, 1.0, t)) == (
         20.5, StopReason.TIME_LIMIT)
 
 
@@ -193,12 +193,12 @@ def test_the_field_is_lost_only_where_nothing_speaks_for_it(coherence, supported
 
 
 def test_what_arrives_and_does_not_count_is_not_called_absent():
-    fresh = Timeout(0.5)
-    assert fresh.absence(5.0, 'odometry') == 'no odometry has arrived yet'
-    fresh.pass_over(5.0, 'it is upside down')
-    assert fresh.absence(5.1, 'odometry') == (
+    timeout = Timeout(0.5)
+    assert timeout.absence(5.0, 'odometry') == 'no odometry has arrived yet'
+    timeout.pass_over(5.0, 'it is upside down')
+    assert timeout.absence(5.1, 'odometry') == (
         'odometry arrives but does not count: it is upside down')
-    assert fresh.absence(9.0, 'odometry') == 'no odometry has arrived for 4.0 s'
-    fresh.saw(9.5)
-    assert not fresh.comes_in_vain(9.5)
-    assert fresh.absence(11.0, 'odometry') == 'no odometry has arrived for 1.5 s'
+    assert timeout.absence(9.0, 'odometry') == 'no odometry has arrived for 4.0 s'
+    timeout.on_arrival(9.5)
+    assert not timeout.is_ignored(9.5)
+    assert timeout.absence(11.0, 'odometry') == 'no odometry has arrived for 1.5 s'

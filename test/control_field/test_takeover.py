@@ -10,18 +10,18 @@ commands = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 
 
 def test_a_person_is_gone_after_the_timeout():
-    watch = TakeoverDetector(0.5)
-    assert not watch.is_taken_over(0.0)
-    watch.on_external_command(3.0)
-    assert watch.is_taken_over(3.4)
-    assert not watch.is_taken_over(3.5)
+    detector = TakeoverDetector(0.5)
+    assert not detector.is_taken_over(0.0)
+    detector.on_external_command(3.0)
+    assert detector.is_taken_over(3.4)
+    assert not detector.is_taken_over(3.5)
 
 
 def test_handing_over_forgets_the_person():
-    watch = TakeoverDetector(0.5)
-    watch.on_external_command(3.0)
-    watch.let_go()
-    assert not watch.is_taken_over(3.0)
+    detector = TakeoverDetector(0.5)
+    detector.on_external_command(3.0)
+    detector.let_go()
+    assert not detector.is_taken_over(3.0)
 
 
 @given(st.lists(commands, max_size=20), st.data())
@@ -69,40 +69,40 @@ def test_a_standstill_moves_nobody(velocity, drives):
 
 @given(st.lists(st.floats(0.01, 3.0), max_size=50))
 def test_standstill_alone_takes_nothing_over_however_often_it_comes(waits):
-    watch, now = TakeoverDetector(0.5), 0.0
+    detector, now = TakeoverDetector(0.5), 0.0
     for wait in waits:
         now += wait
-        watch.on_external_command(now, is_driving=False)
-        assert not watch.holds('', now)
-        assert not watch.is_taken_over(now)
+        detector.on_external_command(now, is_driving=False)
+        assert not detector.holds('', now)
+        assert not detector.is_taken_over(now)
 
 
 def test_who_moved_the_robot_holds_it_with_standstill_until_that_breaks_off():
-    watch = TakeoverDetector(0.5)
-    watch.on_external_command(1.0, topic='cmd_vel')
-    assert watch.holds('cmd_vel', 1.0)
+    detector = TakeoverDetector(0.5)
+    detector.on_external_command(1.0, topic='cmd_vel')
+    assert detector.holds('cmd_vel', 1.0)
     for k in range(40):
-        watch.on_external_command(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
-        assert watch.holds('cmd_vel', 1.1 + 0.1 * k)
-    assert watch.is_taken_over(5.4)
-    assert not watch.is_taken_over(5.6)
-    watch.on_external_command(5.6, is_driving=False, topic='cmd_vel')
-    assert not watch.holds('cmd_vel', 5.6)
+        detector.on_external_command(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
+        assert detector.holds('cmd_vel', 1.1 + 0.1 * k)
+    assert detector.is_taken_over(5.4)
+    assert not detector.is_taken_over(5.6)
+    detector.on_external_command(5.6, is_driving=False, topic='cmd_vel')
+    assert not detector.holds('cmd_vel', 5.6)
 
 
 def test_standstill_on_another_topic_does_not_hold_what_a_person_let_go():
-    watch = TakeoverDetector(0.5)
-    watch.on_external_command(1.0, topic='cmd_vel_teleop')
+    detector = TakeoverDetector(0.5)
+    detector.on_external_command(1.0, topic='cmd_vel_teleop')
     for k in range(20):
-        watch.on_external_command(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
-        assert not watch.holds('cmd_vel', 1.1 + 0.1 * k)
-    assert watch.topic == 'cmd_vel_teleop'
-    assert not watch.is_taken_over(1.6)
+        detector.on_external_command(1.1 + 0.1 * k, is_driving=False, topic='cmd_vel')
+        assert not detector.holds('cmd_vel', 1.1 + 0.1 * k)
+    assert detector.topic == 'cmd_vel_teleop'
+    assert not detector.is_taken_over(1.6)
 
 
 def test_standstill_after_the_robot_was_handed_over_holds_nothing():
-    watch = TakeoverDetector(0.5)
-    watch.on_external_command(1.0)
-    watch.let_go()
-    watch.on_external_command(1.1, is_driving=False)
-    assert not watch.holds('', 1.1)
+    detector = TakeoverDetector(0.5)
+    detector.on_external_command(1.0)
+    detector.let_go()
+    detector.on_external_command(1.1, is_driving=False)
+    assert not detector.holds('', 1.1)

@@ -178,7 +178,7 @@ def test_a_neighbourhood_that_was_refused_is_not_said_to_be_absent(spoil, said):
     bench = driving()
     bench.supervisor.stop()
     now = bench.now + 2.0
-    bench.supervisor.sensing.inputs.odometry.saw(now)
+    bench.supervisor.sensing.inputs.odometry.on_arrival(now)
     spoil(bench.supervisor.sensing.inputs, now)
     assert bench.supervisor.start(now) == said
 

@@ -40,6 +40,7 @@ def refusal(path):
     with pytest.raises(WorldError) as caught:
         load_world(path)
     assert '\n' not in str(caught.value)
+    assert caught.value.path.parent == path.parent
     return str(caught.value)
 
 
