@@ -240,7 +240,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
 
 def _diff(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        'Compare two fields of one workspace: where their courses differ, what each is worth, '
+        'Compare two fields of one workspace: where their headings differ, what each is worth, '
         'which prototypes came and went. A field is a bag (what it was driven on), the folder of '
         'a task (what its bags teach), a bag of another recorder (what it teaches alone, in the '
         'workspace of the other field where nothing else is said) or a saved .npz.')

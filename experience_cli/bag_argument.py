@@ -253,22 +253,22 @@ def is_external(path: Path) -> bool:
 
     """
     files = storage_files(path) if path.is_dir() else [path]
-    if _was_one(path, files):
+    if _was_external(path, files):
         return True
     if not files or not files[0].exists() or not is_storage_file(files[0]):
         return False
     if files[0].suffix != '.mcap':
-        return not path.is_dir() or not is_named_like_ours(path)
-    return not is_named_like_ours(files[0].parent) and not _has_our_header(files[0])
+        return not path.is_dir() or not is_named_like_own(path)
+    return not is_named_like_own(files[0].parent) and not _has_our_header(files[0])
 
 
-def _was_one(path: Path, files: list[Path]) -> bool:
-    """Return whether a path is what is left of a bag of others whose files are missing."""
-    return path.is_dir() and not files and not is_named_like_ours(path) and (
+def _was_external(path: Path, files: list[Path]) -> bool:
+    """Return whether a path is what is left of an external bag whose files are missing."""
+    return path.is_dir() and not files and not is_named_like_own(path) and (
         path / 'metadata.yaml').exists()
 
 
-def is_named_like_ours(folder: Path) -> bool:
+def is_named_like_own(folder: Path) -> bool:
     """Return whether a folder is named like that of a bag of ours."""
     try:
         episode_from_path(folder.absolute())
@@ -293,8 +293,10 @@ def _episodes(path: Path) -> list[EpisodeFolder]:
         return [episode_from_path(path.absolute())]
     episodes = TaskFolder(path.absolute().parent, path.absolute().name).episodes()
     if not episodes:
-        theirs = sorted(child for child in path.iterdir() if child.is_dir() and is_external(child))
-        hint = f'; name those of other recorders one by one, such as {theirs[0]}' if theirs else ''
+        external = sorted(
+            child for child in path.iterdir() if child.is_dir() and is_external(child))
+        hint = f'; name those of other recorders one by one, such as {external[0]}' if (
+            external) else ''
         raise UserError(f'{path} holds no bags, must be a folder of bags like 0001_demo{hint}')
     return episodes
 

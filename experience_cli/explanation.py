@@ -1,4 +1,4 @@
-"""Why the robot did what it did at a moment: decision, command, who had a say in the course."""
+"""Why the robot did what it did at a moment: decision, command, who had a say in the heading."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -51,9 +51,9 @@ class MonitoredVelocity:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class ExplainedHeading:
     """
-    The field's course in a cell, taken apart.
+    The field's heading in a cell, taken apart.
 
     Parameters
     ----------
@@ -61,9 +61,9 @@ class Course:
     prototypes : Prototypes
         That it was made of.
     voices : Voices or None
-        None if the shown prototypes do not make up the field's vector.
+        None if the prototypes do not make up the field's vector.
     source : str
-        ``recorded``, ``relearnt`` (the recorded map has changed since the courses were made) or
+        ``recorded``, ``relearnt`` (the recorded map has changed since the headings were made) or
         ``curious`` (a trial that was to look around: no prototype had a say).
 
     """
@@ -116,7 +116,7 @@ class Moment:
     @cached_property
     def decisions(self) -> npt.NDArray[np.void]:
         """
-        Return the decision in force, its refused course before it; none before the first one.
+        Return the decision in force, its refused heading before it; none before the first one.
 
         Returns
         -------
@@ -246,9 +246,9 @@ class Moment:
         return float(values['vx'][found[-1]]), float(values['wz'][found[-1]])
 
     @cached_property
-    def course(self) -> Course | None:
+    def heading(self) -> ExplainedHeading | None:
         """
-        Return the course of the cell; None where there is none, see `no_course`.
+        Return the heading of the cell; None where there is none, see `no_heading`.
 
         Raises
         ------
@@ -265,12 +265,12 @@ class Moment:
         if prototypes is not None and not is_flat:
             voices = voices_at(field, prototypes, parameters, *self.cell)
             if voices is not None:
-                return Course(field, prototypes, voices, 'recorded')
+                return ExplainedHeading(field, prototypes, voices, 'recorded')
         return self._relearnt(field, prototypes)
 
     @property
-    def no_course(self) -> str:
-        """Say why there is no course: there was no field, or just none in the bag."""
+    def no_heading(self) -> str:
+        """Say why there is no heading: there was no field, or just none in the bag."""
         if self.header.imported_from:
             return f'the bag holds no field: it was taken over from {self.header.imported_from}'
         folder = self.episode.folder
@@ -279,8 +279,10 @@ class Moment:
             return 'there was no field yet'
         return 'the bag holds no field: which one was in force is not known'
 
-    def _relearnt(self, field: ControlField, prototypes: Prototypes | None) -> Course | None:
-        """Learn from the bags before this one, which says on which map the courses were made."""
+    def _relearnt(
+        self, field: ControlField, prototypes: Prototypes | None,
+    ) -> ExplainedHeading | None:
+        """Learn from the bags before this one, which says on which map the headings were made."""
         folder, parameters = self.episode.folder, self.header.parameters
         relearner, known = Relearner(self.header.grid, parameters), None
         for before in folder.task.episodes():
@@ -288,14 +290,14 @@ class Moment:
                 refresh = relearner.learn(Episode(before)).refresh
                 known = refresh.field.known if refresh is not None and refresh.pushed else known
         if relearner.refresh is None:
-            return None if prototypes is None else Course(field, prototypes, voices_at(
+            return None if prototypes is None else ExplainedHeading(field, prototypes, voices_at(
                 field, prototypes, parameters, *self.cell), 'recorded')
         made_of = relearner.refresh.prototypes
         exploration = relearner.field(exploring=True)
         if exploration is not relearner.refresh.field and np.array_equal(
                 exploration.vx, field.vx) and np.array_equal(exploration.vy, field.vy):
-            return Course(field, made_of, None, 'curious')
-        return Course(field, made_of, voices_at(
+            return ExplainedHeading(field, made_of, None, 'curious')
+        return ExplainedHeading(field, made_of, voices_at(
             field, made_of, parameters, *self.cell, known), 'relearnt')
 
 

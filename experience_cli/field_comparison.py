@@ -63,7 +63,7 @@ class Side:
 
     @cached_property
     def headings(self) -> npt.NDArray[np.int8]:
-        """Return the course of every cell, -1 for none."""
+        """Return the heading of every cell, -1 for none."""
         return headings_from_vectors(self.field.vx, self.field.vy)
 
     @cached_property
@@ -76,10 +76,11 @@ class Side:
     @cached_property
     def certificate(self) -> Certificate:
         """Return what the field is worth on its own remembered map."""
-        shown = np.full(self.field.grid.shape, -1, dtype=np.int8)
+        demonstrated = np.full(self.field.grid.shape, -1, dtype=np.int8)
         own = self.prototypes.demonstrated
-        shown[tuple(self.prototypes.cells[own].T)] = self.prototypes.headings[own]
-        return certify(self.field, shown, len(self.prototypes), rules_of(self.parameters))
+        demonstrated[tuple(self.prototypes.cells[own].T)] = self.prototypes.headings[own]
+        return certify(
+            self.field, demonstrated, len(self.prototypes), rules_of(self.parameters))
 
 
 def side_from(text: str, bags: Path | None) -> Side:
@@ -230,12 +231,12 @@ class Comparison:
 
     @cached_property
     def turned(self) -> npt.NDArray[np.bool_]:
-        """Tell in which cells the courses differ."""
+        """Return in which cells the headings differ."""
         return np.asarray(self.first.headings != self.second.headings)
 
     @cached_property
     def angle(self) -> npt.NDArray[np.float64]:
-        """Return by how much the courses differ, [rad], 0 to pi; NaN where one has none."""
+        """Return by how much the headings differ, [rad], 0 to pi; NaN where one has none."""
         a, b = self.first, self.second
         inner = (a.field.vx.astype(np.float64) * b.field.vx
                  + a.field.vy.astype(np.float64) * b.field.vy)

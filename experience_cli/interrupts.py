@@ -39,7 +39,7 @@ class Stopped(KeyboardInterrupt):
 
 
 @contextmanager
-def heard(on_command_line: bool) -> Iterator[None]:
+def stoppable(on_command_line: bool) -> Iterator[None]:
     """
     Let Ctrl-C and the like raise `Stopped` meanwhile; afterwards they end the process at once.
 
@@ -79,14 +79,14 @@ def interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _is_ending(error: BaseException | None) -> bool:
-    """Tell whether what is being done is the tidying up after a `Stopped`."""
+    """Return whether what is being done is the tidying up after a `Stopped`."""
     while error is not None and not isinstance(error, Stopped):
         error = error.__context__
     return error is not None
 
 
 def _lost(unraisable: 'sys.UnraisableHookArgs') -> None:
-    """Take in an exception that got lost; a `Stopped` is raised again, which is all to be said."""
+    """Handle an exception that got lost; a `Stopped` is raised again, without a word."""
     if isinstance(unraisable.exc_value, Stopped):
         signal.setitimer(signal.ITIMER_REAL, _SOON)
     else:

@@ -14,7 +14,7 @@ from typing import NoReturn
 from episode_store.rosbag2.errors import BagError
 from experience_cli.arguments import COMMANDS, parser
 from experience_cli.errors import UserError
-from experience_cli.interrupts import heard, Stopped
+from experience_cli.interrupts import stoppable, Stopped
 from msgs_bridge.node.environment import folder_without_home, has_home, prepare
 from msgs_bridge.untrusted.text import safe_output
 
@@ -65,7 +65,7 @@ def _prepare_drawing() -> None:
 def _run(parsed: argparse.Namespace, on_command_line: bool) -> int:
     """Run a subcommand; return its exit code, or that of what went wrong."""
     try:
-        with heard(on_command_line):
+        with stoppable(on_command_line):
             module = COMMANDS[parsed.command].module
             code = int(importlib.import_module(f'experience_cli.commands.{module}').run(parsed))
         sys.stdout.flush()

@@ -29,22 +29,22 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _sides(arguments: argparse.Namespace) -> list[Side]:
-    """Return both fields as `Side`; what others recorded is learnt like the other."""
+    """Return both fields; a bag of another recorder is learnt like the other one."""
     names = arguments.first, arguments.second
-    theirs = [Path(name).suffix != '.npz' and Path(name).exists() and is_external(Path(name))
+    external = [Path(name).suffix != '.npz' and Path(name).exists() and is_external(Path(name))
               for name in names]
     option = wanted_option(arguments)
-    if option and not any(theirs):
+    if option and not any(external):
         raise UserError(f'{option}: says how a bag of another recorder is to be read, and neither '
                         f'{names[0]} nor {names[1]} is one')
-    sides = [None if external_one else side_from(name, arguments.bags)
-             for name, external_one in zip(names, theirs, strict=True)]
+    sides = [None if is_theirs else side_from(name, arguments.bags)
+             for name, is_theirs in zip(names, external, strict=True)]
     own = next((side for side in sides if side is not None), None)
-    return [side or _their_side(arguments, name, own)
+    return [side or _external_side(arguments, name, own)
             for name, side in zip(names, sides, strict=True)]
 
 
-def _their_side(arguments: argparse.Namespace, name: str, other: Side | None) -> Side:
+def _external_side(arguments: argparse.Namespace, name: str, other: Side | None) -> Side:
     """Return what a bag of another recorder teaches alone, in the workspace of the other field."""
     values = vars(arguments) | {'field': other}
     if arguments.like is not None:
@@ -87,7 +87,7 @@ def _difference_lines(about: dict[str, Any]) -> list[str]:
     turned = '' if angle is None else f', {angle:.1f} degrees in the mean, {most:.0f} at most'
     equal = ' (the vectors are equal)' if about['vectors_equal'] else turned
     return [
-        f'courses: {n} of {counted(total, "cell")} differ ({n / total:.1%}){equal}',
+        f'headings: {n} of {counted(total, "cell")} differ ({n / total:.1%}){equal}',
         f'prototypes: {changes}',
         f'remembered map: {about["remembered_map_differs"]} of {counted(total, "cell")} differ',
         f'Q-matrix: at most {about["largest_q_difference"]:.3g} apart']

@@ -17,15 +17,15 @@ from experience_cli.arguments import LIMITS
 from experience_cli.bag_summary import say_cut, say_gaps
 from experience_cli.compass import COMPASS, compass, DIRECTIONS
 from experience_cli.errors import UserError
-from experience_cli.explanation import Course, Moment
+from experience_cli.explanation import ExplainedHeading, Moment
 from experience_cli.external_bags import bag_of
 from experience_cli.terminal import table_lines
 
 #: Prototypes that the text names; JSON has all of them.
 _MOST = 12
 _NO_SHARES = {
-    True: 'this trial was to look around: its course is the shortest way that shows unseen cells, '
-          'no prototype had a say',
+    True: 'this trial was to look around: its heading is the shortest way that shows unseen '
+          'cells, no prototype had a say',
     False: 'its prototypes do not make up this vector: bags that it was learnt from are missing '
            'or have changed'}
 #: What the robot does, by the kind of its decision.
@@ -91,8 +91,8 @@ def about_moment(moment: Moment) -> dict[str, Any]:
         'trial': None if status is None else {
             'number': status.trial, 'state': str(status.state), 'reason': status.reason},
         'decision': [_row(row, moment) for row in moment.decisions],
-        'command': _command(moment), 'course': _course(moment),
-        'no_course': moment.no_course if moment.course is None else None}
+        'command': _command(moment), 'course': _explained_heading(moment),
+        'no_course': moment.no_heading if moment.heading is None else None}
 
 
 def _command(moment: Moment) -> dict[str, Any]:
@@ -122,43 +122,43 @@ def _row(row: Any, moment: Moment) -> dict[str, Any]:
         'field_revision': int(row['revision'])}
 
 
-def _course(moment: Moment) -> dict[str, Any] | None:
-    course = moment.course
-    if course is None:
+def _explained_heading(moment: Moment) -> dict[str, Any] | None:
+    heading = moment.heading
+    if heading is None:
         return None
-    field, cell, voices = course.field, moment.cell, course.voices
+    field, cell, voices = heading.field, moment.cell, heading.voices
     x, y = vector_at(field, *cell)
     return {
-        'source': course.source, 'revision': field.revision, 'vector': [x, y],
+        'source': heading.source, 'revision': field.revision, 'vector': [x, y],
         'coherence': float(field.coherence[cell]),
         'heading': compass(heading_from_vector(x, y) if (x, y) != (0.0, 0.0) else -1),
         'known': int(field.known[cell]),
         'q': {name: float(value) for name, value in zip(COMPASS, field.q[cell], strict=True)},
-        'adds_up': voices is not None or course.source == 'curious',
+        'adds_up': voices is not None or heading.source == 'curious',
         'sum': list(voices.vector) if voices else None,
         'pull': None if voices is None or voices.attraction < 0 else {
             'heading': compass(voices.attraction), 'weight': voices.attraction_weight,
             'share': voices.attraction_share},
-        'prototypes': [] if voices is None else _voices(moment, course, voices)}
+        'prototypes': [] if voices is None else _voices(moment, heading, voices)}
 
 
-def _voices(moment: Moment, course: Course, voices: Voices) -> list[dict[str, Any]]:
+def _voices(moment: Moment, heading: ExplainedHeading, voices: Voices) -> list[dict[str, Any]]:
     sources = Sources(moment.episode.folder.task)
-    table, found = course.prototypes, []
+    table, found = heading.prototypes, []
     for i, distance, weight, share in zip(
             voices.indices.tolist(), voices.distances.tolist(), voices.weights.tolist(),
             voices.shares.tolist(), strict=True):
         number, stamp = int(table.episodes[i]), float(table.stamps[i])
-        shown = bool(table.demonstrated[i])
+        demonstrated = bool(table.demonstrated[i])
         found.append({
             'share': share, 'weight': weight, 'distance': distance,
             'cell': table.cells[i].tolist(),
-            'place': list(course.field.grid.world_from_cell(*table.cells[i].tolist())),
+            'place': list(heading.field.grid.world_from_cell(*table.cells[i].tolist())),
             'heading': compass(int(table.headings[i])),
-            'q': float(table.q[i]), 'demonstrated': shown, 'episode': number,
+            'q': float(table.q[i]), 'demonstrated': demonstrated, 'episode': number,
             'second': sources.second(number, stamp) if number > 0 else None,
             'stamp': None if math.isnan(stamp) else stamp,
-            'from': sources.text(number, stamp, shown)})
+            'from': sources.text(number, stamp, demonstrated)})
     return found
 
 
@@ -174,18 +174,18 @@ def lines_from(about: dict[str, Any]) -> list[str]:
     if not about['decision']:
         lines.append('no decision: a person drove' if about['kind'] == 'demo' else
                      'no decision was made yet')
-    return lines + _course_lines(about)
+    return lines + _heading_lines(about)
 
 
 def plain_sentence(about: dict[str, Any]) -> str:
     """Say in plain words what the robot did, and where it has that from."""
-    decisions, course = about['decision'], about['course']
+    decisions, heading = about['decision'], about['course']
     if not decisions:
         return ('A person drove here.' if about['kind'] == 'demo' else
                 'The robot had decided nothing yet.')
     last = decisions[-1]
     said = _DOES[last['kind']].format(DIRECTIONS[last['heading']])
-    voices = course['prototypes'] if course is not None else []
+    voices = heading['prototypes'] if heading is not None else []
     if last['kind'] != 'field' or not voices:
         return f'{said}.'
     return f'{said}: {voices[0]["share"]:.0%} of that comes from {voices[0]["from"]}.'
@@ -205,12 +205,12 @@ def _trial_lines(trial: dict[str, Any] | None) -> list[str]:
 
 def _decision_line(row: dict[str, Any]) -> str:
     said = {
-        'field': 'the course of the field, {heading}',
-        'blocked': 'the course {heading} was refused: the local grid showed it blocked',
-        'avoid': '{heading} by the Q-matrix, instead of the blocked course',
+        'field': 'the heading of the field, {heading}',
+        'blocked': 'the heading {heading} was refused: the local grid showed it blocked',
+        'avoid': '{heading} by the Q-matrix, instead of the blocked heading',
         'explore': '{heading} at random, to leave an oscillation',
         'taught': '{heading}, driven by a person',
-        'detour': '{heading} by the Q-matrix: the course is free here and known to fail later'}
+        'detour': '{heading} by the Q-matrix: the heading is free here and known to fail later'}
     blocked = ' '.join(row['sight_blocked']) or 'nothing'
     return (f'decision at {row["at"]:.2f} s around {_place(row)}: '
             f'{said[row["kind"]].format(heading=row["heading"])} (reward {row["reward"]:+d}, '
@@ -258,28 +258,28 @@ def _velocity_text(velocity: list[float | None]) -> str:
     return f'{v} m/s, {w} rad/s'
 
 
-def _course_lines(about: dict[str, Any]) -> list[str]:
-    course = about['course']
-    if course is None:
+def _heading_lines(about: dict[str, Any]) -> list[str]:
+    heading = about['course']
+    if heading is None:
         return [about['no_course']]
-    x, y = course['vector']
-    there = (f'field revision {course["revision"]} around {_place(about)}: vector '
-             f'({x:+.4f}, {y:+.4f}), course {course["heading"]}, coherence '
-             f'{course["coherence"]:.3f}')
+    x, y = heading['vector']
+    there = (f'field revision {heading["revision"]} around {_place(about)}: vector '
+             f'({x:+.4f}, {y:+.4f}), heading {heading["heading"]}, coherence '
+             f'{heading["coherence"]:.3f}')
     lines = [there, 'Q there: ' + '  '.join(
-        f'{name} {q:+.3f}' for name, q in course['q'].items())]
-    if course['sum'] is None:
-        return [*lines, _NO_SHARES[course['source'] == 'curious']]
-    return lines + _share_lines(course)
+        f'{name} {q:+.3f}' for name, q in heading['q'].items())]
+    if heading['sum'] is None:
+        return [*lines, _NO_SHARES[heading['source'] == 'curious']]
+    return lines + _share_lines(heading)
 
 
-def _share_lines(course: dict[str, Any]) -> list[str]:
+def _share_lines(heading: dict[str, Any]) -> list[str]:
     rows = [('share', 'weight', 'cells off', 'place', 'heading', 'Q', 'from')]
-    voices = course['prototypes']
+    voices = heading['prototypes']
     rows += [(f'{voice["share"]:.1%}', f'{voice["weight"]:.4f}', f'{voice["distance"]:.2f}',
               _place(voice), voice['heading'], f'{voice["q"]:+.3f}', voice['from'])
              for voice in voices[:_MOST]]
-    pull = course['pull']
+    pull = heading['pull']
     if pull:
         rows.append((f'{pull["share"]:.1%}', f'{pull["weight"]:.4f}', '1.00', '-',
                      pull['heading'], '-', 'the pull towards the shortest known way'))
@@ -287,5 +287,5 @@ def _share_lines(course: dict[str, Any]) -> list[str]:
     if len(voices) > _MOST:
         rest = sum(voice['share'] for voice in voices[_MOST:])
         lines.append(f'{rest:>6.1%}  of {len(voices) - _MOST} more')
-    x, y = course['sum']
+    x, y = heading['sum']
     return [*lines, f"together: ({x:+.4f}, {y:+.4f}), which is the field's vector"]

@@ -52,13 +52,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _are_external(paths: list[Path]) -> bool:
     """Return whether bags are those of other recorders: all of them, or none."""
-    theirs = [path for path in paths if is_external(path)]
-    ours = [path for path in paths if path not in theirs]
-    if theirs and ours:
+    external = [path for path in paths if is_external(path)]
+    own = [path for path in paths if path not in external]
+    if external and own:
         raise UserError(
-            f'{theirs[0]} is a bag of another recorder, {ours[0]} is not: keep it as a '
+            f'{external[0]} is a bag of another recorder, {own[0]} is not: keep it as a '
             f'demonstration of a task with --into first, and learn that task')
-    return bool(theirs)
+    return bool(external)
 
 
 def _import(arguments: argparse.Namespace) -> Path:
@@ -95,7 +95,7 @@ def _learn_external(arguments: argparse.Namespace) -> int:
 
 
 def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:
-    """Learn from bags of ours."""
+    """Learn from bags of own."""
     try:
         episodes = episodes_from_paths(paths)
     except BagError as error:

@@ -10,7 +10,7 @@ from episode_store.episode import Episode
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import episode_from_path, EpisodeFolder, task_folders
 from experience_cli.arguments import BAGS
-from experience_cli.bag_argument import is_named_like_ours, named_path, task_folder, tasks_in
+from experience_cli.bag_argument import is_named_like_own, named_path, task_folder, tasks_in
 from experience_cli.bag_summary import size_text, Summary, summary_of, time_text
 from experience_cli.errors import UserError
 from experience_cli.terminal import table_lines
@@ -45,7 +45,7 @@ def episodes_in(folder: Path, problems: list[str]) -> Iterator[EpisodeFolder]:
     ----------
     folder : Path
     problems : list of str
-        Of all tasks: what cannot be read of one is said here, the others come all the same.
+        What cannot be read of one of several tasks is added here; the others are listed.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def episodes_in(folder: Path, problems: list[str]) -> Iterator[EpisodeFolder]:
         beside = BAGS if len(folder.parts) == 1 else folder.parent
         raise UserError(f'there is no folder {folder}{tasks_in(beside)}')
     task = task_folder(folder)
-    if task is None and is_named_like_ours(folder):
+    if task is None and is_named_like_own(folder):
         yield episode_from_path(folder)
         return
     if task:

@@ -59,14 +59,14 @@ class _Waiting:
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
         self._began = time.monotonic()
-        self._told = ''
+        self._last_kept = ''
 
     def __call__(self, what: str) -> None:
-        """Take in what is waited for."""
+        """Say what is waited for."""
         self._progress.show(f'waiting for {what}')
-        if (not self._progress.is_live and what != self._told
+        if (not self._progress.is_live and what != self._last_kept
                 and time.monotonic() - self._began > _AT_ONCE):
-            self._told = what
+            self._last_kept = what
             self._progress.keep(f'waiting for {what}')
 
 

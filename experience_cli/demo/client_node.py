@@ -96,7 +96,7 @@ class DemoNode:
         self._node.create_subscription(
             DiagnosticArray, '/diagnostics', self._on_diagnostics, 50)
         self._node.create_subscription(Odometry, 'odom', self._on_odometry, qos.ODOMETRY_PUB)
-        #: The newest that was heard, and makes sense.
+        #: The newest that has arrived and is valid.
         self.odometry: Odometry | None = None
 
     def __enter__(self) -> 'DemoNode':
@@ -193,7 +193,7 @@ class DemoNode:
         return str(message)
 
     def _standing(self) -> tuple[str | None, ...]:
-        """Return what tells whether the learner has heard a request."""
+        """Return what changes once the learner has received a request."""
         return tuple(self.learner.get(name) for name in ('phase', 'trials_left', 'revision'))
 
     def set_parameter(self, node: str, name: str, value: object) -> None:
@@ -222,7 +222,7 @@ class DemoNode:
         Parameters
         ----------
         tell : callable
-            Is told what is waited for, again and again.
+            Called with what is waited for, again and again.
         patience : float, [s]
             How long a node may not be there at all.
 
@@ -303,7 +303,7 @@ class DemoNode:
         self._answer(msg, pose)
 
     def _read(self, reader: Callable[[Any], Any], msg: Any, topic: str) -> Any:
-        """Return what a message says; None if it makes no sense, which is said once a topic."""
+        """Return what a message says; None if it is invalid, which is printed once a topic."""
         try:
             return reader(msg)
         except ValueError as error:

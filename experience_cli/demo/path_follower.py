@@ -10,7 +10,7 @@ from control_field.grid import Grid
 #: How far ahead the driver looks, how near the end is near enough, [m].
 LOOK_AHEAD: Final = 0.12
 NEAR: Final = 0.01
-#: Turning rate for a radian off the course, [1/s], and the greatest one, [rad/s].
+#: Turning rate for a radian off the heading, [1/s], and the greatest one, [rad/s].
 _GAIN: Final = 4.0
 _MAX_TURN_RATE: Final = 1.5
 _SLOWING: Final = 1.5

@@ -9,8 +9,8 @@ _STAMPED: Final = '-p enable_stamped_cmd_vel:=true'
 _NODES: Final = {
     'sim_node': '', 'control_field_node': '',
     'learner_node': ' -p simulation:=true -p task:=task1'}
-#: What the learner must have heard before it can record.
-_HEARD: Final = ('odom', 'neighbourhood', 'trial')
+#: Topics that the learner must have received before it can record.
+_NEEDED: Final = ('odom', 'neighbourhood', 'trial')
 
 
 def absent_nodes(names: Iterable[str]) -> list[str]:
@@ -28,9 +28,9 @@ def what_is_missing(absent: list[str], has_odometry: bool, learner: Mapping[str,
     absent : list of str
         Nodes that are not there.
     has_odometry : bool
-        Whether a robot has been heard.
+        Whether a message has arrived on `odom`.
     learner : mapping of str to str
-        What the learner says of itself; empty if it has said nothing yet.
+        Its values on `/diagnostics`; empty if none have arrived yet.
 
     """
     if absent:
@@ -41,9 +41,9 @@ def what_is_missing(absent: list[str], has_odometry: bool, learner: Mapping[str,
         return 'the state of learner_node on /diagnostics'
     if learner.get('phase') != 'idle':
         return f'learner_node, which is busy: {learner.get("doing", "")}'
-    unheard = [name for name in _HEARD if name not in learner.get('heard', '').split()]
-    if unheard:
-        return f'learner_node to hear {listed(unheard)}'
+    missing = [name for name in _NEEDED if name not in learner.get('heard', '').split()]
+    if missing:
+        return f'learner_node to hear {listed(missing)}'
     return 'the nodes to find each other on cmd_vel and initialpose'
 
 

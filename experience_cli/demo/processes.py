@@ -49,7 +49,7 @@ class Children:
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> 'Children':
-        """Return the context; from now on Ctrl-C is noted until `check` has told of it."""
+        """Return the context; from now on Ctrl-C is noted for `check` to raise."""
         self._before = {number: signal.signal(number, self._interrupt) for number in ENDING_SIGNALS
                         if signal.getsignal(number) is not signal.SIG_IGN}
         return self

@@ -32,16 +32,16 @@ def try_it(node: Any, world: str, n_trials: int, progress: Progress) -> None:
 
 def _watch(node: Any, n_trials: int, revision: int, progress: Progress) -> None:
     """Show the trials until the learner has learnt from the last one, to a revision."""
-    told = 0
+    ended = 0  # the last trial whose end was shown
 
     def is_done() -> bool:
-        nonlocal told
+        nonlocal ended
         status, learner = node.status, node.learner
         if status is not None and status.trial:
-            if status.outcome is None or status.trial == told:
+            if status.outcome is None or status.trial == ended:
                 progress.show(f'trial {status.trial} of {n_trials}: step {status.steps}')
             else:
-                told = status.trial
+                ended = status.trial
                 progress.keep(_ending(status, learner))
         return (int(learner.get('revision', 0)) >= revision and learner.get('phase') == 'idle'
                 and learner.get('trials_left') == '0')

@@ -37,7 +37,7 @@ def comparison_figure(found: Comparison) -> Figure:
 def _title(found: Comparison) -> str:
     changed = found.prototypes()
     n, total = int(found.turned.sum()), found.turned.size
-    return (f'{n} of {total} courses differ ({n / total:.1%}); prototypes: '
+    return (f'{n} of {total} headings differ ({n / total:.1%}); prototypes: '
             + ', '.join(f'{len(cells)} {name}' for name, cells in changed.items()))
 
 
@@ -68,16 +68,16 @@ def _draw_difference(axes: Axes, found: Comparison) -> None:
             axes.plot([], [], marker='s', linestyle='none', markersize=9, color=colour + '80',
                       label=f'known to be blocked in {side.title} only')
     drawn = ~walls
-    _arrows(axes, found.first, drawn & ~found.turned, _SAME, 'the same course')
-    _arrows(axes, found.first, drawn & found.turned, FIRST, f'course of {found.first.title}')
-    _arrows(axes, found.second, drawn & found.turned, SECOND, f'course of {found.second.title}')
+    _arrows(axes, found.first, drawn & ~found.turned, _SAME, 'the same heading')
+    _arrows(axes, found.first, drawn & found.turned, FIRST, f'heading of {found.first.title}')
+    _arrows(axes, found.second, drawn & found.turned, SECOND, f'heading of {found.second.title}')
     drawing.draw_goal(axes, found.second.field)
 
 
 def _arrows(
     axes: Axes, side: Side, cells: npt.NDArray[np.bool_], colour: str, label: str,
 ) -> None:
-    """Draw the courses of some cells; on a large workspace only every few of them."""
+    """Draw the headings of some cells; on a large workspace only every few of them."""
     grid = side.field.grid
     step = max(1, max(grid.shape) // 60)
     rows, cols = np.indices(grid.shape)

@@ -21,7 +21,7 @@ from control_field.robot.policy import rules_of
 #: Colours that are told apart by most people, also in grey.
 WALL: Final = '#3b4252'
 ARROW: Final = '#4c6a92'
-SHOWN: Final = '#d08770'
+DEMONSTRATED: Final = '#d08770'
 PROTOTYPE: Final = '#2a9d8f'
 PATH: Final = '#d1495b'
 GOAL: Final = '#e9b44c'
@@ -70,7 +70,7 @@ def draw_cells(
 def draw_field(
     axes: Axes, field: ControlField, blocked: npt.NDArray[np.bool_] | None = None,
 ) -> None:
-    """Draw the course of every cell but blocked ones, faint where the coherence is small."""
+    """Draw the heading of every cell but blocked ones, faint where the coherence is small."""
     grid = field.grid
     rows, cols = np.indices(grid.shape)
     keep = ((field.vx != 0.0) | (field.vy != 0.0))
@@ -84,15 +84,15 @@ def draw_field(
                 angles='xy', scale_units='xy', scale=1.0 / (0.62 * step * grid.resolution),
                 width=0.0035, headwidth=4.5, headlength=4.5, headaxislength=4.0, zorder=2)
     axes.plot([], [], marker=r'$\rightarrow$', markersize=13, color=ARROW, linestyle='none',
-              label='course (faint: prototypes disagree)')
+              label='heading (faint: prototypes disagree)')
 
 
 def draw_prototypes(axes: Axes, grid: Grid, refresh: Refresh) -> None:
-    """Draw the centres, those that a person showed in another colour."""
+    """Draw the centres, the demonstrated ones in another colour."""
     prototypes = refresh.prototypes
     xy = grid.world_from_cells(prototypes.cells)
     for mask, colour, label in (
-            (prototypes.demonstrated, SHOWN, 'prototype, shown'),
+            (prototypes.demonstrated, DEMONSTRATED, 'prototype, demonstrated'),
             (~prototypes.demonstrated, PROTOTYPE, 'prototype, learnt')):
         if mask.any():
             axes.scatter(xy[mask, 0], xy[mask, 1], s=46, facecolor=to_rgba(colour, 0.55),

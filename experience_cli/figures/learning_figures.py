@@ -12,8 +12,8 @@ from control_field.records import ControlField
 from control_field.words import counted
 from experience_cli.demo.report import TaskReport, TrialReport
 from experience_cli.figures.drawing import (
-    BASIN, draw_cells, draw_field, draw_frame, draw_goal, draw_history, draw_legend, draw_path,
-    new_figure, PATH, SHOWN, SINK, WALL)
+    BASIN, DEMONSTRATED, draw_cells, draw_field, draw_frame, draw_goal, draw_history, draw_legend,
+    draw_path, new_figure, PATH, SINK, WALL)
 
 #: Cells from which the flow ends somewhere else.
 _LOST: Final = '#f6dcdc'
@@ -26,7 +26,7 @@ def before_and_after_figure(report: TaskReport) -> Figure:
     before, after = figure.subplots(1, 2)
     n_trials = len(report.trials)
     _draw_side(before, report, 'After the demonstration', report.demonstrated.field, report.home)
-    draw_path(before, report.demonstration, 'demonstration', SHOWN)
+    draw_path(before, report.demonstration, 'demonstration', DEMONSTRATED)
     if report.trials:
         first, last = report.trials[0], report.trials[-1]
         _draw_trial(before, first, _FIRST)

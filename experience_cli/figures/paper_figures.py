@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from experience_cli.demo.report import TaskReport
 from experience_cli.figures.drawing import (
-    draw_cells, draw_field, draw_frame, draw_goal, draw_history, draw_legend, draw_path,
-    draw_prototypes, new_figure, SHOWN, WALL)
+    DEMONSTRATED, draw_cells, draw_field, draw_frame, draw_goal, draw_history, draw_legend,
+    draw_path, draw_prototypes, new_figure, WALL)
 from experience_cli.figures.learning_figures import before_and_after_figure, learning_figure
 from experience_cli.output import write_output
 
@@ -63,7 +63,7 @@ def demonstrated_figure(report: TaskReport) -> Figure:
     draw_frame(axes, refresh.field.grid, 'Figure 2  Demonstrated control field')
     draw_field(axes, refresh.field)
     draw_prototypes(axes, refresh.field.grid, refresh)
-    draw_path(axes, report.demonstration, 'demonstration', SHOWN)
+    draw_path(axes, report.demonstration, 'demonstration', DEMONSTRATED)
     draw_goal(axes, refresh.field)
     draw_legend(figure)
     return figure
@@ -80,7 +80,7 @@ def final_figure(number: str, report: TaskReport) -> Figure:
     draw_cells(axes, grid, blocked, WALL, 'wall')
     draw_field(axes, refresh.field, blocked)
     draw_prototypes(axes, grid, refresh)
-    draw_path(axes, report.demonstration, 'demonstration', SHOWN)
+    draw_path(axes, report.demonstration, 'demonstration', DEMONSTRATED)
     if report.trials:
         last = report.trials[-1]
         draw_path(axes, last.path, f'trial {last.trial}')

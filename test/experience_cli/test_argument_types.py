@@ -12,10 +12,10 @@ NUMBER = count(1, 10)
 
 
 @pytest.mark.parametrize(('kind', 'text', 'value'), [
-    (NUMBER, '1', 1), (NUMBER, '10', 10), (point, '1,2.5', (1.0, 2.5)),
-    (point, '-1e3,0', (-1e3, 0)), (distance, '0', 0.0), (distance, '1.5', 1.5),
-    (speed, '0.1', 0.1),
-    (radius, '0', 0.0), (radius, '2', 2.0)])
+    (NUMBER, '1', 1), (NUMBER, '10', 10),
+    (point, '1,2.5', (1.0, 2.5)), (point, '-1e3,0', (-1e3, 0)),
+    (distance, '0', 0.0), (distance, '1.5', 1.5),
+    (speed, '0.1', 0.1), (radius, '0', 0.0), (radius, '2', 2.0)])
 def test_what_is_meant_is_read(kind, text, value):
     assert kind(text) == value
 

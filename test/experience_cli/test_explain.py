@@ -74,7 +74,7 @@ def test_a_prototype_is_traced_to_the_second_it_was_shown(task, explain):
     assert 'sample/0001 at ' in explain(FIRST, 1.0, '--bags', 'bags')
 
 
-def test_a_refused_course_is_told_with_what_was_done_instead(task, explain):
+def test_a_refused_heading_is_told_with_what_was_done_instead(task, explain):
     rows = content_of(task.find(2).path).record.decisions
     refused = rows[rows['kind'] == Kind.BLOCKED][0]
     shown = explain(FIRST, float(refused['stamp']) - Episode(task.find(2)).start)

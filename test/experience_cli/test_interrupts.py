@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from experience_cli.interrupts import heard
+from experience_cli.interrupts import stoppable
 from experience_cli.quiet_start import ours
 from ros_helpers import child_environment, Process, ROOT, wait_until
 
@@ -70,7 +70,7 @@ def test_only_our_own_programs_are_ended_so(arguments, program):
 LOSES = """
 import os, signal, sys, time
 sys.orig_argv = ['python', '-m', 'experience_cli.main', 'list']
-from experience_cli.interrupts import heard, Stopped
+from experience_cli.interrupts import stoppable, Stopped
 
 class Forgetful:
     def __del__(self):
@@ -79,7 +79,7 @@ class Forgetful:
             pass
 
 try:
-    with heard(on_command_line=True):
+    with stoppable(on_command_line=True):
         try:
             Forgetful()
             time.sleep(20)
@@ -109,7 +109,7 @@ def test_so_it_is_for_other_signals_that_end(tmp_path, word, number):
 
 def test_other_programs_keep_their_ctrl_c():
     before = signal.getsignal(signal.SIGINT)
-    with heard(on_command_line=False):
+    with stoppable(on_command_line=False):
         assert signal.getsignal(signal.SIGINT) is before
     assert signal.getsignal(signal.SIGINT) is before
 

@@ -50,8 +50,8 @@ def test_it_follows_the_way_of_the_demo():
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi), st.floats(0.5, 5.0))
-def test_it_arrives_whichever_way_it_looks(yaw, course, length):
-    end = (length * math.cos(course), length * math.sin(course))
+def test_it_arrives_whichever_way_it_looks(yaw, heading, length):
+    end = (length * math.cos(heading), length * math.sin(heading))
     path = drive([(0.0, 0.0), end], yaw)
     assert math.dist(path[-1], end) < 0.1
 

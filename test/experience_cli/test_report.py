@@ -9,7 +9,7 @@ import pytest
 
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import TaskFolder
-from experience_cli.demo.report import report_from_bags
+from experience_cli.demo.report import report_from_bags, report_lines
 from experience_cli.figures.paper_figures import figures_of
 from sample_helpers import rewritten, sample_copy
 from world_maps.world import find_world, load_world
@@ -71,8 +71,9 @@ def test_what_was_learnt_is_drawn_and_counted(task):
 
 def test_every_mark_stands_in_the_legend(task):
     report = report_from_bags(task, WORLD, 0)
-    always = {'course (faint: prototypes disagree)', 'goal', 'start', 'demonstration'}
-    own = {'figure_2': {'prototype, shown'}, 'figure_3': {'wall', 'prototype, shown'},
+    always = {'heading (faint: prototypes disagree)', 'goal', 'start', 'demonstration'}
+    demonstrated = 'prototype, demonstrated'
+    own = {'figure_2': {demonstrated}, 'figure_3': {'wall', demonstrated},
            f'learning_{report.name}': {'wall', 'the arrows lead to the goal'}}
     figures = dict(figures_of([report]))
     for name, marks in own.items():
@@ -85,3 +86,18 @@ def test_every_mark_stands_in_the_legend(task):
         assert box.x0 >= 0.0
         assert box.x1 <= figures[name].bbox.x1
         assert all(box.y1 <= axes.get_window_extent().y0 for axes in figures[name].axes)
+
+
+def test_every_trial_is_a_row_of_the_table_below_a_sentence_for_its_task(task):
+    report = report_from_bags(task, WORLD, 0)
+    lines = list(report_lines([report]))
+    assert lines[1].startswith('sample: From ')
+    titles = next(i for i, line in enumerate(lines) if line.startswith('task  '))
+    assert lines[titles].split() == ['task', 'trial', 'steps', 'prototypes', 'reinforcements',
+                                     'collisions', 'outcome', 'seconds']
+    rows = [line.split() for line in lines[titles + 1:] if line.startswith('sample ')]
+    assert rows == [
+        ['sample', str(trial.trial), str(trial.steps), str(trial.hidden_neurons),
+         str(trial.reinforcements), str(trial.collisions), 'goal', f'{trial.seconds:.1f}']
+        for trial in report.trials]
+    assert len(rows) == 2
