@@ -90,6 +90,9 @@ class PackedScan(Scan):
 
     def _packed(self, start: int, chunk: Chunk) -> None:
         """Unpack a chunk and go through its records."""
+        if chunk.compression not in ('zstd', 'lz4'):
+            raise BagError(f'its chunks are compressed with {chunk.compression!r}, must be zstd '
+                           f'or lz4')
         if chunk.size > MOST_OF_A_CHUNK:
             raise BagError(f'the chunk at byte {start} has {chunk.size} bytes unpacked, must be '
                            f'at most {MOST_OF_A_CHUNK}')

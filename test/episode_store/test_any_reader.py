@@ -141,6 +141,13 @@ def test_a_chunk_that_would_fill_the_memory_is_not_unpacked(tmp_path, compressio
         open_bag(path)
 
 
+def test_a_compression_that_is_not_known_is_named(tmp_path):
+    path = packed_file(tmp_path / 'bag.mcap', CompressionType.ZSTD)
+    path.write_bytes(path.read_bytes().replace(b'\4\0\0\0zstd', b'\4\0\0\0zst9'))
+    with pytest.raises(BagError, match=r"bag.mcap: its chunks are compressed with 'zst9'"):
+        open_bag(path)
+
+
 @PACKINGS
 @pytest.mark.parametrize('n', [1, 8, 40])
 def test_a_compressed_file_that_lost_no_more_than_its_end_lacks_nothing(tmp_path, compression, n):
