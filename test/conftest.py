@@ -79,6 +79,7 @@ def steady_environment() -> Iterator[None]:
         if 'AMENT_PREFIX_PATH' not in os.environ:
             patch.setenv('AMENT_PREFIX_PATH', sys.prefix)
         yield
+    ros_helpers.end_fork_server()
 
 
 @pytest.fixture(scope='session')

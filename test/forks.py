@@ -8,7 +8,6 @@ with a session, an environment, signals and an end of its own; only its beginnin
 so what tests that beginning starts Python itself.
 """
 
-import atexit
 from collections.abc import Mapping, Sequence
 import gc
 from importlib import import_module
@@ -80,9 +79,8 @@ class Server:
         self.codes: dict[int, int] = {}
         self._started: list[int] = []
         self._heard = b''
-        atexit.register(self._end)
 
-    def _end(self) -> None:
+    def end(self) -> None:
         """Let it end, as it does by itself where this process is killed."""
         self._server.stdin.close()
         self._server.wait()

@@ -268,6 +268,13 @@ def fork_server() -> forks.Server:
     return forks.Server(child_environment())
 
 
+def end_fork_server() -> None:
+    """Let it end, if there is one."""
+    if fork_server.cache_info().currsize:
+        fork_server().end()
+        fork_server.cache_clear()
+
+
 def child_environment(env: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return this process' environment, unbuffered, with the tree importable, and `env` on top."""
     ours = {name: text for name, text in os.environ.items() if not name.startswith('PYTEST_')}
