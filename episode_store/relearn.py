@@ -145,7 +145,11 @@ class Relearner:
     def _learn_demonstration(self, episode: Episode, record: Demonstration) -> LearntBag:
         before, content = self.refresh, episode.content
         refresh = self._learner.add_demonstration(record)
-        self.shown_starts.append(start_of(record, self.grid))
+        # A trial from there begins at the centre of the first cell, looking along the drive.
+        (row, col), (next_row, next_col) = record.cells[:2].tolist()
+        yaw = heading_from_step(next_row - row, next_col - col) * math.pi / 4
+        self.shown_starts.append(StartPose(
+            *self.grid.world_from_cell(row, col), math.remainder(yaw, math.tau)))
         return LearntBag(episode.folder, content, refresh,
                          '; '.join([str(content.report), *content.notes]),
                          moved=goal_moved(before, refresh))
@@ -231,13 +235,6 @@ def goal_moved(before: Refresh | None, after: Refresh | None) -> str:
         return ''
     now, was = (each.field.grid.world_from_cell(*each.field.goal) for each in (after, before))
     return f'The goal is now at {place_text(now)} m, it was at {place_text(was)} m'
-
-
-def start_of(demonstration: Demonstration, grid: Grid) -> StartPose:
-    """Return where a demonstration started: the centre of its first cell, looking along it."""
-    (row, col), (next_row, next_col) = demonstration.cells[:2].tolist()
-    yaw = heading_from_step(next_row - row, next_col - col) * math.pi / 4
-    return StartPose(*grid.world_from_cell(row, col), math.remainder(yaw, math.tau))
 
 
 @contextmanager
