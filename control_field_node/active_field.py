@@ -1,4 +1,4 @@
-"""The control field in force: which one, why another was refused, and what is said of it."""
+"""The control field in force, and why another was refused."""
 
 from typing import Final
 

@@ -61,7 +61,7 @@ def _warning(supervisor: Supervisor) -> str:
 
 
 def _latency_values(supervisor: Supervisor) -> dict[str, str]:
-    """Return how late the robot is heard and answers; nothing in lock-step, where it is not."""
+    """Return how late poses and answers come; nothing in lock-step, where they do not."""
     if supervisor.settings.lockstep:
         return {}
     latency, timing = supervisor.output.link.latency, supervisor.output.timing

@@ -22,7 +22,7 @@ _N_KEPT: Final = 400
 #: How far odometry may leap between two messages beside what its speed makes, [m] and [rad].
 _SLACK: Final = 0.1
 _REMEDY: Final = 'localisations tell it when the robot moves: drive a little, or set its pose'
-#: Nowhere: seen from here, a place is itself.
+#: The origin: seen from here, a place is itself.
 _ORIGIN: Final = Placement(0.0, 0.0, 0.0)
 
 
@@ -90,10 +90,10 @@ class LocalisedOdometry:
     def _begin_anew(self) -> None:
         #: The last odometry, and how far the wheels had driven by then, [m].
         self._kept: deque[tuple[Pose, float]] = deque(maxlen=_N_KEPT)
-        #: Where the origin of odometry lies in the map: as it is used, and as it was last seen.
+        #: Where the origin of odometry lies in the map: as it is used, and by the last pose.
         self._used: Placement | None = None
         self._seen: Placement | None = None
-        #: When it was last seen, and how far the wheels had driven by then.
+        #: Stamp of that pose, and how far the wheels had driven by then.
         self._seen_at, self._seen_after = -math.inf, 0.0
 
     @property
@@ -168,7 +168,7 @@ class LocalisedOdometry:
         if dt < 0.0 or step > settings.speed_max * dt + _SLACK or (
                 turn > settings.turn_max * dt + _SLACK):
             self._begin_anew()
-            # What a localisation saw before is of where odometry was before.
+            # Poses of the localisation before belong to the odometry before.
             self._seen_at, step = odometry.stamp if dt >= 0.0 else -math.inf, 0.0
         self._kept.append((odometry, driven + step))
         if self._seen is None or self.problem:
@@ -182,7 +182,7 @@ class LocalisedOdometry:
                        frame_id=settings.frame_id)
 
     def _towards(self, believed: Placement, seen: Placement, dt: float) -> Placement:
-        """Return where the robot is said to be on the way from one place to the other."""
+        """Return the next place on the way from the believed one to the right one."""
         settings, dx, dy = self.settings, seen.x - believed.x, seen.y - believed.y
         turn, distance = math.remainder(seen.yaw - believed.yaw, math.tau), math.hypot(dx, dy)
         if distance > settings.jump_distance or abs(turn) > settings.jump_turn:

@@ -57,7 +57,7 @@ class NeighbourhoodMaker:
     """
 
     def __init__(self, settings: NeighbourhoodSettings) -> None:
-        """Start with nothing seen."""
+        """Start with no scan and no costmap."""
         self.settings = settings
         self.grid = settings.grid
         self._poses = PoseHistory()
@@ -72,13 +72,13 @@ class NeighbourhoodMaker:
 
     @property
     def laser(self) -> Mount:
-        """Where the laser sits: as the parameters say, else `/tf_static`, else in the middle."""
-        said = self.settings.laser
-        return self.found if self.found is not None and said == Mount() else said
+        """Return the laser's mount: of the parameters, else of `/tf_static`, else the middle."""
+        given = self.settings.laser
+        return self.found if self.found is not None and given == Mount() else given
 
     @property
     def has_seen(self) -> bool:
-        """Whether a scan or a costmap was ever taken in."""
+        """Return whether a scan or a costmap has ever counted."""
         return self._read is not None
 
     def update(self, msg: Any) -> None:

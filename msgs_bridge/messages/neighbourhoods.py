@@ -25,7 +25,7 @@ RESOLUTIONS: Final = (1e-5, 1e5)
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
     """
-    What the robot saw around its cell.
+    What the robot observed around its cell.
 
     Parameters
     ----------
@@ -62,11 +62,11 @@ class Neighbourhood:
 
 def grid_from_neighbourhood(neighbourhood: Neighbourhood, grid: Grid) -> OccupancyGrid:
     """Write a neighbourhood as a 3x3 OccupancyGrid on the cells of ``grid``."""
-    seen = Grid(
+    nine = Grid(
         3, 3, grid.resolution,
         grid.origin_x + (neighbourhood.col - 1) * grid.resolution,
         grid.origin_y + (neighbourhood.row - 1) * grid.resolution, neighbourhood.frame_id)
-    return map_from_occupancy(neighbourhood.cells, seen, neighbourhood.stamp)
+    return map_from_occupancy(neighbourhood.cells, nine, neighbourhood.stamp)
 
 
 def cells_of_local_grid(msg: Any) -> Grid:
@@ -79,10 +79,10 @@ def cells_of_local_grid(msg: Any) -> Grid:
         If the size, data length, resolution or origin is wrong.
 
     """
-    seen, _ = _read(msg, 'neighbourhood')
-    if seen.shape != (3, 3):
-        raise ValueError(f'neighbourhood: size is {seen.n_rows} x {seen.n_cols}, must be 3 x 3')
-    return seen
+    nine, _ = _read(msg, 'neighbourhood')
+    if nine.shape != (3, 3):
+        raise ValueError(f'neighbourhood: size is {nine.n_rows} x {nine.n_cols}, must be 3 x 3')
+    return nine
 
 
 def neighbourhood_from_grid(msg: Any, grid: Grid) -> Neighbourhood:
@@ -101,12 +101,12 @@ def neighbourhood_from_grid(msg: Any, grid: Grid) -> Neighbourhood:
     size = msg.info.height, msg.info.width
     if size != (3, 3):
         raise ValueError(f'{name}: size is {size[0]} x {size[1]}, must be 3 x 3')
-    seen, cells = _read(msg, name)
-    if abs(seen.resolution - grid.resolution) > RESOLUTION_TOLERANCE * grid.resolution:
+    nine, cells = _read(msg, name)
+    if abs(nine.resolution - grid.resolution) > RESOLUTION_TOLERANCE * grid.resolution:
         raise ValueError(
-            f'{name}: resolution is {seen.resolution:.7g} m, must be {grid.resolution:.7g} m')
-    col = _cell(seen.origin_x - grid.origin_x, grid.resolution, name) + 1
-    row = _cell(seen.origin_y - grid.origin_y, grid.resolution, name) + 1
+            f'{name}: resolution is {nine.resolution:.7g} m, must be {grid.resolution:.7g} m')
+    col = _cell(nine.origin_x - grid.origin_x, grid.resolution, name) + 1
+    row = _cell(nine.origin_y - grid.origin_y, grid.resolution, name) + 1
     if not grid.contains(row, col):
         raise ValueError(f'{name}: its middle is cell ({row}, {col}), '
                          f'must be in the workspace of {grid.n_rows} x {grid.n_cols}')

@@ -28,7 +28,7 @@ class State(StrEnum):
 
 
 class Label(StrEnum):
-    """What a person said of a trial afterwards."""
+    """How a person labelled a trial afterwards."""
 
     NONE = ''
     SUCCESS = 'success'
@@ -64,7 +64,7 @@ class TrialStatus:
     stamp : float, [s]
         Of the message it answers.
     label : Label
-        What a person said of it.
+        How a person labelled it.
     stop_reason : StopReason, optional
         The name of the reason.
     memory : str

@@ -37,13 +37,13 @@ EXPERIENCE: Final = QoSProfile(  # type: ignore[no-untyped-call]
     history=HistoryPolicy.KEEP_ALL, depth=0,
     reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 #: How the controller publishes it: kept, so that who was away can fetch what it missed; and how
-#: that is fetched. Who reads it as `EXPERIENCE` hears only what is new.
+#: that is fetched. Who reads it as `EXPERIENCE` gets only what is new.
 EXPERIENCE_KEPT: Final = QoSProfile(  # type: ignore[no-untyped-call]
     history=HistoryPolicy.KEEP_ALL, depth=0,
     reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 #: `goal_pose`, `initialpose`.
 POSE: Final = _reliable(1)
-#: How `contact` is read: one subscription each, so that every bumper is heard, however it
+#: How `contact` is read: one subscription each, so that every bumper is read, however it
 #: publishes, and not through a lossy one alone. What then comes up to three times says the same.
 CONTACTS: Final = (LATCHED, _reliable(10), SENSOR)
 #: How a costmap is read: Nav2's is latched and reliable, and a large one rarely survives the way

@@ -69,11 +69,11 @@ def idle_rules(
             warnings.append(f'-r {rule} is for a node {whose}, this one is {node.get_name()}: it '
                             f'changes nothing')
         elif node.resolve_topic_name(target, only_expand=True) not in names:
-            said = f'-r {rule} changes nothing: {node.get_name()} has no {name}'
+            line = f'-r {rule} changes nothing: {node.get_name()} has no {name}'
             near = close_name(name.strip('/'), known, _LETTERS)
             is_others = name.strip('/') in _OF_OTHERS
             (notes if is_others else warnings).append(
-                said if is_others or near is None else f'{said}, is {near} meant?')
+                line if is_others or near is None else f'{line}, is {near} meant?')
     return warnings, notes
 
 

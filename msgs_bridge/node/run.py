@@ -199,7 +199,7 @@ def exit_with(name: str, problem: str) -> NoReturn:
 
 
 def _start_ros(args: list[str] | None) -> None:
-    """Start ROS; ValueError with one line, and nothing else said, if its arguments are wrong."""
+    """Start ROS; ValueError with one line, and nothing else logged, if its arguments are wrong."""
     set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say a part of it beforehand
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)

@@ -54,7 +54,7 @@ class Edge:
         Increasing stamps, and when each was received.
     motions : Motions
     lost : tuple of Lost
-        What else is said of the child before the first of these, and after the last.
+        Messages about the child before the first of these, and after the last.
     begins_ns : int, [ns]
         First stamp of the child, wherever it is.
 
@@ -92,21 +92,21 @@ class Edge:
         if len(self.stamps_ns) < 2:
             return self.at(stamps_ns).then(motions), []
         start = self.stamps_ns[0]
-        seconds, said = (stamps_ns - start) * 1e-9, (self.stamps_ns - start) * 1e-9
-        inside = motions.between(seconds, said)
+        seconds, own = (stamps_ns - start) * 1e-9, (self.stamps_ns - start) * 1e-9
+        inside = motions.between(seconds, own)
         steps = (self.motions.at(slice(1, None)).then(inside.at(slice(1, None))).shift
                  - self.motions.at(slice(0, -1)).then(inside.at(slice(1, None))).shift)
-        large = (np.linalg.norm(steps, axis=1) > SLIGHT) & (said[1:] > seconds[0]) & (
-            said[:-1] < seconds[-1])
-        after = np.clip(np.searchsorted(said, seconds, side='right'), 1, len(said) - 1)
+        large = (np.linalg.norm(steps, axis=1) > SLIGHT) & (own[1:] > seconds[0]) & (
+            own[:-1] < seconds[-1])
+        after = np.clip(np.searchsorted(own, seconds, side='right'), 1, len(own) - 1)
         held = self.motions.at(after - 1).then(motions)
-        is_held = large[after - 1] & (seconds < said[after])
+        is_held = large[after - 1] & (seconds < own[after])
         found = Motions(*(np.where(is_held[:, np.newaxis], old, new) for old, new in zip(
             held, self.at(stamps_ns).then(motions), strict=True)))
         way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(
             np.diff(motions.shift, axis=0), axis=1))])
         added, corrections = spread(seconds, way, [
-            Correction(float(said[i + 1]), tuple(steps[i].tolist()))
+            Correction(float(own[i + 1]), tuple(steps[i].tolist()))
             for i in np.flatnonzero(large).tolist()])
         return found._replace(shift=found.shift + added), corrections
 

@@ -73,7 +73,7 @@ class Body:
         How far a return may be off along its ray. So near an edge of a cell it is taken to be
         beyond it, where the surface is that it came from.
     seen_share : float, 0 to 1
-        Share of a cell that must be seen before it is called free.
+        Share of a cell that must be seen before it is free.
 
     """
 
@@ -227,7 +227,7 @@ def corner_of(cell: tuple[int, int], grid: Grid) -> tuple[float, float]:
 def _seen(
     scan: Scan, robot: Placement, eye: _Eye, cell: tuple[int, int], grid: Grid, body: Body,
 ) -> npt.NDArray[np.bool_]:
-    """Return of which of the nine cells enough is seen: its points lie along a ray, in front."""
+    """Return which of the nine cells are seen enough: their points lie in front of a return."""
     along = (np.arange(3 * _N_POINTS) + 0.5) / _N_POINTS * grid.resolution
     low_x, low_y = corner_of(cell, grid)
     x, y = np.meshgrid(low_x + along, low_y + along)
@@ -259,7 +259,7 @@ def _ray_of(scan: Scan, bearing: Floats) -> tuple[npt.NDArray[np.int64], Floats]
 def _hit(
     scan: Scan, robot: Placement, eye: _Eye, cell: tuple[int, int], grid: Grid, body: Body,
 ) -> npt.NDArray[np.bool_]:
-    """Return in which of the nine cells something is, or so near that the disc would touch it."""
+    """Return which of the nine cells hold a return, or one so near that the disc touches it."""
     side = grid.resolution
     low = np.array(corner_of(cell, grid))
     points, rays = _returns(scan, eye)
