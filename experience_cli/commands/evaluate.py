@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 import json
 from pathlib import Path
 import sys
-from typing import Any
+from typing import Any, TypeAlias
 
 from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
@@ -27,8 +27,10 @@ from experience_evaluation.methods.registry import METHODS
 from experience_evaluation.report import report
 from experience_evaluation.teachers import NoWayError
 from experience_evaluation.workers import LostError, run_all
-from world_maps.world import find_world, load_world, WorldError
+from world_maps.world import find_world, load_world, World, WorldError
 
+#: Row and column.
+Cell: TypeAlias = tuple[int, int]
 _COLUMNS = ('field_success', 'success', 'success_spl', 'collisions', 'hidden_neurons', 'fidelity')
 
 
@@ -143,34 +145,10 @@ def _value(text: str, kind: str) -> Any:
 
 
 def _experiment(arguments: argparse.Namespace) -> Experiment:
-    if arguments.method not in METHODS:
-        raise UserError(f'--method {arguments.method}: there is no such method, there are: '
-                        f'{", ".join(METHODS)}')
-    parameters = _parameters(arguments)
-    if arguments.demo_steps is not None and arguments.teacher != 'shortest':
-        raise UserError(f'--teacher {arguments.teacher}: --demo-steps shows a random way instead '
-                        f'of a teacher, leave out one of them')
-    try:
-        world = load_world(find_world(arguments.world))
-    except WorldError as error:
-        raise UserError(f'--world {error}') from error
-    for note in world.notes:
-        print(f'experience evaluate: --world {note}', file=sys.stderr)
-    demonstrations: tuple[Demonstration, ...] = ()
-    starts = [_cell(world.grid, point, '--demo-start') for point in arguments.demo_start]
+    _check_method(arguments)
+    parameters, world = _parameters(arguments), _world(arguments.world)
     _check_reading(arguments)
-    if arguments.demo_bag:
-        demonstrations = (_demonstration(arguments, world.grid),)
-        cells = demonstrations[0].cells
-        goal = (int(cells[-1, 0]), int(cells[-1, 1]))
-        starts = starts or [(int(cells[0, 0]), int(cells[0, 1]))]
-        if arguments.goal and _cell(world.grid, arguments.goal, '--goal') != goal:
-            raise UserError(f'--goal: the drive in {arguments.demo_bag} ends elsewhere, at '
-                            f'{_text(world.grid, goal)}; leave --goal out')
-    elif not arguments.goal or not starts:
-        raise UserError('--goal X,Y and --demo-start X,Y are needed (or --demo-bag BAG)')
-    else:
-        goal = _cell(world.grid, arguments.goal, '--goal')
+    goal, starts, demonstrations = _places(arguments, world.grid)
     experiment = Experiment(
         world.grid, world.occupancy, goal, starts, arguments.trials,
         arguments.starts == 'spread', arguments.teacher, arguments.method, parameters,
@@ -180,11 +158,49 @@ def _experiment(arguments: argparse.Namespace) -> Experiment:
     return experiment
 
 
+def _check_method(arguments: argparse.Namespace) -> None:
+    """Refuse a method that is none, and two ways to show the way at once."""
+    if arguments.method not in METHODS:
+        raise UserError(f'--method {arguments.method}: there is no such method, there are: '
+                        f'{", ".join(METHODS)}')
+    if arguments.demo_steps is not None and arguments.teacher != 'shortest':
+        raise UserError(f'--teacher {arguments.teacher}: --demo-steps shows a random way instead '
+                        f'of a teacher, leave out one of them')
+
+
+def _world(name: str) -> World:
+    """Return a world; print what is to be known of it."""
+    try:
+        world = load_world(find_world(name))
+    except WorldError as error:
+        raise UserError(f'--world {error}') from error
+    for note in world.notes:
+        print(f'experience evaluate: --world {note}', file=sys.stderr)
+    return world
+
+
+def _places(
+    arguments: argparse.Namespace, grid: Grid,
+) -> tuple[Cell, list[Cell], tuple[Demonstration, ...]]:
+    """Return the goal, the starts and what was demonstrated; UserError if one is missing."""
+    starts = [_cell(grid, point, '--demo-start') for point in arguments.demo_start]
+    if not arguments.demo_bag:
+        if not arguments.goal or not starts:
+            raise UserError('--goal X,Y and --demo-start X,Y are needed (or --demo-bag BAG)')
+        return _cell(grid, arguments.goal, '--goal'), starts, ()
+    demonstration = _demonstration(arguments, grid)
+    start, goal = ((int(row), int(col)) for row, col in demonstration.cells[[0, -1]])
+    if arguments.goal and _cell(grid, arguments.goal, '--goal') != goal:
+        raise UserError(f'--goal: the drive in {arguments.demo_bag} ends elsewhere, at '
+                        f'{_text(grid, goal)}; leave --goal out')
+    return goal, starts or [start], (demonstration,)
+
+
 def _judged_after(n_trials: int, every: int) -> tuple[int, ...]:
     return (*range(0, n_trials, every), n_trials)
 
 
-def _cell(grid: Grid, point: tuple[float, float], option: str) -> tuple[int, int]:
+def _cell(grid: Grid, point: tuple[float, float], option: str) -> Cell:
     try:
         row, col = grid.cell_from_world(*point)
     except ValueError:  # so far away that there are no numbers
@@ -197,7 +213,7 @@ def _cell(grid: Grid, point: tuple[float, float], option: str) -> tuple[int, int
     return row, col
 
 
-def _text(grid: Grid, cell: tuple[int, int]) -> str:
+def _text(grid: Grid, cell: Cell) -> str:
     x, y = grid.world_from_cell(*cell)
     return f'{x:g},{y:g}'
 
