@@ -192,8 +192,8 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             took = case.measure(Path(folder))
         kept = kept and took <= case.limit
-        promise = f'promised {case.limit * 1e3:g} ms' if math.isfinite(case.limit) else ''
-        print(f'{case.name:52}{took * 1e3:10.2f} ms   {promise}', flush=True)
+        limit = f'promised {case.limit * 1e3:g} ms' if math.isfinite(case.limit) else ''
+        print(f'{case.name:52}{took * 1e3:10.2f} ms   {limit}', flush=True)
     return 0 if kept else 1
 
 

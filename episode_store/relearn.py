@@ -89,7 +89,7 @@ class Relearner:
         self.grid = grid
         self.parameters = parameters
         self.n_trials = 0
-        self.shown_starts: list[StartPose] = []
+        self.demonstrated_starts: list[StartPose] = []
         self._learner = Learner(grid, parameters)
 
     @classmethod
@@ -148,7 +148,7 @@ class Relearner:
         # A trial from there begins at the centre of the first cell, looking along the drive.
         (row, col), (next_row, next_col) = record.cells[:2].tolist()
         yaw = heading_from_step(next_row - row, next_col - col) * math.pi / 4
-        self.shown_starts.append(StartPose(
+        self.demonstrated_starts.append(StartPose(
             *self.grid.world_from_cell(row, col), math.remainder(yaw, math.tau)))
         return LearntBag(episode.folder, content, refresh,
                          '; '.join([str(content.report), *content.notes]),

@@ -186,7 +186,7 @@ class TaskMemory:
 
     def find_places(self) -> None:
         """Note where trials start and where one more demonstration would help most."""
-        starts = [*self._starts, *self.relearner.shown_starts][:1]
+        starts = [*self._starts, *self.relearner.demonstrated_starts][:1]
         spots = self.relearner.teach_here(_N_PLACES) if self.refresh is not None else []
         self.places = {
             'start': ' '.join(f'{value:.3f}' for pose in starts
@@ -260,7 +260,7 @@ class TaskMemory:
         promising = self.relearner.promising_start(asked) if spread else None
         if promising is not None:
             return promising
-        poses = self._starts or tuple(self.relearner.shown_starts)
+        poses = self._starts or tuple(self.relearner.demonstrated_starts)
         if not poses:
             raise ValueError('nothing was demonstrated yet')
         return poses[(self.n_trials + asked) % len(poses)]

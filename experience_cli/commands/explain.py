@@ -279,10 +279,10 @@ def _share_lines(heading: dict[str, Any]) -> list[str]:
     rows += [(f'{voice["share"]:.1%}', f'{voice["weight"]:.4f}', f'{voice["distance"]:.2f}',
               _place(voice), voice['heading'], f'{voice["q"]:+.3f}', voice['from'])
              for voice in voices[:_MOST]]
-    pull = heading['pull']
-    if pull:
-        rows.append((f'{pull["share"]:.1%}', f'{pull["weight"]:.4f}', '1.00', '-',
-                     pull['heading'], '-', 'the pull towards the shortest known way'))
+    attraction = heading['pull']
+    if attraction:
+        rows.append((f'{attraction["share"]:.1%}', f'{attraction["weight"]:.4f}', '1.00', '-',
+                     attraction['heading'], '-', 'the pull towards the shortest known way'))
     lines = table_lines(rows, (0, 1, 2, 5))
     if len(voices) > _MOST:
         rest = sum(voice['share'] for voice in voices[_MOST:])

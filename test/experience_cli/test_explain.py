@@ -46,18 +46,18 @@ def test_the_shares_reproduce_the_fields_vector_at_every_decision(task, explain,
     rows = content_of(episode.path).record.decisions
     for row in rows[rows['kind'] != Kind.BLOCKED]:
         shown = explain(f'sample/{number}', max(float(row['stamp']) - start, 0.0))
-        course, cell = shown['course'], (int(row['row']), int(row['col']))
+        heading, cell = shown['course'], (int(row['row']), int(row['col']))
         assert tuple(shown['cell']) == cell
         total = sum((voice['share'] * unit(voice['heading'])
-                     for voice in course['prototypes']), np.zeros(2))
-        if course['pull']:
-            total = total + course['pull']['share'] * unit(course['pull']['heading'])
+                     for voice in heading['prototypes']), np.zeros(2))
+        if heading['pull']:
+            total = total + heading['pull']['share'] * unit(heading['pull']['heading'])
         expected = field.coherence[cell] * np.array([field.vx[cell], field.vy[cell]])
         np.testing.assert_allclose(total, expected, atol=TOLERANCE)
-        np.testing.assert_allclose(course['vector'], expected, atol=TOLERANCE)
-        assert course['adds_up']
-        assert course['source'] == 'recorded'
-        assert [course['q'][name] for name in COMPASS] == field.q[cell].tolist()
+        np.testing.assert_allclose(heading['vector'], expected, atol=TOLERANCE)
+        assert heading['adds_up']
+        assert heading['source'] == 'recorded'
+        assert [heading['q'][name] for name in COMPASS] == field.q[cell].tolist()
         decided = shown['decision'][-1]
         assert decided['heading'] == COMPASS[int(row['action'])]
         assert decided['kind'] == Kind(int(row['kind'])).name.lower()
@@ -154,7 +154,7 @@ def test_without_recorded_prototypes_they_are_relearnt(task, explain):
         episode = rewritten(task, 3, change)
         asked.append(explain(episode.name, 6.0)['course'])
         task.forget(episode.number)
-    assert [course.pop('source') for course in asked] == ['recorded', 'relearnt']
+    assert [heading.pop('source') for heading in asked] == ['recorded', 'relearnt']
     assert asked[0] == asked[1]
     assert asked[0]['adds_up']
     assert asked[0]['prototypes']

@@ -33,8 +33,8 @@ def test_arrows_start_and_end_in_their_cell_along_the_course(grid, seed):
     cells = np.argwhere((field.vx != 0) | (field.vy != 0))
     middle = (points[:, 0] + points[:, 1]) / 2
     np.testing.assert_allclose(middle, grid.world_from_cells(cells), atol=1e-6 * grid.resolution)
-    course = np.stack([field.vx, field.vy], axis=-1)[tuple(cells.T)]
-    np.testing.assert_allclose((points[:, 1] - points[:, 0]) / (0.8 * grid.resolution), course,
+    headings = np.stack([field.vx, field.vy], axis=-1)[tuple(cells.T)]
+    np.testing.assert_allclose((points[:, 1] - points[:, 0]) / (0.8 * grid.resolution), headings,
                                atol=1e-6)
 
 

@@ -74,9 +74,9 @@ class TestArc:
     @example(Placement(0.0, 0.0, 0.0), 0.22, 1e-4 * (1 - 1e-9), 2.0)
     def test_hardly_turning_loses_no_digits(self, start, v, w, t):
         # Simpson's rule over the exact heading is good to (w t)^4 here.
-        def course(s):
+        def direction(s):
             return np.array([math.cos(start.yaw + w * s), math.sin(start.yaw + w * s)])
-        expected = v * t / 6 * (course(0) + 4 * course(t / 2) + course(t))
+        expected = v * t / 6 * (direction(0) + 4 * direction(t / 2) + direction(t))
         end = arc(start, v, w, t)
         np.testing.assert_allclose(
             [end.x - start.x, end.y - start.y], expected, rtol=0, atol=1e-14)
