@@ -40,23 +40,17 @@ def open_bag(path: Path | str) -> Bag:
     except OSError as error:
         raise BagError(error_line('read', path, error)) from None
     notes = [*files.notes, *(note for part in parts for note in part.notes)]
-    if files.is_all and not any(map(missing_from, parts)):
+    if files.is_all and not any(part.missing for part in parts):
         notes += filter(None, [differing_count(files, _count(parts))])
     bag = parts[0] if len(parts) == 1 and not notes else JoinedBag(path, parts, notes)
-    _check_begun(bag)
+    if not bag.topics:
+        _check_begun(parts)
     return bag
-
-
-def missing_from(bag: Bag) -> str:
-    """Return a sentence if part of a bag is missing; empty for a whole one."""
-    for part in _cut_parts(bag):
-        return f'what is not readable of {part.path.name} is missing: {part.damage}'
-    return ''
 
 
 def notes_on(bag: Bag) -> tuple[str, ...]:
     """Return sentences on what was not read of a bag, or was read from another file."""
-    return (*bag.notes, *filter(None, [missing_from(bag)]))
+    return (*bag.notes, *filter(None, [bag.missing]))
 
 
 class JoinedBag(Bag):
@@ -82,6 +76,11 @@ class JoinedBag(Bag):
                        for topic, kind in part.topics.items()}
         self.counts = {topic: sum(part.counts.get(topic, 0) for part in parts)
                        for topic in self.topics}
+
+    @property
+    def missing(self) -> str:
+        """Return a sentence if part of one of the files is missing."""
+        return next(filter(None, (part.missing for part in self.parts)), '')
 
     def messages(self, topic: str) -> RawMessages:
         """
@@ -114,17 +113,12 @@ class JoinedBag(Bag):
                                    f'{MOST_IN_MEMORY} bytes')
 
 
-def _cut_parts(bag: Bag) -> list[Bag]:
-    parts = bag.parts if isinstance(bag, JoinedBag) else [bag]
-    return [part for part in parts if not part.complete]
-
-
-def _check_begun(bag: Bag) -> None:
-    """Refuse a bag that is cut off before its first topic."""
-    for part in [] if bag.topics else _cut_parts(bag):
-        is_void = part.path.stat().st_size == 0
-        raise BagError(f'cannot read {part.path}: ' + (
-            part.damage if is_void else f'it is cut off before its first topic: {part.damage}'))
+def _check_begun(parts: Sequence[Bag]) -> None:
+    """Refuse files without a topic of which one is cut off before its first."""
+    for part in parts:
+        if not part.complete:
+            where = 'it is cut off before its first topic: ' if part.path.stat().st_size else ''
+            raise BagError(f'cannot read {part.path}: {where}{part.damage}')
 
 
 def _count(parts: Sequence[Bag]) -> int:

@@ -103,6 +103,12 @@ class Bag:
     damage: str = ''
     complete: bool = True
 
+    @property
+    def missing(self) -> str:
+        """Return a sentence if part of the bag is missing; empty for a whole one."""
+        return '' if self.complete else (
+            f'what is not readable of {self.path.name} is missing: {self.damage}')
+
     def messages(self, topic: str) -> RawMessages:
         """
         Return the messages of a topic; none if it is not in the bag.

@@ -10,7 +10,7 @@ import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from bridge_helpers import demonstration_bag, GRID
-from episode_store.rosbag2.any_reader import missing_from, open_bag
+from episode_store.rosbag2.any_reader import open_bag
 from episode_store.rosbag2.errors import BagError, mcap_path
 from episode_store.rosbag2.mcap_scan import CHUNK_OP, DATA_END_OP, MAGIC, RECORD, START
 from episode_store.rosbag2.writer import McapFile
@@ -184,7 +184,7 @@ def test_a_split_compressed_bag_is_read_up_to_its_cut_with_its_metadata_too(tmp_
     bag = open_bag(folder)
     assert len(bag.messages(EXTERNAL['odom'])) == 200
     assert 0 < len(bag.messages('/odom')) < whole
-    assert missing_from(bag).startswith('what is not readable of z_1.mcap is missing: ')
+    assert bag.missing.startswith('what is not readable of z_1.mcap is missing: ')
 
 
 def test_where_there_is_no_room_to_unpack_a_file_that_is_said(tmp_path, monkeypatch):
@@ -206,7 +206,7 @@ def test_messages_compressed_one_by_one_are_read_up_to_a_cut(tmp_path):
         there = list(found.messages(EXTERNAL['odom']))
         assert 0 < len(there) < 200
         assert there == whole[:len(there)]
-        assert missing_from(found).startswith(f'what is not readable of {path.name} is missing: ')
+        assert found.missing.startswith(f'what is not readable of {path.name} is missing: ')
 
 
 @pytest.mark.parametrize('storage', list(StoragePlugin), ids=str)
