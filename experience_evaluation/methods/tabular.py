@@ -44,22 +44,26 @@ class TabularMethod:
                  with_demonstration: bool) -> None:
         self.task = task
         self._rng = rng
-        self._kind = kind
         self._with_demonstration = with_demonstration
         n_places = task.grid.n_rows * task.grid.n_cols
-        self.q = np.zeros((n_places, 8))
-        self._model = np.full((n_places, 8), -1, dtype=np.int64)
-        self._order = np.zeros(n_places * 8, dtype=np.int64)
-        self._n_seen = 0
+        self._tables = kernels.Tables(
+            np.zeros((n_places, 8)), np.full((n_places, 8), -1, dtype=np.int64),
+            np.zeros(n_places * 8, dtype=np.int64), np.zeros(1, dtype=np.int64))
         self._tie_break = rng.random((n_places, 8))
         parameters = task.parameters
-        self._numbers = (float(parameters.learning_rate), float(parameters.discount), EPSILON,
-                         N_PLANNING)
-        self._goal = self._place(task.goal)
+        self._settings = kernels.Settings(
+            kind, task.grid.n_cols, self._place(task.goal),
+            0b01010101 if parameters.moves == 4 else 0b11111111, float(parameters.learning_rate),
+            float(parameters.discount), EPSILON, N_PLANNING)
         truth, rules = task.world.truth, task.world.rules
         self._allowed = np.array([
             compiled.allowed_steps(truth, *cell, rules) for cell in np.ndindex(truth.shape)],
             dtype=np.int64)
+
+    @property
+    def q(self) -> npt.NDArray[np.float64]:
+        """Return the values, shape (n_places, 8)."""
+        return self._tables.q
 
     def _place(self, cell: tuple[int, int]) -> int:
         return cell[0] * self.task.grid.n_cols + cell[1]
@@ -71,27 +75,22 @@ class TabularMethod:
         steps = np.diff(demonstration.cells, axis=0)
         actions = np.array([heading_from_step(row, col) for row, col in steps], dtype=np.int64)
         places = (demonstration.cells @ [self.task.grid.n_cols, 1]).astype(np.int64)
-        self._n_seen = kernels.replay(
-            self._kind, self.q, self._model, self._order, self._n_seen, self.task.grid.n_cols,
-            places, actions, self._goal, self._numbers, self._mask(), _N_REPLAYS, self._rng)
-
-    def _mask(self) -> int:
-        return 0b01010101 if self.task.parameters.moves == 4 else 0b11111111
+        kernels.replay(self._tables, places, actions, _N_REPLAYS, self._settings, self._rng)
 
     def practise(self, number: int) -> Practice:
         """Run an episode from a random start (or the fixed one)."""
         del number
         start = self.task.random_start(self._rng)
         began = time.perf_counter()
-        n_steps, n_bumps, n_rewards, self._n_seen = kernels.run_episode(
-            self._kind, self._allowed, self.task.grid.n_cols, self.q, self._model, self._order,
-            self._n_seen, self._place(start), self._goal, self._numbers, self._mask(),
-            self.task.parameters.step_limit, self._rng)
+        n_steps, n_bumps, n_rewards = kernels.run_episode(
+            self._allowed, self._tables, self._place(start), self.task.parameters.step_limit,
+            self._settings, self._rng)
         return Practice(int(n_steps), int(n_bumps), int(n_rewards), time.perf_counter() - began)
 
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the greedy action of every cell; equals are settled by lot, once for all."""
-        allowed = np.array([self._mask() >> action & 1 for action in range(8)], dtype=np.bool_)
+        mask = self._settings.mask
+        allowed = np.array([mask >> action & 1 for action in range(8)], dtype=np.bool_)
         values = np.where(allowed, self.q, -np.inf)
         best = values == values.max(axis=1, keepdims=True)
         chosen = np.where(best, self._tie_break, -1.0).argmax(axis=1)
@@ -101,8 +100,8 @@ class TabularMethod:
     def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
         """Follow the greedy policy from every start, without the steps seen to be blocked."""
         results = [kernels.greedy_run(
-            self._allowed, self.task.grid.n_cols, self.q, self._place((int(row), int(col))),
-            self._goal, self.task.parameters.step_limit, np.random.default_rng([seed, index]))
+            self._allowed, self.q, self._place((int(row), int(col))),
+            self.task.parameters.step_limit, self._settings, np.random.default_rng([seed, index]))
             for index, (row, col) in enumerate(starts)]
         table = np.array(results, dtype=np.float64).reshape(-1, 3)
         return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),

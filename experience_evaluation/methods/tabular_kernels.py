@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 import heapq
-from typing import Any, cast, TypeVar
+from typing import Any, cast, NamedTuple, TypeVar
 
 import numba
 import numpy as np
@@ -13,12 +13,74 @@ from control_field.headings import STEP_COL, STEP_ROW
 Values = npt.NDArray[np.float64]
 Places = npt.NDArray[np.int64]
 Queue = list[tuple[float, int]]
-#: ``(alpha, discount, epsilon, n_planning)``
-Numbers = tuple[float, float, float, int]
 #: Least change that prioritised sweeping follows up.
 _THRESHOLD = 1e-4
 Q_LEARNING, SARSA, DYNA_Q, SWEEPING = 0, 1, 2, 3
 _Kernel = TypeVar('_Kernel', bound=Callable[..., Any])
+
+
+class Settings(NamedTuple):
+    """
+    What is learnt, and how; places are numbered row by row.
+
+    Parameters
+    ----------
+    kind : int
+        `Q_LEARNING`, `SARSA`, `DYNA_Q` or `SWEEPING`.
+    n_cols : int
+        Places in a row.
+    goal : int
+        Place where an episode ends.
+    mask : int
+        The actions there are.
+    learning_rate, discount : float
+        Of eq. 6.
+    epsilon : float
+        Share of random actions.
+    n_planning : int
+        Backups after every step of the methods that plan.
+
+    """
+
+    kind: int
+    n_cols: int
+    goal: int
+    mask: int
+    learning_rate: float
+    discount: float
+    epsilon: float
+    n_planning: int
+
+
+class Tables(NamedTuple):
+    """
+    What has been learnt; changed in place.
+
+    Parameters
+    ----------
+    q : ndarray of float64, shape (n_places, 8)
+    model : ndarray of int64, shape (n_places, 8)
+        Where each action led, -1 before it was tried.
+    order : ndarray of int64, shape (8 * n_places,)
+        ``place * 8 + action`` in the order in which they were first tried.
+    n_seen : ndarray of int64, shape (1,)
+        How many those are.
+
+    """
+
+    q: Values
+    model: Places
+    order: Places
+    n_seen: Places
+
+
+class Step(NamedTuple):
+    """A place, an action, the place it led to, and the action to be taken there."""
+
+    place: int
+    action: int
+    then: int
+    then_action: int
 
 
 def _compiled(kernel: _Kernel) -> _Kernel:
@@ -58,99 +120,87 @@ def _most(row: Values, mask: int) -> float:
 
 
 @_compiled
-def _target(
-    q: Values, reward: float, then: int, is_end: bool, discount: float, mask: int,
-) -> float:
-    return reward if is_end else reward + discount * _most(q[then], mask)
+def _target(place: int, then: int, tables: Tables, settings: Settings) -> float:
+    """Return what a step is worth: the best value ahead, discounted, or the goal's reward."""
+    if then == settings.goal:
+        return 1.0 if then != place else -1.0
+    reward = -1.0 if then == place else 0.0
+    return reward + settings.discount * _most(tables.q[then], settings.mask)
 
 
 @_compiled
-def plan(
-    q: Values, model: Places, order: Places, n_seen: int, goal: int, alpha: float, discount: float,
-    n_planning: int, mask: int, rng: np.random.Generator,
-) -> None:
+def _back_up(pair: int, tables: Tables, settings: Settings) -> None:
+    """Back up a step that the model remembers."""
+    place, action = pair // 8, pair % 8
+    target = _target(place, tables.model[place, action], tables, settings)
+    tables.q[place, action] += settings.learning_rate * (target - tables.q[place, action])
+
+
+@_compiled
+def plan(tables: Tables, settings: Settings, rng: np.random.Generator) -> None:
     """Dyna-Q: back up steps remembered at random."""
-    for _ in range(n_planning):
-        pair = order[int(rng.random() * n_seen)]
-        place, action = pair // 8, pair % 8
-        then = model[place, action]
-        reward = -1.0 if then == place else (1.0 if then == goal else 0.0)
-        q[place, action] += alpha * (
-            _target(q, reward, then, then == goal, discount, mask) - q[place, action])
+    for _ in range(settings.n_planning):
+        _back_up(tables.order[int(rng.random() * tables.n_seen[0])], tables, settings)
 
 
 @_compiled
-def sweep(
-    q: Values, model: Places, queue: Queue, n_cols: int, goal: int, alpha: float, discount: float,
-    n_planning: int, mask: int,
-) -> None:
+def sweep(tables: Tables, queue: Queue, settings: Settings) -> None:
     """Sweep backups in order of how much they change (Moore and Atkeson 1993)."""
-    for _ in range(n_planning):
+    for _ in range(settings.n_planning):
         if len(queue) == 0:
             return
         _, pair = heapq.heappop(queue)
-        place, action = pair // 8, pair % 8
-        then = model[place, action]
-        reward = -1.0 if then == place else (1.0 if then == goal else 0.0)
-        q[place, action] += alpha * (
-            _target(q, reward, then, then == goal, discount, mask) - q[place, action])
+        _back_up(pair, tables, settings)
+        place = pair // 8
         for before in range(8):
-            origin = place - STEP_ROW[before] * n_cols - STEP_COL[before]
-            if 0 <= origin < q.shape[0] and model[origin, before] == place:
-                push(q, model, queue, origin, before, goal, discount, mask)
+            origin = place - STEP_ROW[before] * settings.n_cols - STEP_COL[before]
+            if 0 <= origin < tables.q.shape[0] and tables.model[origin, before] == place:
+                push(tables, queue, origin, before, settings)
 
 
 @_compiled
-def push(
-    q: Values, model: Places, queue: Queue, place: int, action: int, goal: int, discount: float,
-    mask: int,
-) -> None:
+def push(tables: Tables, queue: Queue, place: int, action: int, settings: Settings) -> None:
     """Queue a step if backing it up would change its value."""
-    then = model[place, action]
-    reward = -1.0 if then == place else (1.0 if then == goal else 0.0)
-    change = abs(_target(q, reward, then, then == goal, discount, mask) - q[place, action])
+    target = _target(place, tables.model[place, action], tables, settings)
+    change = abs(target - tables.q[place, action])
     if change > _THRESHOLD:
         heapq.heappush(queue, (-change, place * 8 + action))
 
 
 @_compiled
-def note(model: Places, order: Places, n_seen: int, place: int, action: int, then: int) -> int:
-    """Write a step into the model; return the number of different steps in it."""
-    if model[place, action] < 0:
-        order[n_seen] = place * 8 + action
-        n_seen += 1
-    model[place, action] = then
-    return n_seen
+def note(tables: Tables, step: Step) -> None:
+    """Write a step into the model."""
+    if tables.model[step.place, step.action] < 0:
+        tables.order[tables.n_seen[0]] = step.place * 8 + step.action
+        tables.n_seen[0] += 1
+    tables.model[step.place, step.action] = step.then
 
 
 @_compiled
 def learn_step(
-    kind: int, q: Values, model: Places, order: Places, n_seen: int, queue: Queue, n_cols: int,
-    place: int, action: int, then: int, then_action: int, goal: int, numbers: Numbers, mask: int,
-    rng: np.random.Generator,
-) -> int:
-    """Learn one step; ``numbers`` is ``(alpha, discount, epsilon, n_planning)``."""
-    alpha, discount, _, n_planning = numbers
-    reward = -1.0 if then == place else (1.0 if then == goal else 0.0)
-    n_seen = note(model, order, n_seen, place, action, then)
-    if kind == SWEEPING:
-        push(q, model, queue, place, action, goal, discount, mask)
-        sweep(q, model, queue, n_cols, goal, alpha, discount, n_planning, mask)
-        return n_seen
-    target = _target(q, reward, then, then == goal, discount, mask)
-    if kind == SARSA and then != goal:
-        target = reward + discount * q[then, then_action]
-    q[place, action] += alpha * (target - q[place, action])
-    if kind == DYNA_Q:
-        plan(q, model, order, n_seen, goal, alpha, discount, n_planning, mask, rng)
-    return n_seen
+    tables: Tables, queue: Queue, step: Step, settings: Settings, rng: np.random.Generator,
+) -> None:
+    """Learn one step."""
+    place, action, then, then_action = step
+    note(tables, step)
+    if settings.kind == SWEEPING:
+        push(tables, queue, place, action, settings)
+        sweep(tables, queue, settings)
+        return
+    target = _target(place, then, tables, settings)
+    if settings.kind == SARSA and then != settings.goal:
+        reward = -1.0 if then == place else 0.0
+        target = reward + settings.discount * tables.q[then, then_action]
+    tables.q[place, action] += settings.learning_rate * (target - tables.q[place, action])
+    if settings.kind == DYNA_Q:
+        plan(tables, settings, rng)
 
 
 @_compiled
 def replay(
-    kind: int, q: Values, model: Places, order: Places, n_seen: int, n_cols: int, places: Places,
-    actions: Places, goal: int, numbers: Numbers, mask: int, n: int, rng: np.random.Generator,
-) -> int:
+    tables: Tables, places: Places, actions: Places, n: int, settings: Settings,
+    rng: np.random.Generator,
+) -> None:
     """
     Learn a path ``n`` times, last step first.
 
@@ -165,16 +215,15 @@ def replay(
     for _ in range(n):
         for i in range(len(actions) - 1, -1, -1):
             then_action = actions[min(i + 1, len(actions) - 1)]
-            n_seen = learn_step(kind, q, model, order, n_seen, queue, n_cols, places[i],
-                                actions[i], places[i + 1], then_action, goal, numbers, mask, rng)
-    return n_seen
+            step = Step(places[i], actions[i], places[i + 1], then_action)
+            learn_step(tables, queue, step, settings, rng)
 
 
 @_compiled
 def run_episode(
-    kind: int, allowed: Places, n_cols: int, q: Values, model: Places, order: Places, n_seen: int,
-    place: int, goal: int, numbers: Numbers, mask: int, step_limit: int, rng: np.random.Generator,
-) -> tuple[int, int, int, int]:
+    allowed: Places, tables: Tables, start: int, step_limit: int, settings: Settings,
+    rng: np.random.Generator,
+) -> tuple[int, int, int]:
     """
     Run an episode, epsilon-greedy, and learn at every step.
 
@@ -184,39 +233,37 @@ def run_episode(
     ----------
     allowed : ndarray of int64, shape (n_places,)
         Mask of the steps that the true world allows.
-    mask : int
-        The actions there are.
 
     Returns
     -------
-    n_steps, n_bumps, n_rewards, n_seen : int
+    n_steps, n_bumps, n_rewards : int
 
     """
     queue = [(0.0, 0)]
     queue.pop()
-    n_bumps, n_rewards = 0, 0
-    action = _choose(q[place], mask, numbers[2], rng)
+    n_bumps, n_rewards, place, mask = 0, 0, start, settings.mask
+    action = _choose(tables.q[place], mask, settings.epsilon, rng)
     for step in range(step_limit):
-        if place == goal:
-            return step, n_bumps, n_rewards, n_seen
+        if place == settings.goal:
+            return step, n_bumps, n_rewards
         then = place
         if allowed[place] >> action & 1:
-            then = place + STEP_ROW[action] * n_cols + STEP_COL[action]
+            then = place + STEP_ROW[action] * settings.n_cols + STEP_COL[action]
         else:
             n_bumps += 1
-        n_rewards += int(then in (place, goal))
-        then_action = _choose(q[then], mask, numbers[2], rng)
-        n_seen = learn_step(kind, q, model, order, n_seen, queue, n_cols, place, action, then,
-                            then_action, goal, numbers, mask, rng)
+        n_rewards += int(then in (place, settings.goal))
+        then_action = _choose(tables.q[then], mask, settings.epsilon, rng)
+        learn_step(tables, queue, Step(place, action, then, then_action), settings, rng)
         place = then
         # Off-policy methods choose anew with what they have just learnt.
-        action = then_action if kind == SARSA else _choose(q[place], mask, numbers[2], rng)
-    return step_limit, n_bumps, n_rewards, n_seen
+        action = then_action if settings.kind == SARSA else _choose(
+            tables.q[place], mask, settings.epsilon, rng)
+    return step_limit, n_bumps, n_rewards
 
 
 @_compiled
 def greedy_run(
-    allowed: Places, n_cols: int, q: Values, place: int, goal: int, step_limit: int,
+    allowed: Places, q: Values, start: int, step_limit: int, settings: Settings,
     rng: np.random.Generator,
 ) -> tuple[int, int, float]:
     """
@@ -230,13 +277,13 @@ def greedy_run(
     length : float, [cells]
 
     """
-    length = 0.0
+    length, place = 0.0, start
     for step in range(step_limit):
-        if place == goal:
+        if place == settings.goal:
             return 0, step, length
         action = greedy(q[place], allowed[place], rng)
         if action < 0:
             return 2, step, length
         length += np.sqrt(float(STEP_ROW[action] ** 2 + STEP_COL[action] ** 2))
-        place += STEP_ROW[action] * n_cols + STEP_COL[action]
-    return 0 if place == goal else 2, step_limit, length
+        place += STEP_ROW[action] * settings.n_cols + STEP_COL[action]
+    return 0 if place == settings.goal else 2, step_limit, length
