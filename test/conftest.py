@@ -8,6 +8,7 @@ import sys
 from hypothesis import HealthCheck, settings
 import pytest
 
+from experience_cli.demo.processes import free_domain
 import ros_helpers
 
 # A busy machine is slow now and then; that is no error of the code under test.
@@ -85,7 +86,7 @@ def steady_environment() -> Iterator[None]:
 @pytest.fixture(scope='session')
 def quiet_domain(steady_environment: None) -> Iterator[int]:
     """Return a ROS_DOMAIN_ID that nobody else on this machine uses, for who talks to nobody."""
-    with ros_helpers.own_domain() as domain, pytest.MonkeyPatch.context() as patch:
+    with free_domain() as domain, pytest.MonkeyPatch.context() as patch:
         patch.setenv('ROS_DOMAIN_ID', str(domain))
         yield domain
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-import fcntl
 from functools import cache
 import json
 import math
@@ -10,7 +9,6 @@ import os
 from pathlib import Path
 import signal
 import subprocess
-import tempfile
 import time
 from typing import Any, TypeVar
 
@@ -29,8 +27,6 @@ REPEAT = 3.0
 #: Services that do nothing more when they are asked a second time.
 REPEATABLE = {'start_trial', 'stop_trial', 'stop_trials', 'record_demonstration',
               'discard_demonstration', 'label_success', 'label_failure'}
-# Round numbers are left to people, who choose them by hand.
-DOMAINS = tuple(domain for domain in range(1, 101) if domain % 10)
 
 Result = TypeVar('Result')
 
@@ -49,27 +45,6 @@ def hearing_hangups() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGHUP, before)
-
-
-@contextmanager
-def own_domain() -> Iterator[int]:
-    """
-    Hold a ROS_DOMAIN_ID for as long as the context lasts.
-
-    A locked file stands for a domain; the kernel drops the lock when its process ends, however.
-    """
-    folder = Path(tempfile.gettempdir()) / f'experience_controller_domains_{os.getuid()}'
-    folder.mkdir(exist_ok=True)
-    first = os.getpid() % len(DOMAINS)
-    for domain in DOMAINS[first:] + DOMAINS[:first]:
-        with (folder / str(domain)).open('w') as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                continue
-            yield domain
-            return
-    raise RuntimeError(f'all {len(DOMAINS)} ROS domains are in use, see {folder}')
 
 
 @contextmanager

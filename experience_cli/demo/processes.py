@@ -160,14 +160,13 @@ def own_domain() -> Iterator[dict[str, str]]:
 
     A domain that the user has set is kept. Meanwhile this process's own nodes are not found from
     other machines either, whatever the user has set: what drives a simulated robot must not
-    drive a real one. A locked file stands for a domain; the kernel drops the lock when its
-    process ends, however.
+    drive a real one.
     """
     with _variables(_THIS_MACHINE):
         if os.environ.get('ROS_DOMAIN_ID'):
             yield dict(_THIS_MACHINE)
             return
-        with _free_domain() as domain:
+        with free_domain() as domain:
             yield {**_THIS_MACHINE, 'ROS_DOMAIN_ID': str(domain)}
 
 
@@ -187,7 +186,12 @@ def _variables(values: Mapping[str, str]) -> Iterator[None]:
 
 
 @contextmanager
-def _free_domain() -> Iterator[int]:
+def free_domain() -> Iterator[int]:
+    """
+    Hold a ROS_DOMAIN_ID that nobody else on this machine holds.
+
+    A locked file stands for a domain; the kernel drops the lock when its process ends, however.
+    """
     folder = Path(tempfile.gettempdir()) / f'experience_controller_domains_{os.getuid()}'
     check_folder(folder)
     folder.mkdir(0o700, exist_ok=True)

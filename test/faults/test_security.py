@@ -7,8 +7,9 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+from experience_cli.demo.processes import free_domain
 from experience_cli.main import main
-from ros_helpers import own_domain, own_node, ROOT, start_node, wait_until
+from ros_helpers import own_node, ROOT, start_node, wait_until
 
 ROOMS = [*sorted(path.parent.name for path in ROOT.glob('*/__init__.py')), 'tools', 'launch']
 RULES = {('topics', 'publish'): 'get_publisher_names_and_types_by_node',
@@ -44,7 +45,7 @@ def test_the_policy_allows_what_a_node_does(ros_domain, tmp_path):
               'teleop_node': {'keyboard': False}}
     # On a domain where nobody of that name has been before.
     with ExitStack() as stack:
-        domain = stack.enter_context(own_domain())
+        domain = stack.enter_context(free_domain())
         nodes = [stack.enter_context(start_node(
             f'{name}.node', tmp_path, needed.get(name), env={'ROS_DOMAIN_ID': str(domain)}))
             for name in PROFILES]

@@ -9,6 +9,7 @@ from rosbags.highlevel import AnyReader
 from bridge_helpers import content_of
 from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind
+from experience_cli.demo.processes import free_domain
 import ros_helpers
 from suite_helpers import Suite
 
@@ -103,7 +104,7 @@ def test_on_one_domain_two_namespaces_keep_them_apart(ros_domain, ros_node, tmp_
 
 
 def test_without_namespaces_two_domains_keep_them_apart(ros_domain, tmp_path):
-    with ros_helpers.own_domain() as other:
+    with free_domain() as other:
         assert other != ros_domain
         with two_suites(tmp_path, (ros_domain, other), ('', '')) as suites:
             check_apart(suites, ('', ''))

@@ -9,9 +9,10 @@ import pytest
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from experience_cli.demo.processes import free_domain
 import forks
 from ros_helpers import (
-    call, collect, node_command, own_domain, own_node, Process, ROOT, run, start_node, wait_until)
+    call, collect, node_command, own_node, Process, ROOT, run, start_node, wait_until)
 
 PARAMETERS = """
 import rclpy
@@ -32,16 +33,16 @@ def main():
 
 
 def test_domains_are_held_once():
-    with own_domain() as first, own_domain() as second:
+    with free_domain() as first, free_domain() as second:
         assert first != second
-    with own_domain() as third:
+    with free_domain() as third:
         assert third in range(1, 101)
 
 
 def test_a_domain_is_free_again():
-    with own_domain() as first:
+    with free_domain() as first:
         pass
-    with own_domain() as second:
+    with free_domain() as second:
         assert second == first
 
 
