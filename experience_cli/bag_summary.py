@@ -92,7 +92,7 @@ def _recorded(episode: Episode) -> dict[str, Any]:
 
 
 def _damaged(episode: Episode, about: dict[str, Any]) -> dict[str, Any]:
-    """Return what changes where something is wrong with a bag."""
+    """Return state and note of a bag, with its damage."""
     damage, state, note = episode.damage, about['state'], about['note']
     if damage.gaps:
         note = '; '.join(filter(None, [str(damage.gaps), note]))
@@ -105,7 +105,7 @@ def _damaged(episode: Episode, about: dict[str, Any]) -> dict[str, Any]:
 
 
 def _learnt(episode: Episode) -> dict[str, Any]:
-    """Return what the learner makes of a bag."""
+    """Return what the learner would learn from a bag."""
     try:
         content = episode.content
     except NothingToLearnError as error:

@@ -2,7 +2,7 @@
 What `ros2 run` starts: the nodes' `main`, with a quiet end while Python is still importing.
 
 Importing rclpy and NumPy takes some tenths of a second, seconds on a busy robot. Who presses
-Ctrl-C in that time, or stops a launch file, has nothing to be told.
+Ctrl-C in that time, or stops a launch file, needs no message.
 """
 
 import importlib
@@ -29,7 +29,7 @@ def learner_node() -> None:
 
 
 def teleop_node() -> None:
-    """Run the keys."""
+    """Run the keyboard teleoperation."""
     _run('teleop_node.node')
 
 
@@ -44,7 +44,7 @@ def localised_odometry_node() -> None:
 
 
 def _run(module: str) -> None:
-    """Import a node and run its `main`, which begins by listening to signals itself."""
+    """Import a node and run its `main`, which installs signal handlers of its own."""
     for number in ENDING_SIGNALS:
         # With nohup the end of the terminal is nobody's end.
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
@@ -53,5 +53,5 @@ def _run(module: str) -> None:
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
-    """End at once: nothing is open yet, and an exception would be told like a mistake."""
+    """Exit at once: nothing is open yet, and an exception would print a traceback."""
     os._exit(0)

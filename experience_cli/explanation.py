@@ -189,7 +189,7 @@ class Moment:
 
     @cached_property
     def at_limits(self) -> list[str]:
-        """Return which limits of the body the command reaches: it may ask for more."""
+        """Return the limits of the body that the command reaches: it may have asked for more."""
         if self.applied is None:
             return []
         (v, w), ((before_v, before_w), dt), limits = self.applied, self._before(), self.limits

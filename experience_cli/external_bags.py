@@ -76,7 +76,7 @@ def _span(first: float, last: float) -> Span:
 
 
 def guessed(drive: ExternalDrive, arguments: argparse.Namespace) -> list[str]:
-    """Say which topic was taken for odom by its type alone."""
+    """Return a note on the topic that was taken for odom by its type alone, if it was."""
     odom = drive.read_from
     is_named = arguments.odom_topic is not None or odom.rpartition('/')[2] in ('odom', 'tf')
     return [] if is_named else [f'odom is {odom}, the only one of its type']
@@ -98,7 +98,7 @@ def check_one_cut(arguments: argparse.Namespace) -> None:
 
 @contextmanager
 def remedy_named() -> Iterator[None]:
-    """Where poses are in another frame, or outside, say which options take that."""
+    """Add the options that would help to an error about a frame or a workspace."""
     try:
         yield
     except OutsideDriveError as error:
@@ -109,7 +109,7 @@ def remedy_named() -> Iterator[None]:
 
 
 def _options_that_fit(grid: Grid | None) -> str:
-    """Say with which options a drive that leaves the workspace can be learnt."""
+    """Return the options with which a drive that leaves the workspace can be learnt."""
     if grid is None:
         return ''
     return (f'; learn it in a workspace of its own, with --rows {grid.n_rows} --cols '

@@ -75,7 +75,7 @@ class Side:
 
     @cached_property
     def certificate(self) -> Certificate:
-        """Return what the field is worth on its own remembered map."""
+        """Return the certificate of the field on its own remembered map."""
         demonstrated = np.full(self.field.grid.shape, -1, dtype=np.int8)
         own = self.prototypes.demonstrated
         demonstrated[tuple(self.prototypes.cells[own].T)] = self.prototypes.headings[own]
@@ -156,7 +156,7 @@ def _side_from_file(path: Path) -> Side:
 
 
 def _check_unpacked(stream: BinaryIO) -> None:
-    """Refuse a file that becomes too much: a few kB of it may become all that memory holds."""
+    """Refuse a file that unpacks to too much: a few kB of it may fill all memory."""
     with zipfile.ZipFile(stream) as packed:
         n_bytes = sum(member.file_size for member in packed.infolist())
     if n_bytes > _MOST_UNPACKED:

@@ -1,4 +1,4 @@
-"""Ctrl-C while a command works, or a kill: an exception, but never in the middle of an import."""
+"""Ctrl-C or a kill while a command works: an exception, but never within an import."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,12 +19,12 @@ _IMPORTS: Final = '<frozen importlib'
 
 class Stopped(KeyboardInterrupt):
     """
-    Somebody wants the process to end.
+    The process was told to end.
 
     Parameters
     ----------
     number : int
-        The signal that said so.
+        The signal that told it.
 
     """
 
@@ -66,7 +66,7 @@ def stoppable(on_command_line: bool) -> Iterator[None]:
 
 def interrupt(number: int, frame: FrameType | None) -> None:
     """
-    Raise `Stopped`, or look again soon if something is being imported.
+    Raise `Stopped`, or try again soon if something is being imported.
 
     An extension that is being loaded may lose an exception, or make another one of it. So may a
     destructor or a callback: one that is lost is raised again.

@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with safe_output():
             return _run(parser().parse_args(arguments), arguments is None)
     finally:
-        # What is still to be written and cannot be would be complained of at the exit.
+        # Python would print an error at the exit where what is left cannot be written.
         try:
             sys.stdout.flush()
         except OSError:
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _prepare_output() -> None:
-    """Let any text be written, and none where whoever started this has closed the output."""
+    """Let any text be written, and discard it where the parent has closed the output."""
     for name in ('stdout', 'stderr'):
         if getattr(sys, name) is None:
             # It stays open to the end, and takes the number that is free: no bag will get it.
@@ -94,7 +94,7 @@ def _run(parsed: argparse.Namespace, on_command_line: bool) -> int:
 
 
 def _leave(code: int) -> NoReturn:
-    """End without taking things down that were stopped midway: some of them do not bear it."""
+    """Exit without finalising what was interrupted midway: some libraries fail at that."""
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError):
             stream.flush()
@@ -102,7 +102,7 @@ def _leave(code: int) -> NoReturn:
 
 
 def _refuse(parsed: argparse.Namespace, why: str) -> int:
-    """Say in one line what the user got wrong; return the exit code."""
+    """Print in one line what the user got wrong; return the exit code."""
     print(f'experience {parsed.command}:', ' '.join(why.split()), file=sys.stderr)
     return 2
 

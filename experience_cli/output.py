@@ -1,4 +1,4 @@
-"""Files that commands write: whole, or not at all."""
+"""Files that commands write: completely, or not at all."""
 
 from collections.abc import Callable
 import errno
@@ -60,7 +60,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 class Output:
     """
-    A file that is written at the end of long work, and can be, as far as that is known before.
+    A file that is written at the end of long work; that it can be is checked beforehand.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class Output:
 
 
 def _opened(path: Path) -> int:
-    """Open a device or a pipe for writing; a pipe would wait for a reader for ever."""
+    """Open a device or a pipe for writing; wait only so long for a reader of a pipe."""
     deadline = time.monotonic() + _PATIENCE
     while True:
         try:

@@ -22,9 +22,9 @@ from experience_cli.figures.paper_figures import draw_figures
 from experience_cli.terminal import Progress
 from world_maps.world import find_world, load_world, World
 
-#: A file that says that the folder is a demo's, and may be written anew.
+#: A file that marks the folder as a demo's, which may be overwritten.
 _MARK: Final = '.experience_demo'
-#: Where the bags of the demo before are.
+#: Where the bags of the previous demo are.
 _BEFORE: Final = 'before'
 #: Ticks a second of the simulator.
 _RATE: Final = 20.0
@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _fill_in(arguments: argparse.Namespace) -> None:
-    """Set what was not said; UserError if --attach comes with what is for nodes of the demo's."""
+    """Set the defaults; UserError if --attach comes with an option for the demo's own nodes."""
     for name, value in DEMO_DEFAULTS.items():
         if getattr(arguments, name) is None:
             setattr(arguments, name, value)
@@ -95,7 +95,7 @@ def _load_worlds(tasks: Mapping[str, str]) -> dict[str, World]:
 
 
 def _check_grids(tasks: Mapping[str, str], worlds: Mapping[str, World]) -> None:
-    """Refuse a world that the way cannot be shown in."""
+    """Refuse a world in which the way cannot be demonstrated."""
     shown = _load_worlds({'open': 'open'})['open'].grid
     for task, world in worlds.items():
         if world.grid != shown:
@@ -122,7 +122,7 @@ def _prepare(out: Path, tasks: Collection[str]) -> Path:
 
 
 def _set_aside(out: Path, task: str) -> None:
-    """Keep the bags of the demo before, once: somebody may have taught in them."""
+    """Keep the bags of the previous demo: somebody may have taught in them."""
     old, aside = out / 'bags' / task, out / _BEFORE / task
     if not old.exists():
         return

@@ -1,4 +1,4 @@
-"""`experience list`: which bags there are, and what became of them."""
+"""`experience list`: which bags there are, and how they ended."""
 
 import argparse
 from collections.abc import Iterator
@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def episodes_in(folder: Path, problems: list[str]) -> Iterator[EpisodeFolder]:
     """
-    Go through the bags of a task, or of all tasks in a folder, those forgotten among them.
+    Yield the bags of a task, or of all tasks in a folder, including forgotten ones.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from experience_cli.demo.show_and_try import teach, try_it
 from experience_cli.errors import UserError
 from experience_cli.terminal import Progress
 
-#: How long what is waited for is no news, [s].
+#: What takes less is not worth a line, [s].
 _AT_ONCE: Final = 1.5
 #: A node that has not appeared after this time was not started, [s].
 _PATIENCE: Final = 60.0
@@ -48,7 +48,7 @@ def attach(task: str, world: str, arguments: argparse.Namespace) -> int:
 
 class _Waiting:
     """
-    Says what is waited for; where no line can change, only what is not there at once.
+    Shows what is waited for; where no line can change, only what takes a while.
 
     Parameters
     ----------

@@ -314,7 +314,7 @@ class DemoNode:
             return None
 
     def _answer(self, msg: Odometry, pose: Pose) -> None:
-        """Drive on from where the robot is."""
+        """Answer odometry with the driver's next command."""
         if self._driver is None:
             return
         command = self._driver.command(pose.x, pose.y, pose.yaw)

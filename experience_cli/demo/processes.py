@@ -91,7 +91,7 @@ class Children:
 
     def check(self) -> None:
         """
-        Look whether all of them still run.
+        Check that every child still runs.
 
         Raises
         ------
@@ -111,7 +111,7 @@ class Children:
                                 f'(see {self.log(name)})')
 
     def stop(self) -> None:
-        """Ask all of them to end, and end those that do not."""
+        """Interrupt every child, and kill those that do not end in time."""
         children = list(self._running.values())
         for child in children:
             _send(child, signal.SIGINT)
@@ -131,7 +131,7 @@ def _send(child: 'subprocess.Popen[bytes]', number: signal.Signals) -> None:
 
 
 def _child_of(parent: int) -> Callable[[], None]:
-    """Return what makes a child listen to SIGINT again and die with its parent."""
+    """Return a function that lets a child receive SIGINT again and end with its parent."""
     libc = ctypes.CDLL(None) if sys.platform == 'linux' else None
 
     def prepare() -> None:

@@ -1,4 +1,4 @@
-"""What became of a demo: numbers for `report.json`, a table, and whether it is the paper's."""
+"""The result of a demo: numbers for `report.json`, a table, and whether it matches the paper."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ _TITLES: Final = ('task', 'trial', 'steps', 'prototypes', 'reinforcements', 'col
 @dataclass(frozen=True, eq=False)
 class TrialReport:
     """
-    What became of a trial.
+    The result of a trial.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class TrialReport:
     home: npt.NDArray[np.bool_]
 
     def to_json(self) -> dict[str, Any]:
-        """Return what `report.json` has of it."""
+        """Return its entry in `report.json`."""
         return {name: getattr(self, name) for name in (
             'trial', 'steps', 'hidden_neurons', 'reinforcements', 'collisions', 'outcome',
             'seconds')}
@@ -73,7 +73,7 @@ class TrialReport:
 @dataclass(frozen=True, eq=False)
 class TaskReport:
     """
-    What became of a task.
+    The result of a task.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class TaskReport:
     n_aborted : int
         Trials that were broken off and run again.
     other_starts : mapping
-        What became of trials from elsewhere.
+        The results of trials from other starts.
     world : World
         The truth.
 
@@ -117,7 +117,7 @@ class TaskReport:
                 for home in (self.home, *(trial.home for trial in self.trials))]
 
     def to_json(self) -> dict[str, Any]:
-        """Return what `report.json` has of it."""
+        """Return its entry in `report.json`."""
         certificate = self.final.certificate
         return {
             'trials': [trial.to_json() for trial in self.trials],
@@ -130,7 +130,7 @@ class TaskReport:
                 'prototypes': certificate.n_prototypes}}
 
     def problems(self) -> Iterator[str]:
-        """Say in what it falls short of the paper's result."""
+        """Yield a sentence for each way in which it falls short of the paper's result."""
         n = sum(trial.collisions for trial in self.trials)
         if n or self.other_starts['collisions']:
             yield (f'{self.name}: {counted(n + self.other_starts["collisions"], "collision")}, '
@@ -183,7 +183,7 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
 
 
 def places_of(truth: GridWorld, field: ControlField) -> npt.NDArray[np.bool_]:
-    """Return the cells of the true world from which there is a way to the goal, without it."""
+    """Return the cells of the true world with a way to the goal, the goal itself excluded."""
     reachable = np.isfinite(truth.cost_to(field.goal))
     reachable[field.goal] = False
     return reachable
@@ -210,18 +210,18 @@ def _trial_report(number: int, bag: LearntBag, truth: GridWorld) -> TrialReport:
 
 
 def driven_path(episode: Episode) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return stamps (n,) [s] and positions (n, 2) [m] of the odometry in a bag of ours."""
+    """Return stamps (n,) [s] and positions (n, 2) [m] of the odometry in a bag."""
     poses = driven_poses(episode)
     return poses.stamps, poses.xy
 
 
 def driven_poses(episode: Episode) -> PoseTable:
-    """Return the odometry in a bag of ours."""
+    """Return the odometry in a bag."""
     return pose_table(episode.messages('odom'), episode.header.grid.frame_id)
 
 
 def n_contacts(episode: Episode) -> int:
-    """Return how often the robot of a bag of ours ran into something."""
+    """Return how often the robot ran into something in a bag."""
     return sum(message[4] for message in episode.messages('contact'))
 
 
@@ -254,7 +254,7 @@ def write_report(path: Path, reports: Sequence[TaskReport], config: Mapping[str,
 
 
 def report_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
-    """Return what came of it in sentences, then the lines of a table, for the terminal."""
+    """Yield the result in sentences, then as a table, line by line."""
     yield ''
     for report in reports:
         other = report.other_starts

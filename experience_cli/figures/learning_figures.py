@@ -1,4 +1,4 @@
-"""What was learnt, to be seen at a glance: from where the field leads to the goal."""
+"""From where the field leads to the goal, before and after the trials."""
 
 from collections.abc import Sequence
 from typing import Final

@@ -17,8 +17,8 @@ def test_there_is_one_for_every_node():
     assert sorted(name for name in vars(executables) if name.endswith('_node')) == NODES
 
 
-@pytest.mark.parametrize(('name', 'number'), zip(
-    NODES, cycle([signal.SIGINT, signal.SIGTERM]), strict=False))
+@pytest.mark.parametrize(('name', 'number'), list(zip(
+    NODES, cycle([signal.SIGINT, signal.SIGTERM]), strict=False)))
 def test_a_signal_between_two_imports(tmp_path, quiet_domain, name, number):
     # rclpy comes in many parts, each with a line when it is there; the first is soon followed.
     code = f'from experience_cli.executables import {name}; {name}()'
