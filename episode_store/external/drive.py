@@ -8,6 +8,7 @@ messages like any others, so that the field stays a function of that bag.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -137,21 +138,20 @@ def open_drive(path: Path | str, grid: Grid, reading: ReadOptions | None = None)
 
     """
     bag, reading = open_bag(path), reading or ReadOptions()
-    made: dict[str, RawMessages] = {}
     try:
-        roles = _Roles(bag, grid, reading)
-        poses = roles.find_poses(made)
-        times = roles.span_of(poses, is_made=bool(made))
+        reader = _DriveReader(bag, grid, reading)
+        poses = reader.read_poses()
+        times = reader.span_of(poses)
     except BagError as error:
         raise BagError('; '.join([f'{path}: {error}', *notes_on(bag)])) from None
-    if roles.wants_scan:
-        roles.make_local_grid(made, poses)
-    topics = {role: topic for role, topic in roles.topics.items() if role != 'scan'}
+    reader.make_local_grid(poses)
+    made, topics = reader.made, {
+        role: topic for role, topic in reader.topics.items() if role != 'scan'}
     if times is not None:
         made = cut(map(DriveBag(bag, made).messages, set(topics.values())), *times)
-        roles.notes.append(str(reading.span))
-    return ExternalDrive(Path(path), DriveBag(bag, made), topics, (*roles.notes, *notes_on(bag)),
-                         roles.read_from, bag.counts, max(reading.span.first, 0.0))
+        reader.notes.append(str(reading.span))
+    return ExternalDrive(Path(path), DriveBag(bag, made), topics, (*reader.notes, *notes_on(bag)),
+                         reader.read_from, bag.counts, max(reading.span.first, 0.0))
 
 
 def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
@@ -160,33 +160,24 @@ def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
     return [f'{counted(n, "message")} refused: {found.lost[0].why}'] if n else []
 
 
-class _Roles:
-    """Finds out what a bag's topics are good for."""
+class _DriveReader:
+    """Reads where the robot was from the topics of a bag, and makes what is missing of them."""
 
     def __init__(self, bag: Bag, grid: Grid, reading: ReadOptions) -> None:
         self.bag, self.grid, self.reading = bag, grid, reading
         self.notes: list[str] = []
+        self.made: dict[str, RawMessages] = {}
         self.topics = roles_of_topics(bag, reading.names)
-        home = self.topics['odom'].rpartition('/')[0]
-        found, self._no_frames = topics_of(bag, home)
-        self._tree: Transforms | None = None
-        self._tf = found
         self.read_from = self.topics['odom']
+        self._tf, self._no_frames = topics_of(bag, self.read_from.rpartition('/')[0])
 
-    @property
+    @cached_property
     def tree(self) -> Transforms:
-        """What is said of frames; read when it is asked for, there may be much of it."""
-        if self._tree is None:
-            self._tree = read_transforms(self.bag, self._tf, self.reading.span)
-        return self._tree
+        """Return what is said of frames; read when it is asked for, there may be much of it."""
+        return read_transforms(self.bag, self._tf, self.reading.span)
 
-    @property
-    def wants_scan(self) -> bool:
-        """Whether a local grid is to be made: one that was recorded goes before."""
-        return 'scan' in self.reading.names or 'neighbourhood' not in self.topics
-
-    def find_poses(self, made: dict[str, RawMessages]) -> DrivePoses:
-        """Find the poses; where they are made, they become `odom`."""
+    def read_poses(self) -> DrivePoses:
+        """Read the poses; where they are made from others, they become `odom`."""
         try:
             found, notes = self._poses()
         except BagError:
@@ -198,21 +189,21 @@ class _Roles:
             except BagError:
                 pass
             else:
-                return self.find_poses(made)
+                return self.read_poses()
             raise
         self.read_from = self.topics['odom']
         if notes:
             self.notes += notes
             self.topics['odom'] = self._free_name('odom')
-            made[self.topics['odom']] = found.messages(self.topics['odom'])
+            self.made[self.topics['odom']] = found.messages(self.topics['odom'])
         return found
 
-    def span_of(self, poses: DrivePoses, is_made: bool) -> tuple[int, int] | None:
+    def span_of(self, poses: DrivePoses) -> tuple[int, int] | None:
         """Return which part of the recording is read, [ns]; None for all of it."""
         span = self.reading.span
         if span.is_whole:
             # In another frame all of them are refused, which is said where they are read.
-            if is_made or poses.frame_id == self.grid.frame_id.lstrip('/'):
+            if self.made or poses.frame_id == self.grid.frame_id.lstrip('/'):
                 poses.check_ends()
             return None
         first, last, *around = span.log_times(poses.stamps_ns, poses.log_times, poses.begins_ns)
@@ -238,9 +229,11 @@ class _Roles:
                 return brought[0], [*brought[1], *_left_out(messages, found)]
         return found, []
 
-    def make_local_grid(self, made: dict[str, RawMessages], poses: DrivePoses) -> None:
-        """Make the local grid from laser scans if there are any; say why not."""
+    def make_local_grid(self, poses: DrivePoses) -> None:
+        """Make the local grid from laser scans if there are any; note why not."""
         topic = self.topics.get('scan')
+        if 'neighbourhood' in self.topics and 'scan' not in self.reading.names:
+            return  # one that was recorded goes before
         if topic is None:
             if lasers := scans_in(self.bag):
                 self.notes.append(f'no local grid: it may be made from {" or ".join(lasers)}, '
@@ -253,14 +246,14 @@ class _Roles:
         mount = self._mount(scans.frame_id, poses)
         problem = mount.problem if mount else (
             f'nothing says where {scans.frame_id!r} sits on the robot, say so with --laser X Y Z '
-            f'ROLL PITCH YAW')
+            'ROLL PITCH YAW')
         if mount is None or problem:
             self.notes.append(f'no local grid from {topic}: {problem}')
             return
         if not len(poses.stamps_ns) or poses.frame_id != self.grid.frame_id.lstrip('/'):
             return
         name = self._free_name('neighbourhood')
-        made[name] = local_grids_from_scans(
+        self.made[name] = local_grids_from_scans(
             scans, poses, mount, self.grid, self.reading.body, name)
         self.topics['neighbourhood'] = name
         self.notes.append(described(scans, mount, self._base(poses)))
