@@ -43,8 +43,7 @@ def ours(arguments: list[str]) -> str | None:
     if is_module:
         program = _COMMAND if name == 'experience_cli.main' else (
             name.removesuffix('.node').split('.')[-1])
-        known = name == 'experience_cli.main' or name.endswith('_node.node') or (
-            name.startswith('msgs_bridge.') and name.endswith('_node'))
+        known = name == 'experience_cli.main' or name.endswith('_node.node')
     else:
         *folders, program = name.split('/')
         known = folders[-1:] in (['bin'], ['experience_controller']) and (
