@@ -36,9 +36,9 @@ from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.graph import publishers_on
 from msgs_bridge.node.node_info import method_from_parameters, Operation
-from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.peer_monitor import PeerMonitor
 from msgs_bridge.node.reader_threads import ReaderThreads
+from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import quickest_executor, run_node
 
 #: Steady time between two checks of what has not arrived, and between two diagnostics, [s].

@@ -19,7 +19,7 @@ from msgs_bridge.messages.tables import cloud_from_decisions
 from msgs_bridge.messages.trial_status import status_from_trial
 from msgs_bridge.messages.velocities import twist_stamped_from_velocity
 from msgs_bridge.node import qos
-from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.peer_monitor import PeerMonitor
 
 
 class Publishers:

@@ -46,8 +46,8 @@ from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names
 from msgs_bridge.node.listener import Listener
 from msgs_bridge.node.node_info import method_from_parameters, Operation, workspace_from_grid
-from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.peer_monitor import PeerMonitor
+from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import exit_with, run_node
 from msgs_bridge.node.throttled_log import ThrottledLog
 

@@ -15,8 +15,8 @@ from msgs_bridge.messages.poses import (
     odometry_from_pose, pose_from_initialpose, pose_from_odometry)
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
-from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.peer_monitor import PeerMonitor
+from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import run_node
 from msgs_bridge.node.throttled_log import ThrottledLog
 

@@ -17,8 +17,8 @@ from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.node_info import workspace_from_grid
-from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.peer_monitor import PeerMonitor
+from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import run_node
 from msgs_bridge.node.throttled_log import ThrottledLog
 from neighbourhood_node.laser_mount_finder import LaserMountFinder

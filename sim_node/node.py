@@ -26,9 +26,9 @@ from msgs_bridge.node.command_age import problem_with_age
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.command_types import mismatch
 from msgs_bridge.node.node_info import workspace_from_grid
-from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.peer_monitor import PeerMonitor
 from msgs_bridge.node.reader_threads import ReaderThreads
+from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import run_node
 from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement

@@ -23,8 +23,8 @@ from msgs_bridge.messages.trial_status import trial_from_status
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.environment import prepare
-from msgs_bridge.node.parameters import declare_parameters_from
-from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.peer_monitor import PeerMonitor
+from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import start_node
 from teleop_node.answers import Answer
 from teleop_node.driving import changed_speeds

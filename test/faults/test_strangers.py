@@ -7,7 +7,7 @@ from control_field.grid import Grid
 from controller_helpers import straight_field
 from controller_peer import controller, GOAL, Peer, simulator
 from msgs_bridge.node.node_info import workspace_from_grid
-from msgs_bridge.node.peers import PeerMonitor
+from msgs_bridge.node.peer_monitor import PeerMonitor
 import ros_helpers
 from teleop_node.answers import Answer
 from teleop_node.node import TeleopNode

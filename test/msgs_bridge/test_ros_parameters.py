@@ -5,7 +5,7 @@ from rclpy.parameter import Parameter
 
 from control_field.parameters import check_fields, parameter, Parameters
 from control_field_node.settings import Settings
-from msgs_bridge.node.parameters import declare_parameters_from, descriptor_from_field
+from msgs_bridge.node.ros_parameters import declare_parameters_from, descriptor_from_field
 import ros_helpers
 
 

@@ -10,7 +10,7 @@ from control_field.grid import Grid
 from msgs_bridge.messages.serialized import cdr_from_message
 from msgs_bridge.node.node_info import (
     NodeInfo, Operation, values_from_node_info, workspace_from_grid)
-from msgs_bridge.node.peers import PeerMonitor, PeerTable
+from msgs_bridge.node.peer_monitor import PeerMonitor, PeerTable
 import ros_helpers
 
 
