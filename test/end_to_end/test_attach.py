@@ -33,9 +33,8 @@ def start_nodes(stack, folder, namespace, lockstep):
 
 def whole(task):
     """Return the kinds of a task's bags, but for trials that were broken off and run again."""
-    read = [content_of(episode.path) for episode in task.episodes()]
-    return [episode.folder.kind for episode in read
-            if getattr(episode.record, 'outcome', None) is not Outcome.ABORTED]
+    return [episode.kind for episode in task.episodes()
+            if getattr(content_of(episode.path).record, 'outcome', None) is not Outcome.ABORTED]
 
 
 def attach(folder, *arguments):
