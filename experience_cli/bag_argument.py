@@ -163,6 +163,7 @@ def find_whole_bag(text: str, bags: Path | None = None) -> EpisodeFolder:
     """
     episode = find_readable_bag(text, bags)
     if not Episode(episode).is_closed:
+        find_bag(text, bags)  # which says so if another command has forgotten it meanwhile
         raise UserError(f'{episode.path} was not closed: it is still being recorded, or was cut '
                         f'off; mend it with `experience repair {shlex.quote(str(episode.path))}`')
     return episode
