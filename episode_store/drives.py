@@ -13,10 +13,8 @@ from control_field.grid import Grid
 from control_field.records import Demonstration
 from control_field.words import counted
 from episode_store.header import find_topic
-from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import Bag
 from episode_store.rosbag2.topic_tables import local_grid_table, pose_table, PoseTable
-from msgs_bridge.sensing.frame_tree import Lost
 
 #: Seconds that stamps of local grids may step back before a clock that jumped is assumed.
 CLOCK_JUMP: Final = 1.0
@@ -97,32 +95,6 @@ def read_drive(
             'leads nowhere; end the drive at the goal, or cut it to the way there with '
             '`experience trim`')
     return record, report, notes
-
-
-def check_placed(lost: Lost, since: float = -np.inf, until: float = np.inf) -> None:
-    """
-    Refuse a drive that begins or ends where no place is known.
-
-    Parameters
-    ----------
-    lost : Lost
-    since, until : float, [ns]
-        The part of the recording that counts.
-
-    Raises
-    ------
-    BagError
-
-    """
-    times = lost.log_times[(lost.log_times >= since) & (lost.log_times <= until)]
-    if not len(times):
-        return
-    seconds = float(np.abs(times - lost.next_to).max()) * 1e-9
-    what, which = ('ends', 'last') if times[0] > lost.next_to else ('begins', 'first')
-    try:
-        check_end(what, which, len(times), seconds, lost.why)
-    except ValueError as error:
-        raise BagError(str(error)) from None
 
 
 def _check_ends(poses: PoseTable) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.words import counted
-from episode_store.drives import check_placed, sets_off
+from episode_store.drives import check_end, sets_off
 from episode_store.external.span import Span
 from episode_store.rosbag2.columns import read_columns
 from episode_store.rosbag2.errors import BagError
@@ -73,12 +73,15 @@ class DrivePoses:
             return
         begun = sets_off(seconds, self.motions.shift[inside, :2])
         for lost in self.lost:
+            times = lost.log_times[(lost.log_times >= since) & (lost.log_times <= until)]
             is_end = lost.next_to > self.log_times[inside].min()
-            if not (is_end or begun):
+            if not len(times) or not (is_end or begun):
                 continue
+            missing = float(np.abs(times - lost.next_to).max()) * 1e-9
+            ends = ('ends', 'last') if times[0] > lost.next_to else ('begins', 'first')
             try:
-                check_placed(lost, since, until)
-            except BagError as error:
+                check_end(*ends, len(times), missing, lost.why)
+            except ValueError as error:
                 cut = (f'before that (--to {math.floor(seconds[-1] * 100.0 + 1e-4) / 100.0:.2f})'
                        if is_end else 'after that (--from '
                        f'{math.ceil(seconds[0] * 100.0 - 1e-4) / 100.0:.2f})')
