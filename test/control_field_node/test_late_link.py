@@ -18,14 +18,14 @@ import ros_helpers
 GRID = Grid(20, 20, 0.25)
 START, GOAL = GRID.world_from_cell(5, 7), (7, 10)
 THERE = {name: f'{name}_there' for name in ('odom', 'neighbourhood', 'cmd_vel')}
-RELAY = Path(__file__).parent.parent / 'late_relay.py'
+LINK = Path(__file__).parent.parent / 'delayed_link.py'
 LATE = {StopReason.LATE_POSES, StopReason.LATE_COMMANDS}
 
 
 @pytest.mark.parametrize(('up', 'down'), [(0.3, 0.0), (0.0, 0.3)])
 def test_300_ms_late_the_trial_reaches_the_goal_or_says_so_and_nothing_is_touched(
         ros_node, tmp_path, up, down):
-    relay = [sys.executable, str(RELAY), str(up), str(down)]
+    link = [sys.executable, str(LINK), str(up), str(down)]
     collisions = []
     peer = Peer(ros_node)
 
@@ -36,7 +36,7 @@ def test_300_ms_late_the_trial_reaches_the_goal_or_says_so_and_nothing_is_touche
     ros_node.create_subscription(DiagnosticArray, '/diagnostics', note, 10)
     robot = {'publish_clock': False, 'start_x': START[0], 'start_y': START[1]}
     with simulator(tmp_path, robot, remappings=THERE), ros_helpers.Process(
-            relay, tmp_path), controller(tmp_path):
+            link, tmp_path), controller(tmp_path):
         peer.wait(lambda: peer.statuses, 'the controller')
         peer.push(straight_to(GOAL, GRID))
         peer.wait(peer.accepts_start, 'a start')

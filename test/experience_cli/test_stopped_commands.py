@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from ros_helpers import ROOT
-from stopping import state_of
+from stop_commands import state_of
 
 IMPORT = ['learn', '{}/sample/0001_demo', '{}/sample/0001_demo', '--into', '{}/shelf', '--quiet']
 COMMANDS = [
@@ -29,7 +29,7 @@ def test_it_is_done_or_not_begun(tmp_path):
     damaged.write_bytes(damaged.read_bytes()[:-400])
     before = state_of(bags)
     process = subprocess.run(
-        [sys.executable, str(ROOT / 'test/stopping.py'), str(bags), str(tmp_path / 'scratch'),
+        [sys.executable, str(ROOT / 'test/stop_commands.py'), str(bags), str(tmp_path / 'scratch'),
          json.dumps(COMMANDS)], capture_output=True, text=True, cwd=ROOT, check=False,
         env=os.environ | {'PYTHONPATH': str(ROOT)})
     assert process.returncode == 0, process.stderr

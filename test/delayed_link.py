@@ -1,4 +1,4 @@
-"""A link to the robot: what is said on `<topic>_there` arrives late on `<topic>`."""
+"""A link to the robot that delays: what is said on `<topic>_there` comes late on `<topic>`."""
 
 import heapq
 import itertools
@@ -21,11 +21,11 @@ WAYS = ((Odometry, 'odom_there', 'odom', False),
         (Twist, 'cmd_vel', 'cmd_vel_there', True))
 
 
-class LateRelay(Node):
+class DelayedLink(Node):
     """Passes everything on, `up` seconds late from the robot and `down` seconds late to it."""
 
     def __init__(self, up: float, down: float) -> None:
-        super().__init__('late_relay')
+        super().__init__('delayed_link')
         self._waiting, self._number = [], itertools.count()
         for kind, heard, said, to_robot in WAYS:
             publisher = self.create_publisher(kind, said, qos.COMMAND if to_robot else 10)
@@ -45,7 +45,7 @@ def main() -> None:
     """Relay until the end."""
     rclpy.init()
     try:
-        rclpy.spin(LateRelay(*map(float, sys.argv[1:3])))
+        rclpy.spin(DelayedLink(*map(float, sys.argv[1:3])))
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:

@@ -2,7 +2,7 @@
 A command that is stopped at its n-th file operation, for every n.
 
 Run as a script, so that nothing has started a thread before it forks:
-``python stopping.py SOURCE SCRATCH COMMANDS``, the last in JSON: how (kill or interrupt) and
+``python stop_commands.py SOURCE SCRATCH COMMANDS``, the last in JSON: how (kill or interrupt) and
 words, in which ``{}`` is a fresh copy, SCRATCH, of the folder SOURCE, each time. Prints, as JSON,
 what the bags of all tasks in it are after each stop.
 """
