@@ -43,6 +43,7 @@ check: tools
 	$(BIN)/lint-imports
 	$(BIN)/python tools/check_dependencies.py
 	$(BIN)/python tools/documents.py
+	$(BIN)/python tools/architecture.py --check
 	$(BIN)/python tools/parameter_tables.py --check
 
 bench: tools
