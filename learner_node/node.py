@@ -1,7 +1,6 @@
 """The node `learner_node`: records, learns between trials, publishes the field."""
 
 from collections.abc import Callable
-from concurrent.futures import Future as JobFuture
 from functools import partial
 from operator import attrgetter
 import os
@@ -17,25 +16,16 @@ from rclpy.task import Future
 from std_msgs.msg import Empty
 
 from control_field.parameters import Parameters
-from episode_store.episode import Episode
-from episode_store.gaps import BagGaps, note_gaps
-from episode_store.relearn import LearntBag
-from episode_store.rosbag2.errors import BagError
-from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
-from learner_node.background_worker import BackgroundWorker, result_of
+from episode_store.task_folder import EpisodeFolder, TaskFolder
 from learner_node.field_monitor import FieldMonitor
-from learner_node.kernel_warm_up import warm_up_kernels
+from learner_node.learning_loop import LearningLoop
 from learner_node.message_dispatcher import MessageDispatcher
 from learner_node.message_queue import RawMessage
 from learner_node.odometry_check import OdometryCheck
 from learner_node.output_handler import OutputHandler
-from learner_node.outputs import Outputs
-from learner_node.phases import IN_TRIAL, Phase
 from learner_node.publications import Publications
 from learner_node.recorder import Recorder, stamp_of
-from learner_node.reports import (
-    diagnostic_from_session, NEXT, numbers_from_learnt_bag, PROGRAM, sentence_at_start,
-    sentence_from_learnt_bag)
+from learner_node.reports import diagnostic_from_session, PROGRAM
 from learner_node.requests import Requests
 from learner_node.services import LearnerServices
 from learner_node.session import Session
@@ -98,9 +88,7 @@ class LearnerNode(Node):
             self._settings,
             lambda: self._task_memory.next_start(self._settings.starts == 'spread'))
         self._recorder = Recorder(self._task_memory.task, self._task_memory.header)
-        self.fatal = ''
         self.has_ended = False  #: whether the worker is done, too; nothing is lost if it is not
-        self._learnt_bag: LearntBag | None = None
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
         self._named: dict[str, str] = {}
@@ -109,17 +97,15 @@ class LearnerNode(Node):
         self._session.state.why_not = self._peers.why_not
         self._make_topics()
         self._make_services()
-        self._worker = BackgroundWorker()
-        self._worker.wake = self.create_guard_condition(self._worker.collect).trigger
-        self._worker.do(self._task_memory.relearn, self._on_relearnt)
-        self._worker.do(lambda: warm_up_kernels(parameters), self._on_warm)
-        self._session.begin(time.monotonic())
+        self.learning.begin(parameters, time.monotonic())
         self._listener.start()
 
     def _make_topics(self) -> None:
         self._publications = Publications(self, self._settings.frame_id)
         self._requests = Requests(self, self._settings.controller)
         self._handler = OutputHandler(self, self._recorder, self._publications, self._requests)
+        self.learning = LearningLoop(
+            self, self._session, self._task_memory, self._publications, self._handler)
         self._dispatcher = MessageDispatcher(
             self._session, self._task_memory.grid, self._handler.carry_out,
             OdometryCheck(self._task_memory.grid), ThrottledLog(self))
@@ -137,8 +123,8 @@ class LearnerNode(Node):
                                 self._reader(topic), topic.profiles, topic.spare, topic.kept)
 
     def _make_services(self) -> None:
-        self._learner_services = LearnerServices(
-            self, self._session, self._handler.carry_out,
+        self.learner_services = LearnerServices(
+            self, self._session, self.learning, self._handler.carry_out,
             lambda: Future(executor=self.executor), MutuallyExclusiveCallbackGroup())
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
@@ -210,7 +196,7 @@ class LearnerNode(Node):
         if self._field_monitor.must_publish:
             self.say('the controller has another control field than the one learnt here (was a '
                      'second learner there?): it is given this one again', warns=True)
-            self._publish_field(self._session.series.n_left > 0)
+            self.learning.publish_field(self._session.series.n_left > 0)
 
     def tell(self) -> None:
         """Publish the status of the learner."""
@@ -218,7 +204,7 @@ class LearnerNode(Node):
         more = {**self._task_memory.places, **self._named,
                 'refused': str(self._dispatcher.n_refused)}
         status = diagnostic_from_session(
-            self.get_fully_qualified_name(), self._session, self._learnt_bag,
+            self.get_fully_qualified_name(), self._session, self.learning.newest,
             self._task_memory.refresh, self._dispatcher.topics_heard, more)
         self._peers.add_to(status)
         self._publications.tell(status, self.get_clock().now().to_msg())
@@ -244,7 +230,7 @@ class LearnerNode(Node):
         """Report, also to a request that waits, that nothing can be recorded any more."""
         self.get_logger().error(text)
         self.said = why
-        self._learner_services.answer(False, why)
+        self.learner_services.answer(False, why)
         self._handler.carry_out(self._session.on_recording_failed(why, time.monotonic()))
 
     def on_answer(self, accepted: bool, message: str) -> None:
@@ -255,110 +241,7 @@ class LearnerNode(Node):
     def learn(self, episode: EpisodeFolder) -> None:
         """Learn from a bag that was recorded."""
         self._name_trial()
-        self._worker.do(lambda: self._task_memory.learn(episode), self._on_learnt_bag)
-
-    def note_gaps(self, episode: EpisodeFolder) -> None:
-        """Note the gaps in a bag that is not learnt from."""
-        self._worker.do(lambda: note_gaps(Episode(episode)), self._on_noted)
-
-    def change_trials(self, change: Callable[[float], Outputs], now: float) -> Outputs:
-        """Begin or stop trials; those from spread starts need a field of their own."""
-        outputs = change(now)
-        if self._settings.starts == 'spread' and self._session.state.phase not in IN_TRIAL:
-            self._publish_field(self._session.series.n_left > 0)
-        return outputs
-
-    # What was learnt
-
-    def relearn_after(self, change: str, *arguments: Any) -> None:
-        """Change the bags of the task, and relearn from all of them."""
-        self._worker.do(partial(getattr(self._task_memory, change), *arguments), self._on_changed)
-
-    def _on_changed(self, future: 'JobFuture[str]') -> None:
-        try:
-            text = result_of(future, self.get_logger().error)
-        except BagError as error:
-            self._go_on()
-            self._learner_services.answer(False, str(error))
-            return
-        self._learnt()
-        self.say(text)
-        self._learner_services.answer(True, text)
-
-    def _on_relearnt(self, future: 'JobFuture[list[str]]') -> None:
-        try:
-            for line in result_of(future, self.get_logger().error):
-                self.say(line)
-            for line in self._task_memory.doubts:
-                self.say(line, warns=True)
-        except BagError as error:
-            self.fatal = str(error)
-            return
-        self.say(sentence_at_start(
-            self._settings, self._task_memory.task, self._task_memory.refresh))
-        self._learnt()
-
-    def _on_learnt_bag(self, future: 'JobFuture[LearntBag]') -> None:
-        try:
-            self._learnt_bag = result_of(future, self.get_logger().error)
-        except BagError as error:
-            self._handler.lose(error)
-            return
-        self._learnt()
-        sentence = sentence_from_learnt_bag(self._learnt_bag)
-        is_demo = self._learnt_bag.folder.kind is EpisodeKind.DEMO
-        is_learnt = self._learnt_bag.refresh is not None
-        if is_demo and is_learnt:
-            sentence += f' {NEXT}'
-        self.say(sentence, warns=is_demo and not is_learnt)
-        if numbers := numbers_from_learnt_bag(self._learnt_bag):
-            self.get_logger().info(f'in numbers: {numbers}')
-        self._learner_services.answer(is_learnt, sentence)
-
-    def _on_noted(self, future: 'JobFuture[BagGaps]') -> None:
-        try:
-            gaps = result_of(future, self.get_logger().error)
-        except BagError as error:
-            self.say(str(error), warns=True)
-            return
-        if gaps:
-            self.say(str(gaps), warns=True)
-
-    def _on_warm(self, future: 'JobFuture[None]') -> None:
-        try:
-            result_of(future, self.get_logger().error)
-        except BagError as error:
-            self.say(str(error), warns=True)
-
-    def _learnt(self) -> None:
-        """Publish the field, then let the session go on with it."""
-        self._publish_field(self._session.series.n_left > 1)
-        self._go_on()
-        # Aside, after what somebody waits for.
-        self._worker.do(self._task_memory.find_places, self._on_warm)
-
-    def _go_on(self) -> None:
-        refresh = self._task_memory.refresh
-        self._handler.carry_out(self._session.on_learnt(
-            -1 if refresh is None else refresh.field.revision, time.monotonic(),
-            self._task_memory.memory))
-        missing = self._settings.auto_trials - self._task_memory.n_trials
-        series, is_idle = self._session.series, self._session.state.phase is Phase.IDLE
-        if (self._settings.auto_start and missing > 0 and refresh is not None and is_idle
-                and not series.is_stopped):
-            self._handler.carry_out(
-                self.change_trials(partial(series.begin, missing), time.monotonic()))
-
-    def _publish_field(self, more_trials: bool = False) -> None:
-        refresh = self._task_memory.refresh
-        if refresh is None:
-            # A controller may still hold the field of bags that are gone, or of another task.
-            self._publications.publish_nothing(self._task_memory.grid)
-            self._recorder.latched = []
-            return
-        field = self._task_memory.field(more_trials and self._settings.starts == 'spread')
-        messages = self._publications.publish_field(field, refresh, self._task_memory.memory)
-        self._recorder.latched = [self._handler.raw(*message) for message in messages.items()]
+        self.learning.learn(episode)
 
     def close(self) -> None:
         """End what is under way: the trial is stopped, the bag closed and marked as aborted."""
@@ -366,7 +249,7 @@ class LearnerNode(Node):
         while self._recorder.oldest() is not None:
             self._collect()
         self._handler.carry_out(self._session.shut_down(time.monotonic()))
-        self.has_ended = self._worker.close(_WORKER_PATIENCE)
+        self.has_ended = self.learning.worker.close(_WORKER_PATIENCE)
 
     def destroy_node(self) -> None:
         """Close the thread that listens, too."""
@@ -385,9 +268,9 @@ def main(args: list[str] | None = None) -> None:
         wrong.
 
     """
-    node = run_node(PROGRAM, LearnerNode, args, is_over=attrgetter('fatal'))
-    if node is not None and node.fatal:
-        exit_with('learner_node', node.fatal)
+    node = run_node(PROGRAM, LearnerNode, args, is_over=attrgetter('learning.fatal'))
+    if node is not None and node.learning.fatal:
+        exit_with('learner_node', node.learning.fatal)
     if node is not None and not node.has_ended:
         # Compiling may take seconds yet, and a thread in it does not survive the interpreter.
         os._exit(0)

@@ -1,6 +1,6 @@
 """The outputs of the session become bags, messages, requests and log lines here."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -106,7 +106,7 @@ class OutputHandler:
             self._write_status(State.ENDED, trial, Outcome.ABORTED, reason)
         episode = self._recorder.close()
         if episode is not None:
-            self._node.note_gaps(episode)
+            self._node.learning.note_gaps(episode)
 
     def lose(self, error: BagError) -> None:
         """Report that nothing can be recorded any more; the robot is stopped, bags are kept."""
@@ -119,9 +119,13 @@ class OutputHandler:
         """Write the status of the episode into its bag, as the learner sees it."""
         status = TrialStatus(state, trial, outcome, reason, stamp=self._node.odometry_time * 1e-9)
         task = self._recorder.task.task
-        self._recorder.write(self.raw('trial', status_from_trial(status, task)))
+        self._recorder.write(self._raw('trial', status_from_trial(status, task)))
 
-    def raw(self, topic: str, message: Any) -> RawMessage:
+    def latch(self, messages: Mapping[str, Any]) -> None:
+        """Let every bag begin with messages, by topic."""
+        self._recorder.latched = [self._raw(*message) for message in messages.items()]
+
+    def _raw(self, topic: str, message: Any) -> RawMessage:
         """Return a message of the learner's own in the form in which others arrive."""
         return RawMessage(self._node.resolve_topic_name(topic), type_name(type(message)),
-                   cdr_from_message(message), self._node.now())
+                          cdr_from_message(message), self._node.now())

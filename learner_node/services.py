@@ -8,6 +8,7 @@ from typing import Any
 from std_srvs.srv import SetBool, Trigger
 
 from control_field.words import counted
+from learner_node.learning_loop import LearningLoop
 from learner_node.outputs import Outputs
 from learner_node.phases import SessionError
 from learner_node.session import Session
@@ -28,6 +29,7 @@ class LearnerServices:
     node : LearnerNode
         Whose services they are.
     session : Session
+    learning : LearningLoop
     carry_out : callable
         Does what the session wants done.
     future : callable
@@ -38,11 +40,12 @@ class LearnerServices:
     """
 
     def __init__(
-        self, node: Any, session: Session, carry_out: Callable[[Outputs], None],
-        future: Callable[[], Any], group: Any,
+        self, node: Any, session: Session, learning: LearningLoop,
+        carry_out: Callable[[Outputs], None], future: Callable[[], Any], group: Any,
     ) -> None:
         self._node = node
         self._session = session
+        self._learning = learning
         self._carry_out = carry_out
         self._future = future
         self._waiting: Any = None
@@ -77,7 +80,7 @@ class LearnerServices:
         """Change the bags of the task, and relearn from all of them."""
         *values, _, response = arguments
         return await self._after(
-            response, self._session.relearn, partial(self._node.relearn_after, change, *values))
+            response, self._session.relearn, partial(self._learning.change_bags, change, *values))
 
     def _on_discard(self, _: Any, response: Any) -> Any:
         return self._at_once(response, self._session.demonstration.discard)
@@ -85,12 +88,12 @@ class LearnerServices:
     def _on_run(self, _: Any, response: Any) -> Any:
         n = self._session.state.settings.auto_trials
         return self._at_once(response, partial(
-            self._node.change_trials, partial(self._session.series.run, n)),
+            self._learning.change_trials, partial(self._session.series.run, n)),
             f'the robot tries {counted(n, "time")}; press space in teleop_node to stop it')
 
     def _on_stop(self, _: Any, response: Any) -> Any:
         return self._at_once(
-            response, partial(self._node.change_trials, self._session.series.stop),
+            response, partial(self._learning.change_trials, self._session.series.stop),
             'no more trials are run')
 
     def _try(self, request: Request) -> tuple[bool, str]:

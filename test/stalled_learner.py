@@ -24,8 +24,9 @@ class StalledLearner(LearnerNode):
         self._stalls.cancel()
         print('stalls', flush=True)
         # A call that holds Python's lock, as a library may; then both threads for themselves.
-        self._worker.do(lambda: ctypes.PyDLL(None).sleep(FROZEN) or time.sleep(STALL - FROZEN),
-                        lambda future: None)
+        self.learning.worker.do(
+            lambda: ctypes.PyDLL(None).sleep(FROZEN) or time.sleep(STALL - FROZEN),
+            lambda future: None)
         time.sleep(STALL)
         print('goes on', flush=True)
 

@@ -21,12 +21,12 @@ class Services:
         self.session = Session(Settings(), lambda: StartPose(0.0, 0.0))
         self.session.on_odometry(0.0, time.monotonic())
         self.services = LearnerServices(
-            self, self.session, lambda outputs: None, Future, None)
+            self, self.session, self, lambda outputs: None, Future, None)
 
     def create_service(self, kind, name, callback, callback_group=None):
         self.callbacks[name] = callback
 
-    def relearn_after(self, *change):
+    def change_bags(self, *change):
         self.changes.append(change)
 
     def ask(self, name, data=None):
