@@ -73,7 +73,8 @@ def test_what_was_published_while_it_slept_is_fetched_in_order_and_nothing_twice
     found, clock = [], [0.0]
     monkeypatch.setattr('msgs_bridge.node.listener._awake', lambda: clock[0])
     listener = kept_listener(ros_node, found)
-    merged = listener._subscriptions[0]
+    merged, in_its_thread = listener._subscriptions[0], []
+    listener._again = lambda: in_its_thread and in_its_thread.pop()()
     listener.start()
     try:
         say_until_heard(keeper, 'awake', found)
@@ -81,7 +82,7 @@ def test_what_was_published_while_it_slept_is_fetched_in_order_and_nothing_twice
         monkeypatch.setattr(merged, '_drain', lambda _: None)  # nothing waits where nobody hears
         for sleep in ('first', 'second'):
             # As if the middleware had taken the listener for gone.
-            merged._node.destroy_subscription(merged._main)
+            in_its_thread.append(partial(merged._node.destroy_subscription, merged._main))
             wait_until(lambda: keeper.get_subscription_count() == 0, what='nobody who hears')
             new = [f'{sleep} {number}' for number in range(50)]
             missed += new
