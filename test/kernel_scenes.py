@@ -128,6 +128,9 @@ class Scene:
     def for_sees(self):
         return (self.known, self.row, self.col, *self.goal)
 
+    def for_distance_weight(self):
+        return 0.7, float(self.window.radius), self.window.power
+
     def for_spread(self):
         return self.sums, self.known, self.row, self.col, self.heading, 0.7, self.window
 

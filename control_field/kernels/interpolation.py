@@ -96,6 +96,12 @@ def sees(known: CellMap, row: int, col: int, r: int, c: int) -> bool:
     return True
 
 
+def distance_weight(weight: float, distance: float, power: float) -> float:
+    """Return w_i of eq. 7: a prototype's weight, falling off with the distance [cells] from it."""
+    share: float = weight / distance ** power
+    return share
+
+
 def spread(
     sums: Sums, known: CellMap, row: int, col: int, heading: int, weight: float, window: Window,
 ) -> None:
@@ -108,7 +114,7 @@ def spread(
             d = math.hypot(r - row, c - col)
             if d > window.radius or (window.visible and not sees(known, row, col, r, c)):
                 continue
-            w = weight / d ** window.power
+            w = distance_weight(weight, d, window.power)
             sums.x[r, c] += w * UNIT[heading, 0]
             sums.y[r, c] += w * UNIT[heading, 1]
             sums.weight[r, c] += w

@@ -40,6 +40,10 @@ def interpolate(
     """
     Evaluate eq. 7 (eq. 3 where all weights are equal) at any points.
 
+    `control_field.kernels.interpolation` sums the same up at the cells of a workspace, where
+    windows are cut off by walls and prototypes are taken away again; here the window grows and
+    distances are relative, which rounds differently: a field of profile paper is made with this.
+
     Parameters
     ----------
     points : ndarray, shape (m, 2)

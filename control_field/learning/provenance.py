@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import N_HEADINGS, UNIT
-from control_field.kernels.interpolation import sees
+from control_field.kernels.interpolation import (
+    Attraction, distance_weight, mean_vector, sees, Sums)
 from control_field.learning.compose import ATTRACTION_STRENGTH
 from control_field.learning.interpolation import weight_from_q
 from control_field.parameters import Parameters
@@ -132,8 +133,8 @@ def _in_window(
             r, c = prototypes.cells[index].tolist()
             inside[index] = sees(known, r, c, row, col)
     found = np.flatnonzero(inside)
-    weights = weight_from_q(prototypes.q, parameters.weight_floor)[found]
-    weights = weights / distances[found] ** parameters.power
+    own = weight_from_q(prototypes.q, parameters.weight_floor)
+    weights = np.array([distance_weight(own[i], distances[i], parameters.power) for i in found])
     order = np.argsort(-weights, kind='stable')
     return found[order], distances[found[order]], weights[order]
 
@@ -142,11 +143,9 @@ def _together(
     prototypes: Prototypes, indices: npt.NDArray[np.int64], distances: npt.NDArray[np.float64],
     weights: npt.NDArray[np.float64], attraction: int,
 ) -> Voices:
-    """Average prototypes and attraction."""
-    total = weights @ UNIT[prototypes.headings[indices]]
-    attraction_weight = ATTRACTION_STRENGTH if attraction >= 0 else 0.0
-    if attraction >= 0:
-        total = total + attraction_weight * UNIT[attraction]
-    weight = float(weights.sum()) + attraction_weight
-    x, y = (total / weight).tolist() if weight > 0.0 else (0.0, 0.0)
-    return Voices(indices, distances, weights, attraction, attraction_weight, (x, y))
+    """Average prototypes and attraction, as the field does at every cell."""
+    totals = *(weights @ UNIT[prototypes.headings[indices]]), weights.sum()
+    x, y = mean_vector(0, 0, Sums(*(np.array([[total]]) for total in totals)), Attraction(
+        np.array([[attraction]], dtype=np.int8), ATTRACTION_STRENGTH))
+    return Voices(indices, distances, weights, attraction,
+                  ATTRACTION_STRENGTH if attraction >= 0 else 0.0, (float(x), float(y)))
