@@ -40,7 +40,7 @@ def test_a_mistake_of_ours_is_one_line_and_logged_with_its_place():
 
 
 def test_does_not_wait_for_ever():
-    worker, limit_command = BackgroundWorker(), threading.Event()
-    worker.do(limit_command.wait, lambda future: None)
+    worker, release = BackgroundWorker(), threading.Event()
+    worker.do(release.wait, lambda future: None)
     assert not worker.close(0.01)
-    limit_command.set()
+    release.set()

@@ -6,7 +6,7 @@ from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind
 from learner_node.inputs import Peers
 from learner_node.outputs import Abandon, Close, Discard, Place, Record, Say, StopTrial
-from learner_node.phases import Phase, SessionError
+from learner_node.phases import Phase, SessionError, TRANSITIONS
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from session_helpers import ended, idle, Play, running, START, warnings_of
 
@@ -220,3 +220,18 @@ def test_it_says_what_is_missing(play):
     play('series.run', 1)
     assert any('no robot' in output.text for output in play.wait(6.0))
     assert 'no robot' in play.session.state.describe()
+
+
+def test_the_map_leads_from_idle_everywhere_and_back():
+    def reached(start):
+        known, left = set(), [start]
+        while left:
+            known.add(phase := left.pop())
+            left += set(TRANSITIONS[phase]) - known
+        return known
+    assert all(reached(phase) == set(Phase) for phase in Phase)
+
+
+def test_no_phase_is_entered_that_does_not_follow(play):
+    with pytest.raises(AssertionError):
+        play.session.state.go(Phase.FINISHING, 0.0)
