@@ -49,7 +49,7 @@ def shown(ros_domain, tmp_path_factory):
         shutil.copy(ROOT / 'config' / 'worlds' / f'task2.{ending}', folder)
     tasks = f'1,{folder / "task2.yaml"}'
     process = Process([*COMMAND, '--out', str(out), '--trials', '4', '--tasks', tasks], folder)
-    assert process.wait(150.0) == 0, process.report()
+    assert process.wait(250.0) == 0, process.report()
     return out, process
 
 
