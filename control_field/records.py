@@ -149,7 +149,7 @@ class Trial:
 @dataclass(frozen=True, eq=False)
 class Prototypes:
     """
-    The hidden neurons: one a cell, ordered by row, then column.
+    Prototypes, the paper's hidden neurons: one a cell, ordered by row, then column.
 
     Parameters
     ----------

@@ -27,8 +27,8 @@ _SURE, _PLAUSIBLE = 0.98, 0.02
 #: How much of their spread copies of a particle are shaken by, so that they are different ones,
 #: and by how much at least, [m].
 _SHAKE, _ROUGHNESS = 0.5, 0.001
-#: How far a pose from elsewhere may be off before it is passed over, in standard deviations, and
-#: after how many such poses in a row it is believed instead.
+#: How far a pose from elsewhere may be off before it is ignored, in standard deviations, and
+#: after how many such poses in a row it is taken instead.
 _FAR, _PATIENCE = 4.0, 3
 #: Way that counts as none, [m].
 _STILL: Final = 1e-9
@@ -67,7 +67,7 @@ class MotionNoise:
 @dataclass(frozen=True, slots=True)
 class Estimate:
     """
-    Where the robot is believed to be.
+    The most likely pose of the robot.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class ParticleFilter:
 
     def move(self, ahead: float, left: float, turn: float) -> None:
         """
-        Take in what the wheels say.
+        Move every particle by odometry.
 
         Parameters
         ----------
@@ -211,9 +211,9 @@ class ParticleFilter:
     def localise(self, x: float, y: float, yaw: float,
                  variances: tuple[float, float, float]) -> bool:
         """
-        Take in where something else says the robot is.
+        Correct the particles by a pose from a localisation.
 
-        A pose far off is passed over; when it insists, it is believed.
+        A pose far off is ignored; the third of them in a row is taken.
 
         Parameters
         ----------
@@ -245,7 +245,7 @@ class ParticleFilter:
         return True
 
     def estimate(self) -> Estimate:
-        """Return where the robot is believed to be."""
+        """Return the most likely pose."""
         x, y = float(self._x.mean()), float(self._y.mean())
         first = float(self._yaw[0])
         yaw = math.remainder(first + float(_wrapped(self._yaw - first).mean()), math.tau)
@@ -271,7 +271,7 @@ class ParticleFilter:
         ----------
         cells : ndarray of int8, shape (3, 3)
         row, col : int
-            Where it is believed to belong.
+            Its most likely place.
 
         """
         sure = cells.copy()
@@ -353,7 +353,7 @@ class ParticleFilter:
         return np.stack([self._yaw, self._slip, self._turn_slip, self._drift])
 
     def _normal(self, n: int) -> Floats:
-        """Return normal numbers, shape (n, number of particles), of mean exactly 0."""
+        """Return standard normal numbers, shape (n, number of particles), of mean exactly 0."""
         half = self._rng.standard_normal((n, (self._n + 1) // 2))
         return np.concatenate([half, -half], axis=1)[:, :self._n]
 

@@ -90,7 +90,7 @@ class Notes:
 
     Parameters
     ----------
-    hidden_neurons : int
+    n_prototypes : int
         Prototypes, or cells that a table holds something for.
     fidelity : float
         On the map it remembers; NaN if it remembers none.
@@ -99,7 +99,7 @@ class Notes:
 
     """
 
-    hidden_neurons: int
+    n_prototypes: int
     fidelity: float = float('nan')
     basin: float = float('nan')
 
