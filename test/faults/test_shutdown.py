@@ -34,14 +34,14 @@ BROKEN = f"""
 from control_field_node.node import main
 from control_field_node.supervisor import Supervisor
 
-answer = Supervisor.saw_pose
+answer = Supervisor.on_pose
 
-def saw_pose(self, *arguments):
-    if self.velocity[0] > {SPEED}:
+def on_pose(self, *arguments):
+    if self.output.velocity[0] > {SPEED}:
         raise RuntimeError('a mistake')
     return answer(self, *arguments)
 
-Supervisor.saw_pose = saw_pose
+Supervisor.on_pose = on_pose
 main()
 """
 NODES = {
