@@ -1,6 +1,7 @@
 """The memory of a task: bags in, fields out; no ROS running."""
 
 import resource
+import time
 
 import pytest
 
@@ -42,6 +43,17 @@ class TestTaskMemory:
         before = task_memory.field().q.tobytes()
         task_memory.relearn()
         assert task_memory.field().q.tobytes() == before
+
+    def test_learning_takes_a_tenth_of_a_second_of_the_processor_at_most(self, tmp_path):
+        for _ in range(3):
+            loop_bag(tmp_path)
+        episodes = TaskFolder(tmp_path, 'task1').episodes()
+        task_memory, took = TaskMemory(TaskFolder(tmp_path, 'task1'), GRID, Parameters()), []
+        for episode in episodes:
+            began = time.process_time()
+            task_memory.learn(episode)
+            took.append(time.process_time() - began)
+        assert min(took) < 0.1
 
     def test_mends_what_was_cut_and_says_so(self, task):
         bag = task.find(1).bag
