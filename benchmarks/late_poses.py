@@ -33,8 +33,8 @@ from control_field_node.trial_run import Answer
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
 from sim_node.clearance import Clearance
-from sim_node.parameters import SimParameters
 from sim_node.robot import Placement
+from sim_node.settings import SimSettings
 from sim_node.simulation import Simulation
 from world_maps.world import find_world, load_world, World
 
@@ -173,7 +173,7 @@ class LateBench:
         self.n_steps, self.now = 0, 100.0
         self.rng = np.random.default_rng(seed)
         x, y, yaw = self._somewhere(world, field)
-        self.simulation = Simulation(world, SimParameters(
+        self.simulation = Simulation(world, SimSettings(
             seed=seed, start_x=x, start_y=y, start_yaw=yaw, **(robot or {})))
         self.lines: list[str] = []
         self.supervisor = Supervisor(

@@ -34,8 +34,8 @@ from experience_cli.demo.show_and_try import WAY
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
 from sim_node.clearance import Clearance
-from sim_node.parameters import SimParameters
 from sim_node.robot import Placement
+from sim_node.settings import SimSettings
 from sim_node.simulation import Simulation
 from world_maps.world import find_world, load_world
 
@@ -132,7 +132,7 @@ class Bench:
 
     def __init__(self, task: str, condition: Condition, seed: int) -> None:
         self.task, self.condition, self.seed = task, condition, seed
-        wheels = SimParameters(seed=seed, **condition.wheels)
+        wheels = SimSettings(seed=seed, **condition.wheels)
         self.open, self.world = (load_world(find_world(name)) for name in ('open', task))
         self.simulation = Simulation(self.open, wheels)
         self.learner = Learner(self.open.grid, Parameters(seed=seed))

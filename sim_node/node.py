@@ -30,8 +30,8 @@ from msgs_bridge.node.peer_monitor import PeerMonitor
 from msgs_bridge.node.reader_threads import ReaderThreads
 from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import run_node
-from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement
+from sim_node.settings import FIXED, SimSettings
 from sim_node.simulation import Simulation
 from world_maps.world import find_world, load_world, World
 
@@ -43,7 +43,7 @@ _LOG_PERIOD: Final = 5.0
 
 PROGRAM: Final = Program(
     'sim_node', 'a simulated robot on a map: odometry, 3x3 local grid, collisions, wheel slip.',
-    '-p world:=task1 -p speed_factor:=2.0', names_of(SimParameters))
+    '-p world:=task1 -p speed_factor:=2.0', names_of(SimSettings))
 
 
 class SimNode(Node):
@@ -52,7 +52,7 @@ class SimNode(Node):
 
     Publishes `odom`, `neighbourhood`, `map`, `contact`, `/clock` and `/diagnostics`; listens to
     `cmd_vel` and `initialpose`; serves `~/reset` (robot at its start, contacts forgotten, the
-    same random numbers again). Every parameter is described in `sim_node.parameters`; setting
+    same random numbers again). Every parameter is described in `sim_node.settings`; setting
     `world` at run time changes the world around the robot.
 
     A collision stops the robot where it touches. It is reported on the latched `contact`
@@ -77,7 +77,7 @@ class SimNode(Node):
         super().__init__('sim_node', **options)
         self._threads = ReaderThreads(self)
         self._settings = declare_parameters_from(
-            self, SimParameters, fixed=FIXED, on_change=self._on_change)
+            self, SimSettings, fixed=FIXED, on_change=self._on_change)
         check_names(self)
         self.add_on_set_parameters_callback(self._check_world)
         self._new_world: World | None = None
@@ -226,11 +226,11 @@ class SimNode(Node):
                     return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _on_change(self, settings: SimParameters) -> None:
+    def _on_change(self, settings: SimSettings) -> None:
         with self._threads.lock:
             self._change(settings)
 
-    def _change(self, settings: SimParameters) -> None:
+    def _change(self, settings: SimSettings) -> None:
         self._settings = settings
         world, self._new_world = self._new_world, None
         self._simulation.change(settings, world)

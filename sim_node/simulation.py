@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from control_field.local_grid import crop_neighbourhood
 from sim_node.clearance import Clearance
-from sim_node.parameters import SimParameters
 from sim_node.robot import Placement, Robot
+from sim_node.settings import SimSettings
 from world_maps.world import World
 
 
@@ -35,7 +35,7 @@ class Simulation:
     Parameters
     ----------
     world : World
-    parameters : SimParameters
+    parameters : SimSettings
         Its ``world`` is not looked at: files are the caller's business.
 
     Raises
@@ -45,7 +45,7 @@ class Simulation:
 
     """
 
-    def __init__(self, world: World, parameters: SimParameters) -> None:
+    def __init__(self, world: World, parameters: SimSettings) -> None:
         """Put the robot at its start."""
         self.world = world
         self.parameters = parameters
@@ -85,7 +85,7 @@ class Simulation:
         self._command = (0.0, 0.0)
         self._command_age = math.inf
 
-    def change(self, parameters: SimParameters, world: World | None = None) -> None:
+    def change(self, parameters: SimSettings, world: World | None = None) -> None:
         """
         Take other parameters and, if given, another world; the robot stays where it is.
 

@@ -20,8 +20,8 @@ from localised_odometry_node.fusion import FIXED as LOCALISED_FIXED
 from localised_odometry_node.fusion import LocalisedSettings
 from neighbourhood_node.settings import FIXED as NEIGHBOURHOOD_FIXED
 from neighbourhood_node.settings import NeighbourhoodSettings
-from sim_node.parameters import FIXED as SIM_FIXED
-from sim_node.parameters import SimParameters
+from sim_node.settings import FIXED as SIM_FIXED
+from sim_node.settings import SimSettings
 from teleop_node.settings import FIXED as TELEOP_FIXED
 from teleop_node.settings import Settings as TeleopSettings
 
@@ -104,7 +104,7 @@ def page() -> str:
         table('control_field_node', '', ControllerSettings, CONTROLLER_FIXED),
         table('learner_node', 'And `start_poses` (fixed): a flat list x, y, yaw, x, y, yaw, ... '
               'in metres and radians.', LearnerSettings, LEARNER_FIXED),
-        table('sim_node', '', SimParameters, SIM_FIXED),
+        table('sim_node', '', SimSettings, SIM_FIXED),
         table('neighbourhood_node', '', NeighbourhoodSettings, NEIGHBOURHOOD_FIXED),
         table('localised_odometry_node', '', LocalisedSettings, LOCALISED_FIXED),
         table('teleop_node', '', TeleopSettings, TELEOP_FIXED),

@@ -15,9 +15,9 @@ import numpy as np
 
 from control_field.grid import Grid
 from control_field.words import counted
-from episode_store.external.local_grids import described, local_grids_from_scans, read_scans
-from episode_store.external.poses import (
+from episode_store.external.drive_poses import (
     brought_to_frame, DrivePoses, poses_from_frames, poses_from_messages)
+from episode_store.external.local_grids import described, local_grids_from_scans, read_scans
 from episode_store.external.span import cut, Span
 from episode_store.external.topic_roles import roles_of_topics, scans_in
 from episode_store.external.transforms import read_transforms, topics_of

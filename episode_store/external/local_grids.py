@@ -11,7 +11,7 @@ from control_field.grid import Grid
 from control_field.local_grid import UNKNOWN
 from control_field.poses import Placement
 from control_field.words import counted
-from episode_store.external.poses import DrivePoses
+from episode_store.external.drive_poses import DrivePoses
 from episode_store.rosbag2.reader import RawMessages
 from msgs_bridge.messages.cdr import LASER_SCAN, struct_from_cdr
 from msgs_bridge.messages.cdr_write import neighbourhood_to_cdr

@@ -9,8 +9,7 @@ from typing import Final
 import zlib
 
 from episode_store.rosbag2.errors import BagError
-from episode_store.rosbag2.mcap_scan import (
-    Chunk, McapContents, MESSAGE, RECORD, Scan)
+from episode_store.rosbag2.mcap_scan import Chunk, McapContents, MESSAGE, RECORD, Scan
 from episode_store.rosbag2.reader import (
     Bag, mapped, MOST_IN_MEMORY, RawMessages, topics_and_counts)
 from episode_store.rosbag2.unpacking import MOST_OF_A_CHUNK, Room, room_for_chunks, unpack

@@ -30,7 +30,7 @@ NODES = {'sim_node': SimNode, 'control_field_node': ControlFieldNode, 'learner_n
          'localised_odometry_node': LocalisedOdometryNode,
          'teleop_node': lambda **options: TeleopNode(None, **options)}
 RECORDS = [
-    ('sim_node', simulator.SimParameters, None, simulator.FIXED),
+    ('sim_node', simulator.SimSettings, None, simulator.FIXED),
     ('control_field_node', Parameters, controller.DECISION_PARAMETERS, ()),
     ('control_field_node', controller.Settings, None, controller.FIXED),
     ('learner_node', Parameters, None, list(Parameters.__dataclass_fields__)),

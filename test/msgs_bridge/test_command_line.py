@@ -17,11 +17,11 @@ from msgs_bridge.node.command_line import (
 from msgs_bridge.node.parameter_files import names_for_all
 from neighbourhood_node.settings import NeighbourhoodSettings
 import ros_helpers
-from sim_node.parameters import SimParameters
+from sim_node.settings import SimSettings
 from teleop_node import settings as teleop
 
 NODES = {
-    'sim_node.node': [SimParameters], 'control_field_node.node': [controller.Settings],
+    'sim_node.node': [SimSettings], 'control_field_node.node': [controller.Settings],
     'learner_node.node': [Parameters, learner.Settings], 'teleop_node.node': [teleop.Settings],
     'neighbourhood_node.node': [NeighbourhoodSettings],
     'localised_odometry_node.node': [LocalisedSettings]}

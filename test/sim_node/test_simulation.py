@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from control_field.grid import Grid
-from sim_node.parameters import FIXED, SimParameters
 from sim_node.robot import Placement
+from sim_node.settings import FIXED, SimSettings
 from sim_node.simulation import Simulation
 from world_maps.world import World
 
@@ -21,7 +21,7 @@ def make(blocked=(), world=None, **parameters):
     for cell in blocked:
         cells[cell] = 100
     world = world or World(Grid(20, 20, 0.25), cells, 'here')
-    return Simulation(world, SimParameters(**parameters))
+    return Simulation(world, SimSettings(**parameters))
 
 
 def run(simulation, n_ticks, command=None):
@@ -145,7 +145,7 @@ class TestChange:
 
     def test_parameters(self):
         simulation = make()
-        simulation.change(SimParameters(v_max=0.05, robot_radius=0.3, seed=1))
+        simulation.change(SimSettings(v_max=0.05, robot_radius=0.3, seed=1))
         run(simulation, 1, (0.2, 0.0))
         assert simulation.robot.speed == 0.05
         with pytest.raises(ValueError, match='wall'):
@@ -180,9 +180,9 @@ class TestLocalGrid:
 
 class TestParameters:
     def test_every_parameter_is_described(self):
-        names = set(SimParameters.__dataclass_fields__)
+        names = set(SimSettings.__dataclass_fields__)
         assert set(FIXED) < names
-        for spec in SimParameters.__dataclass_fields__.values():
+        for spec in SimSettings.__dataclass_fields__.values():
             assert len(spec.metadata['meaning']) > 4
 
     @pytest.mark.parametrize(('name', 'value'), [
@@ -192,10 +192,10 @@ class TestParameters:
         ('speed_factor', 0.0)])
     def test_out_of_range(self, name, value):
         with pytest.raises(ValueError, match=name):
-            SimParameters(**{name: value})
+            SimSettings(**{name: value})
 
     def test_lockstep_brings_stamps_and_a_clock(self):
-        assert SimParameters(lockstep=True, publish_clock=False).is_stamped
-        assert SimParameters(lockstep=True, publish_clock=False).has_clock
-        assert not SimParameters(publish_clock=False).has_clock
-        assert not SimParameters().is_stamped
+        assert SimSettings(lockstep=True, publish_clock=False).is_stamped
+        assert SimSettings(lockstep=True, publish_clock=False).has_clock
+        assert not SimSettings(publish_clock=False).has_clock
+        assert not SimSettings().is_stamped

@@ -13,7 +13,7 @@ FIXED: Final = ('rate', 'lockstep', 'frame_id', 'child_frame_id', 'enable_stampe
 
 
 @dataclass(frozen=True)
-class SimParameters:
+class SimSettings:
     """
     How the simulated robot behaves; see the metadata of each field for unit, range and meaning.
 
