@@ -153,8 +153,10 @@ def test_a_drive_that_ends_where_it_began_is_said_and_the_task_goes_on(
             robot = Robot(ros_node)
             robot.meet(process)
             robot.cross(process, None, lambda robot=robot: robot.stamp > 30.0)
-            wait_until(lambda robot=robot: robot.drive(max(
-                0.6, 2.1 - 0.5 * (robot.stamp - 30.0))) and robot.stamp > 35.0, node=ros_node)
+            turn = robot.stamp
+            wait_until(lambda robot=robot, turn=turn: robot.drive(
+                0.6 + max(0.0, 0.05 * turn - 0.5 * (robot.stamp - turn))) and (
+                    robot.stamp > turn + 5.0), node=ros_node)
             answer = call(ros_node, SetBool, 'learner_node/record_demonstration',
                           SetBool.Request(data=False))
             assert process.running
