@@ -20,7 +20,7 @@ from localised_odometry_node.node import LocalisedOdometryNode
 from neighbourhood_node import settings as local_grid
 from neighbourhood_node.node import NeighbourhoodNode
 import ros_helpers
-from sim_node import parameters as simulator
+from sim_node import settings as simulator
 from sim_node.node import SimNode
 from teleop_node import settings as teleop
 from teleop_node.node import TeleopNode
