@@ -3,7 +3,7 @@ Read MCAP record by record: whatever is readable of a file, whole or cut, wherev
 
 A file is hostile until checked: every length is compared with the bytes that are there before
 anything is read, and nothing is allocated that a header merely claims. The index at the end of a
-file is not trusted: reading all records is as fast (ADR 31).
+file is not trusted: reading all records is as fast (ADR 27).
 """
 
 from array import array
