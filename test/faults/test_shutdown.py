@@ -84,7 +84,8 @@ class Drive:
         self.field.publish(cloud_from_field(straight_field((3, 15), revision)))
 
     def wait(self, predicate, what):
-        return wait_until(predicate, node=self.node, processes=[self.sim], what=what)
+        return wait_until(predicate, node=self.node, processes=[self.sim], what=what,
+                          report=lambda: f'{self.controller.report()}\n{self.statuses[-1:]}')
 
     def is_started(self):
         answer = call(self.node, Trigger, 'control_field_node/start_trial')
