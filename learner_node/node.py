@@ -124,7 +124,7 @@ class LearnerNode(Node):
 
     def _make_services(self) -> None:
         self.learner_services = LearnerServices(
-            self, self._session, self.learning, self._handler.carry_out,
+            self, self._session, self.learning, self._handler.carry_out, self._collect_all,
             lambda: Future(executor=self.executor), MutuallyExclusiveCallbackGroup())
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
@@ -155,12 +155,24 @@ class LearnerNode(Node):
     def _collect(self) -> None:
         """Record what has arrived and hand it to the session, in order."""
         for _ in range(_BATCH):
-            arrival = self._recorder.oldest()
-            if arrival is None:
+            if not self._collect_one(time.monotonic()):
                 return
-            self._handler.guard(self._recorder.take)
-            self._dispatcher.dispatch(arrival.name, arrival.message.cdr)
         self._wake()
+
+    def _collect_all(self) -> None:
+        """Record and hand on what arrived before now, however much that is."""
+        now = time.monotonic()
+        while self._collect_one(now):
+            pass
+
+    def _collect_one(self, now: float) -> bool:
+        """Record and hand on the oldest message; return False if none came before a time."""
+        arrival = self._recorder.oldest()
+        if arrival is None or arrival.since > now:
+            return False
+        self._handler.guard(self._recorder.take)
+        self._dispatcher.dispatch(arrival.name, arrival.message.cdr)
+        return True
 
     @property
     def odometry_time(self) -> int:

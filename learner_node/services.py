@@ -32,6 +32,9 @@ class LearnerServices:
     learning : LearningLoop
     carry_out : callable
         Does what the session wants done.
+    collect : callable
+        Records, and hands to the session, what arrived before a request: a person keeps what
+        was driven until then, also where the messages of it still wait.
     future : callable
         Makes a future of the node's executor.
     group : callback group
@@ -41,12 +44,14 @@ class LearnerServices:
 
     def __init__(
         self, node: Any, session: Session, learning: LearningLoop,
-        carry_out: Callable[[Outputs], None], future: Callable[[], Any], group: Any,
+        carry_out: Callable[[Outputs], None], collect: Callable[[], None],
+        future: Callable[[], Any], group: Any,
     ) -> None:
         self._node = node
         self._session = session
         self._learning = learning
         self._carry_out = carry_out
+        self._collect = collect
         self._future = future
         self._waiting: Any = None
         node.create_service(
@@ -98,6 +103,7 @@ class LearnerServices:
 
     def _try(self, request: Request) -> tuple[bool, str]:
         """Do what is asked for; return whether that can be done, and why not."""
+        self._collect()
         try:
             outputs = request(time.monotonic())
         except SessionError as error:

@@ -20,8 +20,10 @@ class Services:
         self.callbacks, self.changes, self.said = {}, [], ''
         self.session = Session(Settings(), lambda: StartPose(0.0, 0.0))
         self.session.on_odometry(0.0, time.monotonic())
+        self.done = []
         self.services = LearnerServices(
-            self, self.session, self, lambda outputs: None, Future, None)
+            self, self.session, self, lambda outputs: self.done.append('request'),
+            lambda: self.done.append('what arrived before'), Future, None)
 
     def create_service(self, kind, name, callback, callback_group=None):
         self.callbacks[name] = callback
@@ -76,3 +78,10 @@ def test_an_answer_that_nobody_waits_for_is_no_error():
     services = Services()
     services.services.answer(True, 'nobody asked')
     assert goes_on(services.ask('drop_last'))
+
+
+def test_what_arrived_before_a_request_is_taken_in_before_it():
+    services = Services()
+    assert not goes_on(services.ask('record_demonstration', True))
+    assert goes_on(services.ask('record_demonstration', False))
+    assert services.done == ['what arrived before', 'request'] * 2
