@@ -1,5 +1,6 @@
 """Bags and their raw messages, and the reader of uncompressed MCAP files, which copies nothing."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 import mmap
@@ -75,7 +76,7 @@ class RawMessages:
                    np.cumsum(sizes) - sizes, sizes, np.array(log_times, dtype=np.int64))
 
 
-class Bag:
+class Bag(ABC):
     """
     What every bag can be asked, whoever recorded it.
 
@@ -109,6 +110,7 @@ class Bag:
         return '' if self.complete else (
             f'what is not readable of {self.path.name} is missing: {self.damage}')
 
+    @abstractmethod
     def messages(self, topic: str) -> RawMessages:
         """
         Return the messages of a topic; none if it is not in the bag.
@@ -119,7 +121,6 @@ class Bag:
             If it cannot be read.
 
         """
-        raise NotImplementedError
 
 
 class BagReader(Bag):

@@ -206,7 +206,7 @@ def draw_history(
     axes.set_ylabel(what)
     axes.set_ylim(bottom=0, top=1.15 * max([1.0, *(max(v) for _, v in series if len(v))]))
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(integer=True))
+        axis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     axes.grid(color=_FAINT, linewidth=0.7)
     axes.set_axisbelow(True)
     axes.spines[['top', 'right']].set_visible(False)

@@ -23,6 +23,8 @@ from msgs_bridge.node import qos
 from ros_helpers import call, REPEAT, ROOT, spin_some, start_node, wait_until
 
 PERIOD = 0.02
+#: More messages a topic than the session sees while a drive that is kept settles.
+BURST = 1900
 
 
 class Robot:
@@ -45,6 +47,12 @@ class Robot:
             self.n += 1
             self._publish()
         spin_some(self._node, 0.005)
+
+    def hurry(self, n):
+        """Publish so many at once, as a simulation that runs as fast as it can."""
+        for _ in range(n):
+            self.n += 1
+            self._publish()
 
     def _publish(self):
         seconds, twist = self.n * PERIOD, Twist()
@@ -70,36 +78,67 @@ def numbers_in(bag):
         'trial': np.rint(np.array(stamps) / PERIOD).tolist()}
 
 
-@pytest.mark.slow
-def test_worker_and_executor_stand_still_for_5_s_and_nothing_is_lost(
-    ros_domain, ros_node, tmp_path,
-):
-    robot = Robot(ros_node)
+class Recording:
+    """A robot that goes on while a learner, which records it, stands still."""
+
+    def __init__(self, node, learner, folder):
+        self.robot, self.node, self.learner = Robot(node), node, learner
+        self.wait(lambda: call(
+            node, SetBool, 'learner_node/record_demonstration', SetBool.Request(data=True),
+            again=REPEAT).success, 'a recording')
+        self.wait(lambda: 'stalls' in learner.stdout, 'the stall')
+        self.first = self.robot.n
+        [self.episode] = TaskFolder(folder, 'task').episodes()
+
+    def wait(self, predicate, what):
+        def is_so():
+            self.robot.go_on()
+            return predicate()
+        wait_until(is_so, processes=[self.learner], what=what)
+
+    def wait_for(self, n):
+        """Wait until so many messages were published on every topic since it stands still."""
+        self.wait(lambda: self.robot.n > self.first + n, f'{n} messages')
+
+    def keep(self):
+        call(self.node, SetBool, 'learner_node/record_demonstration', SetBool.Request(data=False))
+
+    def check(self, at_least):
+        """Fail unless every topic has all numbers from the stall on, and so many of them."""
+        for name, numbers in numbers_in(BagReader(self.episode.bag)).items():
+            assert numbers == list(range(int(numbers[0]), int(numbers[-1]) + 1)), name
+            assert numbers[0] <= self.first + 1, name
+            assert numbers[-1] >= self.first + at_least, name
+
+
+@pytest.fixture
+def recording(ros_domain, ros_node, tmp_path):
+    bags = tmp_path / 'bags'
     with start_node('stalled_learner', tmp_path, {
-            'bags': str(tmp_path / 'bags'), 'rows': GRID.n_rows, 'cols': GRID.n_cols,
+            'bags': str(bags), 'rows': GRID.n_rows, 'cols': GRID.n_cols,
             'resolution': GRID.resolution, 'origin_x': GRID.origin_x, 'origin_y': GRID.origin_y},
             env={'PYTHONPATH': os.pathsep.join((str(ROOT), str(ROOT / 'test')))}) as learner:
-        def is_so(predicate):
-            robot.go_on()
-            return predicate()
-        wait_until(lambda: is_so(lambda: call(
-            ros_node, SetBool, 'learner_node/record_demonstration', SetBool.Request(data=True),
-            again=REPEAT).success), processes=[learner], what='a recording')
-        wait_until(lambda: is_so(lambda: 'stalls' in learner.stdout), processes=[learner],
-                   what='the stall')
-        first = robot.n
-        # While it stands still the bag grows nevertheless: a kill would lose the last second.
-        [episode] = TaskFolder(tmp_path / 'bags', 'task').episodes()
-        wait_until(lambda: is_so(lambda: robot.n > first + 150), processes=[learner],
-                   what='a bag that grows')
-        so_far = len(BagReader(episode.bag).messages('/odom'))
-        assert 'goes on' not in learner.stdout
-        wait_until(lambda: is_so(lambda: 'goes on' in learner.stdout and robot.n > first + 300),
-                   processes=[learner], what='the end of the stall')
-        call(ros_node, SetBool, 'learner_node/record_demonstration', SetBool.Request(data=False))
-    found = numbers_in(BagReader(episode.bag))
-    for name, numbers in found.items():
-        assert numbers == list(range(int(numbers[0]), int(numbers[-1]) + 1)), name
-        assert numbers[0] <= first + 1, name
-        assert numbers[-1] >= first + 250, name
+        yield Recording(ros_node, learner, bags)
+
+
+@pytest.mark.slow
+def test_worker_and_executor_stand_still_for_5_s_and_nothing_is_lost(recording):
+    # While it stands still the bag grows nevertheless: a kill would lose the last second.
+    recording.wait_for(150)
+    so_far = len(BagReader(recording.episode.bag).messages('/odom'))
+    assert 'goes on' not in recording.learner.stdout
+    recording.wait_for(300)
+    recording.wait(lambda: 'goes on' in recording.learner.stdout, 'the end of the stall')
+    recording.keep()
+    recording.check(at_least=250)
     assert so_far > 50
+
+
+@pytest.mark.slow
+def test_a_drive_that_is_kept_while_the_learner_stands_still_keeps_its_end(recording):
+    recording.robot.hurry(BURST)
+    # All of it has arrived, and waits for the session.
+    wait_until(lambda: len(BagReader(recording.episode.bag).messages('/odom')) >= BURST,
+               processes=[recording.learner], what='all messages')
+    recording.keep()
+    recording.check(at_least=BURST)

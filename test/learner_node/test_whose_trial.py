@@ -10,7 +10,6 @@ from sensor_msgs.msg import PointCloud2
 from bridge_helpers import demonstration_bag, GRID, random_decisions
 from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind, TaskFolder
-from learner_node.inputs import Peers
 from learner_node.outputs import Record, Say
 from learner_node.phases import Phase
 from msgs_bridge.messages.memory_identity import NOTHING, task_of
@@ -19,7 +18,7 @@ from msgs_bridge.messages.tables import cloud_from_decisions, field_from_cloud
 from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
 from msgs_bridge.node import qos
 from ros_helpers import collect, start_node, wait_until
-from session_helpers import HERE, Play
+from session_helpers import HERE
 
 OWN, OTHER = 'kitchen:0123456789abcdef', 'hall:fedcba9876543210'
 
@@ -37,15 +36,10 @@ def ended(trial=7, memory=OWN, outcome=Outcome.GOAL, decisions=0):
 
 
 @pytest.fixture
-def play():
+def play(play):
     """Return a session that has a field of its own, and all its peers."""
-    play = Play()
-    play('begin')
-    play('on_odometry', 0.0)
-    play('on_peers', Peers(controller=True, robot=True))
-    play('on_status', idle())
-    play('on_learnt', 1)
     play.session.state.memory = OWN
+    play('on_status', idle())
     return play
 
 
