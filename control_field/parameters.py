@@ -80,6 +80,9 @@ class Parameters:
     curiosity: float = parameter(
         0.8, 'full profile: how much shorter ground full of unseen cells counts in trials from '
         'chosen starts', low=0.0, high=0.9)
+    prefer_shorter: bool = parameter(
+        False, 'full profile: whether the shortest known way is taken whatever was shown, and '
+        'looked for in trials from fixed starts too')
 
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""

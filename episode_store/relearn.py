@@ -114,6 +114,10 @@ class Relearner:
         """Return what is in force; None before the first demonstration."""
         return self._learner.refresh
 
+    def explores(self, spread: bool) -> bool:
+        """Return whether the trials of a series explore, see `Learner.explores`."""
+        return self._learner.explores(spread)
+
     def field(self, exploring: bool = False) -> ControlField:
         """Return the field for the next trial, see `Learner.trial_field`."""
         return self._learner.trial_field(exploring)

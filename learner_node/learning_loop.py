@@ -70,24 +70,28 @@ class LearningLoop:
         self.worker.do(partial(getattr(self._task_memory, change), *arguments), self._on_changed)
 
     def change_trials(self, change: Callable[[float], Outputs], now: float) -> Outputs:
-        """Begin or stop trials; those from spread starts need a field of their own."""
+        """Begin or stop trials; those that explore need a field of their own."""
         outputs, state = change(now), self._session.state
-        if state.settings.starts == 'spread' and state.phase not in IN_TRIAL:
+        if self._explores() and state.phase not in IN_TRIAL:
             self.publish_field(self._session.series.n_left > 0)
         return outputs
 
     def publish_field(self, more_trials: bool) -> None:
         """Publish the field, for the next trial where there is one; bags begin with it."""
-        refresh, is_spread = self._task_memory.refresh, (
-            self._session.state.settings.starts == 'spread')
+        refresh = self._task_memory.refresh
         if refresh is None:
             # A controller may still hold the field of bags that are gone, or of another task.
             self._publications.publish_nothing(self._task_memory.grid)
             self._handler.latch({})
             return
-        field = self._task_memory.field(more_trials and is_spread)
+        field = self._task_memory.field(more_trials and self._explores())
         self._handler.latch(
             self._publications.publish_field(field, refresh, self._task_memory.memory))
+
+    def _explores(self) -> bool:
+        """Return whether the trials of a series explore."""
+        return self._task_memory.relearner.explores(
+            self._session.state.settings.starts == 'spread')
 
     def _result(self, future: 'Future[Any]') -> Any:
         return result_of(future, self._node.get_logger().error)

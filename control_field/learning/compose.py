@@ -155,7 +155,9 @@ class _Composer:
         return q
 
     def _still_demonstrated(self) -> npt.NDArray[np.int8]:
-        """Return the demonstrated steps that are not proven blocked."""
+        """Return the demonstrated steps that are to be kept and not proven blocked."""
+        if self.parameters.prefer_shorter:
+            return np.full(self.memory.grid.shape, -1, dtype=np.int8)
         demonstrated = self.memory.demonstrated.copy()
         for row, col in np.argwhere(demonstrated >= 0).tolist():
             if self.ground.known[row, col] == BLOCKED or not compiled.step_allowed(
@@ -168,9 +170,11 @@ class _Composer:
         Return the step to prefer in each cell.
 
         What was demonstrated comes first, then what led to the goal in a trial, unless the
-        remembered map now knows a clearly shorter way.
+        remembered map now knows a clearly shorter way. With ``prefer_shorter`` there is none.
         """
         parameters, action = self.parameters, self.memory.action
+        if parameters.prefer_shorter:
+            return no_preference(self.memory.grid.shape)
         preference = Preference(self.demonstrated.copy(), np.where(
             self.demonstrated >= 0, parameters.demonstration_advantage, 0.0))
         cost = self._cost(preference)
@@ -215,7 +219,8 @@ class _Composer:
             through -= float(self.preference.spared[row, col] * STEP_LENGTH[heading]
                              * self.ground.factor[after])
         best = self.cost[row, col]
-        return bool(np.isfinite(best) and through <= best + _WORTH_KEEPING)
+        slack = 1e-9 if self.parameters.prefer_shorter else _WORTH_KEEPING
+        return bool(np.isfinite(best) and through <= best + slack)
 
     def _table(self) -> tuple[Prototypes, npt.NDArray[np.float64]]:
         """Return the prototypes as they stand, and their weights."""

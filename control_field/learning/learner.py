@@ -120,6 +120,19 @@ class Learner:
         return certify(composition.field, self.memory.demonstrated, len(composition.prototypes),
                        rules_of(self.parameters), composition.reachable)
 
+    def explores(self, spread: bool) -> bool:
+        """
+        Return whether the trials of a series explore, see `trial_field`.
+
+        Parameters
+        ----------
+        spread : bool
+            Whether they begin at chosen starts; from fixed ones they explore if shorter ways are
+            preferred to what was shown.
+
+        """
+        return spread or self.parameters.prefer_shorter
+
     def trial_field(self, exploring: bool) -> ControlField:
         """
         Return the field the next trial shall be driven on.
@@ -127,7 +140,7 @@ class Learner:
         Parameters
         ----------
         exploring : bool
-            Whether it is a trial from a chosen start, to learn from (profile full): it prefers
+            Whether it is a trial to learn from (profile full), as `explores` says: it prefers
             ground not seen yet. Otherwise the field in force.
 
         Raises

@@ -160,7 +160,7 @@ class FieldMethod:
         """Run a trial from where it teaches most (or from the fixed start) and learn from it."""
         if not self._practises:
             return None
-        field = self.learner.trial_field(self.task.spread)
+        field = self.learner.trial_field(self.learner.explores(self.task.spread))
         start = self._start(field) if self.task.spread else self.task.first_start
         seed = int(self._rng.integers(2**62))
         trial, _ = self.task.world.trial(field, start, seed, self._n_taught + number)
