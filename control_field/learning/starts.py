@@ -39,6 +39,7 @@ def exploration_field(memory: Memory, field: ControlField) -> ControlField:
 
     Steps to where unseen cells come into sight count as shorter, by at most ``curiosity``; so the
     way is longer than the best by at most ``1 / (1 - curiosity)``, and only over unseen ground.
+    With ``prefer_shorter`` it looks only where a shorter way may be: unseen ground counts as free.
 
     Parameters
     ----------
@@ -49,8 +50,9 @@ def exploration_field(memory: Memory, field: ControlField) -> ControlField:
 
     """
     parameters, rules = memory.parameters, rules_of(memory.parameters)
+    curiosity = 0.0 if parameters.prefer_shorter else parameters.curiosity
     share = np.minimum(n_unseen_around(memory.known), _ENOUGH_UNSEEN) / _ENOUGH_UNSEEN
-    factor = 1.0 - parameters.curiosity * share
+    factor = 1.0 - curiosity * share
     ground, none = Ground(memory.known, factor, rules), no_preference(field.grid.shape)
     cost = compiled.cost_to_go(ground, field.goal, none)
     q = compiled.q_from_cost(ground, cost, none, parameters.discount)
