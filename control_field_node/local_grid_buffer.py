@@ -22,12 +22,15 @@ class LocalGridBuffer:
     Attributes
     ----------
     newest : Neighbourhood or None
+    own_cell : bool
+        Whether a blocked middle means that something reaches into the robot's own cell.
 
     """
 
     def __init__(self, inputs: InputMonitor, localisation: Localisation) -> None:
         """Start without a neighbourhood."""
         self.newest: Neighbourhood | None = None
+        self.own_cell = True
         self._cells: Grid | None = None
         self._inputs, self._localisation = inputs, localisation
         self._cache = ObservationCache()
@@ -71,7 +74,7 @@ class LocalGridBuffer:
         if local_grid is None or cells is None or pose is None or self.problem(pose, now):
             return None
         return self._cache.get(
-            self._localisation.moved(local_grid), cells, unknown_is_blocked)
+            self._localisation.moved(local_grid), cells, unknown_is_blocked, self.own_cell)
 
     def problem(self, pose: Pose | None, now: float) -> str:
         """Return why nothing is observed from a pose; empty if something is."""

@@ -50,9 +50,9 @@ class Observation:
 
 
 def observation_from_neighbourhood(
-    neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool,
+    neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool, own_cell: bool = True,
 ) -> Observation:
-    """Prepare a neighbourhood."""
+    """Prepare a neighbourhood; see `local_grid_from_cells` for what is meant by ``own_cell``."""
     row, col = neighbourhood.row, neighbourhood.col
     cells = neighbourhood.cells.tolist()
     blocked, unknown = masks_from_neighbourhood(neighbourhood.cells)
@@ -61,7 +61,7 @@ def observation_from_neighbourhood(
         if (i, j) != (1, 1) and (
             not grid.contains(row + i - 1, col + j - 1)
             or (unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
-    local_grid = local_grid_from_cells(cells, row, col, grid, unknown_is_blocked)
+    local_grid = local_grid_from_cells(cells, row, col, grid, unknown_is_blocked, own_cell)
     return Observation(row, col, blocked, unknown, occupied, local_grid)
 
 
@@ -73,12 +73,12 @@ class ObservationCache:
         self._last: tuple[object, Observation] | None = None
 
     def get(
-        self, neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool,
+        self, neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool, own_cell: bool,
     ) -> Observation:
         """Return what `observation_from_neighbourhood` does."""
         key = (neighbourhood.row, neighbourhood.col, neighbourhood.cells.tobytes(), grid,
-               unknown_is_blocked)
+               unknown_is_blocked, own_cell)
         if self._last is None or self._last[0] != key:
             self._last = key, observation_from_neighbourhood(
-                neighbourhood, grid, unknown_is_blocked)
+                neighbourhood, grid, unknown_is_blocked, own_cell)
         return self._last[1]

@@ -44,7 +44,6 @@ class Sensing:
 
     def __init__(self, settings: Settings, seed: int, refusals: RefusalLog) -> None:
         """Start with nothing received."""
-        self.settings = settings
         self.inputs = InputMonitor(settings, refusals)
         self.localisation = Localisation(settings, seed)
         self.local_grids = LocalGridBuffer(self.inputs, self.localisation)
@@ -52,10 +51,12 @@ class Sensing:
         self.period = _USUAL_PERIOD
         self.odometry_refusal = ''
         self._last_period = 0.0
+        self.change_settings(settings)
 
     def change_settings(self, settings: Settings) -> None:
         """Take over new settings."""
         self.settings = self.localisation.settings = settings
+        self.local_grids.own_cell = settings.own_cell
         self.inputs.change_settings(settings)
 
     def take_field(self, field: ControlField) -> None:

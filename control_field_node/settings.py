@@ -50,6 +50,9 @@ class Settings:
     arrival_tolerance: float = parameter(
         0.25, 'how far before a centre the next step is decided, in cells', unit='cells',
         low=0.02, high=0.45)
+    own_cell: bool = parameter(
+        True, "stand where the local grid shows the robot's own cell blocked: something reaches "
+        'into it; to be switched off for sensors that mark the robot itself')
     odom_timeout: float = parameter(
         0.5, 'age at which odometry is stale', unit='s', low=0.05, high=60.0)
     neighbourhood_timeout: float = parameter(

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from control_field.local_grid import UNKNOWN
+from control_field.local_grid import FREE, UNKNOWN
 from control_field.poses import Placement
 from msgs_bridge.messages.neighbourhoods import Neighbourhood, occupancy_from_map
 from msgs_bridge.messages.poses import (
@@ -141,7 +141,7 @@ class NeighbourhoodMaker:
         then = self._poses.nearest(self._stamp) if self.settings.source == 'scan' else None
         made_of = cell, then, self.settings, self.laser
         if self._made is None or self._made[0] != made_of:
-            self._made = made_of, self._look(cell, then)
+            self._made = made_of, without_robot(self._look(cell, then))
         return self._made[1]
 
     def _look(self, cell: tuple[int, int], then: Pose | None) -> Cells:
@@ -155,3 +155,15 @@ class NeighbourhoodMaker:
             self._read, Placement(then.x, then.y, then.yaw), self.laser, cell, grid,
             settings.body)
 
+
+def without_robot(cells: Cells) -> Cells:
+    """
+    Return a neighbourhood whose middle is not blocked, as the robot stands there.
+
+    Walls beside it and inflation reach into that cell at this width. A blocked middle would say
+    that something has come in, and keep the robot standing.
+    """
+    if cells[1, 1] not in (FREE, UNKNOWN):
+        cells = cells.copy()
+        cells[1, 1] = FREE
+    return cells

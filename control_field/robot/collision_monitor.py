@@ -4,7 +4,8 @@ The collision monitor before the wheels: what no learnt thing can change.
 It knows neither field nor Q-value, only a command, where the robot is and what its 3x3 local grid
 shows. A command passes as far as it is finite, within the limits of speed and acceleration, and as
 far as the robot's disc, driving its arc and then braking, touches no cell that the local grid
-shows blocked and stays within the nine cells. Turning on the spot moves no disc and always passes.
+shows blocked and stays within the nine cells. Where something reaches into the robot's own cell it
+stands. Turning on the spot moves no disc and always passes.
 """
 
 from collections.abc import Callable, Sequence
@@ -35,6 +36,7 @@ class Intervention(StrEnum):
     SPEED = 'speed'                #: cut to what the robot can drive
     SLOWED = 'slowed'              #: near something blocked
     BLOCKED = 'blocked'            #: no forward motion: it would touch a blocked cell
+    ENTERED = 'entered'            #: no forward motion: something reaches into its own cell
     LATE = 'late'                  #: no forward motion: where it is by now is too uncertain
     NO_LOCAL_GRID = 'no_sight'     #: no forward motion: the local grid does not show its place
     NOT_FINITE = 'not_finite'      #: stopped: NaN, infinity or a time that is negative
@@ -47,6 +49,7 @@ class Intervention(StrEnum):
 
 _SENTENCES: Final = {
     Intervention.BLOCKED: 'blocked or unseen cells are in the way',
+    Intervention.ENTERED: 'something reaches into its own cell',
     Intervention.LATE: 'poses arrive so late that where it is by now is too uncertain here',
     Intervention.NO_LOCAL_GRID: 'nothing shows what is around it',
     Intervention.NOT_FINITE: 'command, pose or time is no number, or the time is negative'}
@@ -63,16 +66,19 @@ class LocalGrid:
         The blocked cells.
     seen : tuple of (x_low, y_low, x_high, y_high), [m]
         The square of all nine cells.
+    is_entered : bool
+        Whether something is in the robot's own cell, nobody knows where.
 
     """
 
     boxes: tuple[tuple[float, float, float, float], ...]
     seen: tuple[float, float, float, float]
+    is_entered: bool = False
 
 
 def local_grid_from_cells(
     cells: Sequence[Sequence[int]], row: int, col: int, grid: Grid,
-    unknown_is_blocked: bool = False,
+    unknown_is_blocked: bool = False, own_cell: bool = False,
 ) -> LocalGrid:
     """
     Place a neighbourhood in the world.
@@ -80,14 +86,16 @@ def local_grid_from_cells(
     Parameters
     ----------
     cells : 3 by 3 numbers
-        0 free, -1 unknown, anything else blocked; row 0 at the lowest y. What the middle one says
-        is left aside: the robot stands there.
+        0 free, -1 unknown, anything else blocked; row 0 at the lowest y. The robot stands in the
+        middle one: that it is unknown says nothing.
     row, col : int
         Cell in the middle.
     grid : Grid
         The workspace; what lies outside it is blocked.
     unknown_is_blocked : bool
         Whether to keep out of unknown cells.
+    own_cell : bool
+        Whether a blocked middle means that something reaches in; some sensors mark the robot.
 
     """
     def is_blocked(i: int, j: int) -> bool:
@@ -101,7 +109,8 @@ def local_grid_from_cells(
     boxes = tuple(
         (low_x + j * side, low_y + i * side, low_x + (j + 1) * side, low_y + (i + 1) * side)
         for i in range(3) for j in range(3) if (i, j) != (1, 1) and is_blocked(i, j))
-    return LocalGrid(boxes, (low_x, low_y, low_x + 3 * side, low_y + 3 * side))
+    return LocalGrid(boxes, (low_x, low_y, low_x + 3 * side, low_y + 3 * side),
+                     own_cell and cells[1][1] not in (0, -1))
 
 
 def clear_of_obstacles(
@@ -114,6 +123,8 @@ def clear_of_obstacles(
         return (0.0, w), Intervention.NONE
     if not is_within(pose, local_grid):
         return (0.0, w), Intervention.NO_LOCAL_GRID
+    if local_grid.is_entered:
+        return (0.0, w), Intervention.ENTERED
     for share in (1.0, 0.5, 0.25):
         if is_clear((share * v, w), dt, pose, local_grid, limits):
             return (share * v, w), Intervention.NONE if share == 1.0 else Intervention.SLOWED
@@ -154,8 +165,8 @@ def limit_command(
     -------
     velocity : tuple of float
         Within the limits of speed, and within those of acceleration unless the reason is
-        ``BLOCKED``, ``SLOWED``, ``LATE``, ``NO_LOCAL_GRID`` or ``NOT_FINITE``: those brake at
-        once.
+        ``BLOCKED``, ``SLOWED``, ``ENTERED``, ``LATE``, ``NO_LOCAL_GRID`` or ``NOT_FINITE``: those
+        brake at once.
     reason : Intervention
 
     """

@@ -53,6 +53,8 @@ def limit_late_command(
             return (0.0, w), Intervention.NONE
         if not is_within(pose, local_grid):
             return (0.0, w), Intervention.NO_LOCAL_GRID
+        if local_grid.is_entered:
+            return (0.0, w), Intervention.ENTERED
         share = share_that_is_clear(velocity, dt, pose, local_grid, limits, lag)
         if share:
             return (share * v, w), Intervention.NONE if share == 1.0 else Intervention.SLOWED

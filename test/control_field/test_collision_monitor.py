@@ -11,6 +11,8 @@ from control_field.local_grid import crop_neighbourhood
 from control_field.robot.collision_monitor import (
     braking_way, distance_to_box, Intervention, limit_command, local_grid_from_cells, LONGEST_STEP,
     MARGIN)
+from control_field.robot.late_collision_monitor import limit_late_command
+from control_field.robot.latency import Lag
 from control_field.robot.limits import Limits, STANDSTILL
 
 LIMITS = Limits()
@@ -217,3 +219,29 @@ def test_an_adversary_collides_in_no_world():
 @pytest.mark.timeout(600)
 def test_an_adversary_collides_in_no_world_in_a_million_decisions():
     assert wander(1_000_000, seed=2) > 100_000
+
+
+AT_ONCE = Lag(([],), [], 0.5, 1.0)
+ENTERED = [[0, 0, 0], [0, 100, 0], [0, 0, 0]]
+
+
+def limited_both_ways(command, around, **options):
+    """Return what the collision monitor says, and what it says to a robot heard late."""
+    local_grid = local_grid_from_cells(around, 10, 10, GRID, **options)
+    situation = command, command, 0.05, pose_in(10, 10), local_grid, LIMITS
+    return limit_command(*situation), limit_late_command(*situation, AT_ONCE)
+
+
+def test_where_something_reaches_into_its_own_cell_the_robot_only_turns():
+    for answer in limited_both_ways((0.1, 0.1), ENTERED, own_cell=True):
+        assert answer == ((0.0, 0.1), Intervention.ENTERED)
+    for answer in limited_both_ways((0.0, 0.1), ENTERED, own_cell=True):
+        assert answer == ((0.0, 0.1), Intervention.NONE)
+
+
+def test_a_sensor_that_marks_the_robot_itself_or_sees_nothing_there_does_not_hold_it():
+    for answer in limited_both_ways((0.02, 0.0), ENTERED, own_cell=False):
+        assert answer[1] is Intervention.NONE
+    unseen = [[0, 0, 0], [0, -1, 0], [0, 0, 0]]
+    for answer in limited_both_ways((0.02, 0.0), unseen, own_cell=True):
+        assert answer[1] is Intervention.NONE
