@@ -28,6 +28,16 @@ def point(text: str) -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
+def change(text: str) -> tuple[int, str]:
+    """Return what ``K:FILE`` says: a number of trials, and the world after them."""
+    number, _, world = text.partition(':')
+    if not (number.isascii() and number.isdigit() and world):
+        raise argparse.ArgumentTypeError(
+            f'{text!r} is no change of the world, write it as K:FILE: a number of trials and the '
+            f'world after them')
+    return int(number), world
+
+
 def distance(text: str) -> float:
     """Return a distance, [m]."""
     numbers = _numbers(text)

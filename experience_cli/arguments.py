@@ -7,12 +7,12 @@ here, so that the help and the first mistakes come at once.
 
 import argparse
 from collections.abc import Callable
-import math
 from pathlib import Path
 import re
 from typing import Any, Final, NamedTuple, NoReturn
 
-from experience_cli.argument_types import count, distance, point, radius, speed
+from experience_cli.argument_types import radius, speed
+from experience_cli.evaluation_options import add_method_options, add_task_options
 
 #: Where the bags are if nobody says.
 BAGS: Final = Path('bags')
@@ -40,9 +40,6 @@ _TOPIC_HELP: Final = {
     'scan': 'which one to make the 3x3 local grid from (the one called so, or the only LaserScan)',
     'cmd_vel': 'which one is cmd_vel (the one called so)'}
 _BAG_OR_TASK: Final = 'task1/0003, task1, or the folder of a bag or a task'
-_METHODS: Final = (
-    'ours, q_learning, sarsa, dyna_q, prioritised_sweeping (each also with +demo: taught the same '
-    'demonstration), nearest_prototype, eq7, replanner')
 _FIELD_FILE: Final = """\
 After 0, 1, ... K trials every free cell with a way to the goal is a start, in the true world:
 field_success follows the flow alone, success adds local grid and exploration (nothing is learnt
@@ -154,8 +151,8 @@ def _evaluate(parser: argparse.ArgumentParser) -> None:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     # argparse takes '-2,3' for an option unless it looks like a negative number.
     parser._negative_number_matcher = re.compile(r'^-\.?\d')
-    _evaluate_task(parser.add_argument)
-    _evaluate_method(parser.add_argument)
+    add_task_options(parser.add_argument)
+    add_method_options(parser.add_argument)
     parser.add_argument('--json', metavar='OUT',
                         help='write the report; - for standard output')
     parser.add_argument('--save-field', metavar='FIELD.npz',
@@ -164,51 +161,6 @@ def _evaluate(parser: argparse.ArgumentParser) -> None:
     _add_reading(group)
     group.add_argument('--frame', metavar='NAME',
                        help='that of the world; /tf takes the poses there, if it can (odom)')
-
-
-def _evaluate_task(add: Callable[..., object]) -> None:
-    add('--world', required=True, metavar='FILE',
-        help='map_server .yaml or MovingAI .map, or the name of a world that comes along, as '
-        'task1')
-    add('--goal', metavar='X,Y', type=point, help='[m]; with --demo-bag the end of the drive')
-    add('--demo-start', metavar='X,Y', type=point, action='append', default=[],
-        help='[m]; once for every demonstration; trials with fixed starts start at the first')
-    add('--teacher', choices=('shortest', 'blind', 'detour'), default='shortest',
-        help='shortest: knows the map; blind: drives straight through the open workspace, and its '
-             'local grid is that of the open workspace; detour: knows the map and goes 1.3 to 2 '
-             'times as far (default: shortest)')
-    add('--demo-steps', metavar='N', type=count(1, 1_000_000),
-        help='show a random way without loops of exactly N steps, instead of a teacher')
-    add('--demo-bag', metavar='BAG', help='take the demonstration from a bag')
-    add('--max-speed', metavar='M/S', type=speed,
-        help='with --demo-bag: a drive that is faster is no robot (default: 3 m/s)')
-    add('--trials', metavar='K', type=count(0, 100_000), default=10,
-        help='how often the robot tries after it was shown the way (default: 10)')
-    add('--starts', choices=('spread', 'fixed'), default='spread',
-        help='where trials start: where they teach most, or where the first demonstration does '
-             '(default: spread)')
-    add('--judge-every', metavar='N', type=count(1, 100_000), default=1,
-        help='judge after 0, N, 2 N, ... and after all trials: large worlds have many starts '
-             '(default: 1)')
-    add('--start-radius', metavar='R', type=distance, default=math.inf,
-        help="judge only the cells at most so far from the first demonstration's start, [m]")
-
-
-def _evaluate_method(add: Callable[..., object]) -> None:
-    add('--method', default='ours', help=f'one of {_METHODS} (default: ours)')
-    add('--profile', choices=('paper', 'full'), default='full',
-        help='paper: its equations to the letter; full: with what keeps its promise (default: '
-             'full)')
-    add('--corner-cutting', action='store_true',
-        help='a diagonal step may pass a blocked cell beside it')
-    add('--set', metavar='NAME=VALUE', action='append', default=[],
-        help='any learning parameter; may be given several times')
-    add('--seeds', metavar='N', type=count(1, 100_000), default=20,
-        help='how often all of it is done, each time with other chances (default: 20)')
-    add('--seed0', metavar='S', type=count(0, 2**62), default=0,
-        help='the first seed (default: 0)')
-    add('--jobs', metavar='J', type=count(1, 1024), default=1,
-        help='processes; the results do not depend on it (default: 1)')
 
 
 def _inspect(parser: argparse.ArgumentParser) -> None:

@@ -12,8 +12,9 @@ from control_field.grid import Grid
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from control_field.records import Demonstration
+from experience_evaluation.environment import Environment
 from experience_evaluation.field_file import field_columns
-from experience_evaluation.methods.method import Method, Task
+from experience_evaluation.methods.method import Method, Practice, Task
 from experience_evaluation.methods.registry import make_method
 from experience_evaluation.metrics import judge
 from experience_evaluation.teachers import (
@@ -21,6 +22,27 @@ from experience_evaluation.teachers import (
 
 Cell = tuple[int, int]
 Row = dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """
+    A world that becomes another one between two trials.
+
+    Parameters
+    ----------
+    after : int
+        Number of trials that are run before.
+    occupancy : ndarray of int8, shape (n_rows, n_cols)
+        What is true from the next trial on: 0 free, anything else blocked.
+    world : str
+        Its name, for reports.
+
+    """
+
+    after: int
+    occupancy: npt.NDArray[np.int8]
+    world: str = ''
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +76,8 @@ class Experiment:
         Instead of a teacher, a random way without loops of exactly so many steps.
     judged_after : tuple of int, optional
         Numbers of trials after which it is judged; after every trial if not given.
+    changes : tuple of Change
+        What becomes of the world, in the order of the trials.
 
     """
 
@@ -70,17 +94,30 @@ class Experiment:
     start_radius: float = float('inf')
     demo_steps: int | None = None
     judged_after: tuple[int, ...] | None = None
+    changes: tuple[Change, ...] = ()
+
+    def environments(self) -> list[Environment]:
+        """Return what is true at first, and after each change."""
+        first = Environment(GridWorld(self.occupancy, self.parameters), self.goal)
+        return [first, *(
+            Environment(GridWorld(change.occupancy, self.parameters), self.goal, first.reachable)
+            for change in self.changes)]
+
+    def n_changes(self, number: int) -> int:
+        """Return how often the world has changed before a trial, counted from 1."""
+        return sum(change.after < number for change in self.changes)
 
     def reachable(self) -> npt.NDArray[np.bool_]:
-        """Return the free cells from which a way leads to the goal."""
-        return np.isfinite(GridWorld(self.occupancy, self.parameters).cost_to(self.goal))
+        """Return the free cells from which a way leads to the goal at first."""
+        return self.environments()[0].reachable
 
-    def judged(self) -> npt.NDArray[np.bool_]:
-        """Return the cells that are judged: free, reachable, near enough."""
+    def judged(self, environment: Environment | None = None) -> npt.NDArray[np.bool_]:
+        """Return the cells that are judged: free, reachable now (or at first), near enough."""
         rows, cols = np.indices(self.grid.shape)
         first = self.demo_starts[0]
         distance = np.hypot(rows - first[0], cols - first[1]) * self.grid.resolution
-        return self.reachable() & (distance <= self.start_radius + 1e-9)
+        reachable = self.reachable() if environment is None else environment.reachable
+        return reachable & (distance <= self.start_radius + 1e-9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +132,16 @@ class LearningCurve:
         Metrics by name, and ``trials``: after how many trials, growing.
     field : dict
         Columns of the field file after the last trial.
+    at_changes : tuple of dict
+        The same metrics in the world that a change has made, before the first trial there: one
+        for each change, ``trials`` is how many there were.
 
     """
 
     seed: int
     after: list[Row]
     field: dict[str, npt.NDArray[np.generic]]
+    at_changes: tuple[Row, ...] = ()
 
 
 def run_seed(experiment: Experiment, seed: int) -> LearningCurve:
@@ -129,30 +170,29 @@ def _warm_up(method: str, profile: str) -> None:
 
 
 def _run_seed(experiment: Experiment, seed: int) -> LearningCurve:
-    parameters = replace(experiment.parameters, seed=seed)
-    world = GridWorld(experiment.occupancy, parameters)
-    task = Task(world, experiment.grid, experiment.goal, experiment.demo_starts[0],
-                experiment.spread, experiment.reachable(), parameters)
+    experiment = replace(experiment, parameters=replace(experiment.parameters, seed=seed))
+    environments = experiment.environments()
+    task = Task(experiment.grid, experiment.goal, experiment.demo_starts[0], experiment.spread,
+                experiment.parameters)
     streams = np.random.default_rng(seed).spawn(2)
     method = make_method(experiment.method, task, streams[1])
-    demonstrations = _demonstrations(experiment, world, streams[0])
-    demonstrated = heading_table(demonstrations, experiment.grid.shape)
+    demonstrations = _demonstrations(experiment, environments[0].world, streams[0])
     seconds = sum(_seconds(method.teach, demonstration) for demonstration in demonstrations)
-    judged = experiment.judged()
-    after = [_row(method, task, judged, demonstrated, 0, _Spent(0, 0, 0, seconds))]
-    steps = collisions = 0
+    judged = _Judge(experiment, method, task, heading_table(demonstrations, experiment.grid.shape))
+    spent = _Spent(0, 0, 0, seconds)
+    environment = environments[0]
+    after, at_changes = [judged.row(environment, 0, spent)], list[Row]()
     for number in range(1, experiment.n_trials + 1):
-        practice = method.practise(number)
-        is_judged = experiment.judged_after is None or number in experiment.judged_after
-        if practice is None:
-            if is_judged:
-                after.append({**after[-1], 'trials': float(number), 'seconds_learning': 0.0})
-            continue
-        steps, collisions = steps + practice.steps, collisions + practice.collisions
-        spent = _Spent(steps, collisions, practice.reinforcements, practice.seconds)
-        if is_judged:
-            after.append(_row(method, task, judged, demonstrated, number, spent))
-    return LearningCurve(seed, after, field_columns(method, task, demonstrated))
+        environment = environments[experiment.n_changes(number)]
+        if environment is not environments[len(at_changes)]:
+            at_changes.append(judged.row(environment, number - 1, spent.without_seconds()))
+        practice = method.practise(environment, number)
+        spent = spent.without_seconds() if practice is None else spent.then(practice)
+        if experiment.judged_after is None or number in experiment.judged_after:
+            after.append(judged.row(environment, number, spent) if practice or at_changes else
+                         {**after[-1], 'trials': float(number), 'seconds_learning': 0.0})
+    columns = field_columns(method, task, environment, judged.demonstrated)
+    return LearningCurve(seed, after, columns, tuple(at_changes))
 
 
 def _seconds(act: Callable[[Demonstration], None], demonstration: Demonstration) -> float:
@@ -192,13 +232,32 @@ class _Spent:
     reinforcements: int
     seconds: float
 
+    def then(self, practice: Practice) -> '_Spent':
+        """Return what it comes to after one more trial."""
+        return _Spent(self.steps + practice.steps, self.collisions + practice.collisions,
+                      practice.reinforcements, practice.seconds)
 
-def _row(method: Method, task: Task, judged: npt.NDArray[np.bool_],
-         demonstrated: npt.NDArray[np.int8], number: int, spent: _Spent) -> Row:
-    row = judge(method, task, judged, demonstrated)
-    row['trials'] = float(number)
-    row['steps'] = float(spent.steps)
-    row['collisions'] += float(spent.collisions)
-    row['reinforcements'] = float(spent.reinforcements)
-    row['seconds_learning'] = spent.seconds
-    return row
+    def without_seconds(self) -> '_Spent':
+        """Return the same where nothing was learnt since."""
+        return replace(self, seconds=0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Judge:
+    """Judges a method of an experiment as it stands, in the world that is true then."""
+
+    experiment: Experiment
+    method: Method
+    task: Task
+    demonstrated: npt.NDArray[np.int8]
+
+    def row(self, environment: Environment, number: int, spent: _Spent) -> Row:
+        """Return the metrics after so many trials."""
+        row = judge(self.method, self.task, environment, self.experiment.judged(environment),
+                    self.demonstrated)
+        row['trials'] = float(number)
+        row['steps'] = float(spent.steps)
+        row['collisions'] += float(spent.collisions)
+        row['reinforcements'] = float(spent.reinforcements)
+        row['seconds_learning'] = spent.seconds
+        return row

@@ -6,12 +6,14 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import UNIT
+from experience_evaluation.environment import Environment
 from experience_evaluation.methods.method import FieldMethod, Method, Task
 
 Columns = dict[str, npt.NDArray[np.generic]]
 
 
-def field_columns(method: Method, task: Task, demonstrated: npt.NDArray[np.int8]) -> Columns:
+def field_columns(method: Method, task: Task, environment: Environment,
+                  demonstrated: npt.NDArray[np.int8]) -> Columns:
     """
     Return what is written of a method as it stands, by name.
 
@@ -26,6 +28,8 @@ def field_columns(method: Method, task: Task, demonstrated: npt.NDArray[np.int8]
     ----------
     method : Method
     task : Task
+    environment : Environment
+        What is true now.
     demonstrated : ndarray of int8, shape (n_rows, n_cols)
         Demonstrated headings, for a method that does not remember them itself.
 
@@ -37,7 +41,8 @@ def field_columns(method: Method, task: Task, demonstrated: npt.NDArray[np.int8]
         'resolution': np.array(grid.resolution), 'power': np.array(parameters.power),
         'window': np.array(parameters.effective_window),
         'corner_cutting': np.array(parameters.corner_cutting),
-        'moves': np.array(parameters.moves), 'reachable': task.reachable, 'shown': demonstrated}
+        'moves': np.array(parameters.moves), 'reachable': environment.reachable,
+        'shown': demonstrated}
     return columns | (_of_field(method) if isinstance(method, FieldMethod) else _of_other(method))
 
 

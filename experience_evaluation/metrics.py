@@ -6,6 +6,7 @@ import numpy.typing as npt
 from control_field.kernels import compiled
 from control_field.learning.certificate import fidelity_of
 from control_field.learning.grid_world import Runs
+from experience_evaluation.environment import Environment
 from experience_evaluation.methods.method import FieldMethod, Method, Notes, Task
 
 #: The metrics in the order of tables: name -> meaning.
@@ -51,10 +52,15 @@ def spl(home: npt.NDArray[np.bool_], length: npt.NDArray[np.float64],
     """
     longest = np.where(home, np.maximum(length, shortest), 1.0)
     share = np.where(longest > 0.0, shortest / np.where(longest > 0.0, longest, 1.0), 1.0)
-    return float(np.where(home, share, 0.0).mean()) if len(home) else float('nan')
+    return share_of(np.where(home, share, 0.0))
 
 
-def judge(method: Method, task: Task, judged: npt.NDArray[np.bool_],
+def share_of(values: npt.NDArray[np.bool_] | npt.NDArray[np.float64]) -> float:
+    """Return the mean; NaN of nothing."""
+    return float(values.mean()) if len(values) else float('nan')
+
+
+def judge(method: Method, task: Task, environment: Environment, judged: npt.NDArray[np.bool_],
           demonstrated: npt.NDArray[np.int8]) -> dict[str, float]:
     """
     Judge a method as it stands.
@@ -63,6 +69,8 @@ def judge(method: Method, task: Task, judged: npt.NDArray[np.bool_],
     ----------
     method : Method
     task : Task
+    environment : Environment
+        What is true now.
     judged : ndarray of bool, shape (n_rows, n_cols)
         The starts.
     demonstrated : ndarray of int8, shape (n_rows, n_cols)
@@ -75,27 +83,31 @@ def judge(method: Method, task: Task, judged: npt.NDArray[np.bool_],
 
     """
     headings = method.headings()
-    lengths = flow_lengths(task, headings)[judged]
-    shortest = task.world.cost_to(task.goal)[judged]
-    runs = method.runs(np.argwhere(judged), 0)
-    notes = method.notes()
+    lengths = flow_lengths(environment, headings)[judged]
+    shortest = environment.shortest[judged]
+    runs = method.runs(environment, np.argwhere(judged), 0)
+    notes, n_reachable = method.notes(), int(environment.reachable.sum())
     home, arrived = np.isfinite(lengths), runs.outcome == 0
     return {
-        'field_success': float(home.mean()), 'success': float(arrived.mean()),
+        'field_success': share_of(home), 'success': share_of(arrived),
         'field_success_spl': spl(home, lengths, shortest),
         'success_spl': spl(arrived, runs.length, shortest),
         'steps': 0.0, 'collisions': _n_collisions(runs), 'reinforcements': 0.0,
         'hidden_neurons': float(notes.n_prototypes),
-        'hidden_neurons_share': notes.n_prototypes / int(task.reachable.sum()),
-        'fidelity': _fidelity(notes, task, headings, demonstrated), 'basin': notes.basin,
-        'flow_steps': _n_steps(task, headings),
-        'greedy_steps': _n_steps(task, greedy_headings(method)), 'seconds_learning': 0.0}
+        'hidden_neurons_share': (
+            notes.n_prototypes / n_reachable if n_reachable else float('nan')),
+        'fidelity': _fidelity(notes, environment, headings, demonstrated), 'basin': notes.basin,
+        'flow_steps': _n_steps(task, environment, headings),
+        'greedy_steps': _n_steps(task, environment, greedy_headings(method)),
+        'seconds_learning': 0.0}
 
 
-def flow_lengths(task: Task, headings: npt.NDArray[np.int8]) -> npt.NDArray[np.float64]:
+def flow_lengths(
+    environment: Environment, headings: npt.NDArray[np.int8],
+) -> npt.NDArray[np.float64]:
     """Return the length of the flow home from every cell of the truth; inf where it fails."""
     lengths: npt.NDArray[np.float64] = compiled.flow_lengths(
-        task.world.truth, headings, *task.goal, task.world.rules)
+        environment.world.truth, headings, *environment.goal, environment.world.rules)
     return lengths
 
 
@@ -106,10 +118,13 @@ def greedy_headings(method: Method) -> npt.NDArray[np.int8]:
     return method.headings()
 
 
-def _n_steps(task: Task, headings: npt.NDArray[np.int8]) -> float:
+def _n_steps(task: Task, environment: Environment, headings: npt.NDArray[np.int8]) -> float:
     """Return the steps from the demonstration's start to the goal of the truth; else NaN."""
+    world = environment.world
+    if world.truth[task.first_start] != 0:
+        return float('nan')
     n = int(compiled.flow_reaches(
-        task.world.truth, headings, *task.first_start, *task.goal, task.world.rules))
+        world.truth, headings, *task.first_start, *task.goal, world.rules))
     return float(n) if n >= 0 else float('nan')
 
 
@@ -117,9 +132,9 @@ def _n_collisions(runs: Runs) -> float:
     return float((runs.outcome == 1).sum())
 
 
-def _fidelity(notes: Notes, task: Task, headings: npt.NDArray[np.int8],
+def _fidelity(notes: Notes, environment: Environment, headings: npt.NDArray[np.int8],
               demonstrated: npt.NDArray[np.int8]) -> float:
     """Return a method's own fidelity; without a map of its own, that on the true one."""
     if np.isfinite(notes.fidelity):
         return notes.fidelity
-    return fidelity_of(headings, demonstrated, task.world.truth, task.world.rules)
+    return fidelity_of(headings, demonstrated, environment.world.truth, environment.world.rules)

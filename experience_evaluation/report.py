@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from experience_evaluation.experiment import Experiment, LearningCurve
+from experience_evaluation.environment import Environment
+from experience_evaluation.experiment import Experiment, LearningCurve, Row
 from experience_evaluation.metrics import METRICS
 
 _N_RESAMPLES = 2000
@@ -46,7 +47,7 @@ def summarise(values: Sequence[float]) -> dict[str, Any]:
 def report(experiment: Experiment, curves: Sequence[LearningCurve], world: str,
            demo_bag: str | None = None, lost: Sequence[int] = ()) -> dict[str, Any]:
     """
-    Return the report as JSON takes it: ``config`` and ``after``.
+    Return the report as JSON takes it: ``config``, ``after`` and ``at_changes``.
 
     Parameters
     ----------
@@ -62,16 +63,24 @@ def report(experiment: Experiment, curves: Sequence[LearningCurve], world: str,
 
     """
     curves = sorted(curves, key=lambda curve: curve.seed)
-    after = [{'trials': int(rows[0]['trials']),
-              **{name: summarise([row[name] for row in rows]) for name in METRICS}}
-             for rows in zip(*(curve.after for curve in curves), strict=True)]
     config = _config(experiment, [curve.seed for curve in curves], world, demo_bag)
-    return {'config': {**config, 'lost_seeds': list(lost)}, 'after': after}
+    changed = _entries([curve.at_changes for curve in curves])
+    return {
+        'config': {**config, 'lost_seeds': list(lost)},
+        'after': _entries([curve.after for curve in curves]),
+        'at_changes': [{**entry, 'world': change.world} for entry, change in zip(
+            changed, experiment.changes, strict=True)]}
+
+
+def _entries(rows_of_seeds: Sequence[Sequence[Row]]) -> list[dict[str, Any]]:
+    return [{'trials': int(rows[0]['trials']),
+             **{name: summarise([row[name] for row in rows]) for name in METRICS}}
+            for rows in zip(*rows_of_seeds, strict=True)]
 
 
 def _config(experiment: Experiment, seeds: list[int], world: str, demo_bag: str | None,
             ) -> dict[str, Any]:
-    grid = experiment.grid
+    grid, (first, *changed) = experiment.grid, experiment.environments()
     parameters = {name: value for name, value in asdict(experiment.parameters).items()
                   if name != 'seed'}
     return {
@@ -86,6 +95,12 @@ def _config(experiment: Experiment, seeds: list[int], world: str, demo_bag: str 
         'start_radius': (experiment.start_radius if math.isfinite(experiment.start_radius)
                          else None),
         'seeds': seeds, 'corner_cutting': experiment.parameters.corner_cutting,
-        'n_starts': int(experiment.judged().sum()),
-        'n_free': int((experiment.occupancy == 0).sum()),
-        'n_reachable': int(experiment.reachable().sum()), 'parameters': parameters}
+        **_counts(experiment, first), 'parameters': parameters,
+        'changes': [{'after': change.after, 'world': change.world, **_counts(experiment, then)}
+                    for change, then in zip(experiment.changes, changed, strict=True)]}
+
+
+def _counts(experiment: Experiment, environment: Environment) -> dict[str, int]:
+    return {'n_starts': int(experiment.judged(environment).sum()),
+            'n_free': int((environment.world.truth == 0).sum()),
+            'n_reachable': int(environment.reachable.sum())}

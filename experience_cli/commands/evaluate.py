@@ -21,12 +21,14 @@ from experience_cli.errors import UserError
 from experience_cli.external_bags import guessed, reading_of
 from experience_cli.output import Output
 from experience_cli.terminal import table_lines
+from experience_cli.world_changes import check_changes, read_changes
 from experience_evaluation.experiment import Experiment, LearningCurve
 from experience_evaluation.field_file import npz_bytes
 from experience_evaluation.methods.registry import METHODS
 from experience_evaluation.report import report
 from experience_evaluation.teachers import NoWayError
 from experience_evaluation.workers import LostError, run_all
+from msgs_bridge.untrusted.text import printable
 from world_maps.world import find_world, load_world, World, WorldError
 
 #: Row and column.
@@ -46,7 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
     """
     report_file, field_file = _outputs(arguments)
     experiment = _experiment(arguments)
-    _check_not_the_world(arguments.world, report_file, field_file)
+    for world in (arguments.world, *(name for _, name in arguments.change)):
+        _check_not_the_world(world, report_file, field_file)
     seeds = range(arguments.seed0, arguments.seed0 + arguments.seeds)
     curves, lost = _curves(experiment, seeds, arguments.jobs)
     result = report(experiment, curves, arguments.world, arguments.demo_bag, lost)
@@ -81,10 +84,13 @@ def _curves(
 
 
 def _table(report_: dict[str, Any]) -> list[str]:
-    """Return a report as a table for people: a line for each number of trials."""
+    """Return a report as a table for people: a line for each number of trials, and change."""
+    entries = [(entry['trials'], 0, str(entry['trials']), entry) for entry in report_['after']]
+    entries += [(entry['trials'], 1, f'{entry["trials"]}, now {entry["world"]}', entry)
+                for entry in report_['at_changes']]
     rows = [['trials', *_COLUMNS]]
-    rows += [[str(entry['trials']), *(_cell_text(entry[name]) for name in _COLUMNS)]
-             for entry in report_['after']]
+    rows += [[printable(when), *(_cell_text(entry[name]) for name in _COLUMNS)]
+             for _, _, when, entry in sorted(entries, key=lambda entry: entry[:2])]
     return table_lines(rows, range(len(rows[0])))
 
 
@@ -153,8 +159,10 @@ def _experiment(arguments: argparse.Namespace) -> Experiment:
         world.grid, world.occupancy, goal, starts, arguments.trials,
         arguments.starts == 'spread', arguments.teacher, arguments.method, parameters,
         demonstrations, arguments.start_radius, arguments.demo_steps,
-        _judged_after(arguments.trials, arguments.judge_every))
+        _judged_after(arguments.trials, arguments.judge_every),
+        read_changes(arguments.change, world.grid, arguments.trials))
     _check_places(experiment)
+    check_changes(experiment)
     return experiment
 
 

@@ -9,6 +9,7 @@ from control_field.headings import heading_from_step, STEP_COL, STEP_LENGTH, STE
 from control_field.kernels import compiled
 from control_field.learning.grid_world import Runs
 from control_field.records import Demonstration
+from experience_evaluation.environment import Environment
 from experience_evaluation.methods.method import Notes, Task
 
 
@@ -32,7 +33,7 @@ class NearestPrototype:
         for (row, col), (r, c) in pairwise(cells):
             self._action[row, col] = heading_from_step(r - row, c - col)
 
-    def practise(self, number: int) -> None:
+    def practise(self, environment: Environment, number: int) -> None:
         """Learn nothing from trials."""
 
     def _ranked(self) -> npt.NDArray[np.int8]:
@@ -54,12 +55,12 @@ class NearestPrototype:
         """Return the action of the nearest prototype at every cell."""
         return self._ranked()[:, 0].reshape(self.task.grid.shape)
 
-    def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
         """Run from every start; a cell entered twice is a loop, for nothing is remembered."""
         del seed
         ranked = self._ranked().reshape(*self.task.grid.shape, -1)
         headings = np.full(self.task.grid.shape, -1, dtype=np.int8)
-        world = self.task.world
+        world = environment.world
         for row, col in np.argwhere(world.truth == 0).tolist():
             for heading in ranked[row, col]:
                 if compiled.step_allowed(world.truth, row, col, int(heading), world.rules):

@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.headings import headings_from_vectors
-from control_field.learning.grid_world import GridWorld, Runs
+from control_field.learning.grid_world import Runs
 from control_field.learning.learner import Learner, Refresh
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Outcome
+from experience_evaluation.environment import Environment
 
 #: Proposals of the learner among which a start is looked for that is free in the true world.
 _N_PROPOSALS = 400
@@ -21,12 +22,10 @@ _N_PROPOSALS = 400
 @dataclass(frozen=True, eq=False)
 class Task:
     """
-    A world, a goal in it, and how trials start.
+    A workspace, a goal in it, and how trials start; what is true in it, trials have to show.
 
     Parameters
     ----------
-    world : GridWorld
-        The true map and the rules of a step.
     grid : Grid
     goal : tuple of int
         ``(row, col)``
@@ -34,27 +33,23 @@ class Task:
         Where the (first) demonstration starts: the start of all trials if ``spread`` is false.
     spread : bool
         Whether the method may choose where its trials start.
-    reachable : ndarray of bool, shape (n_rows, n_cols)
-        Free cells with a way to the goal.
     parameters : Parameters
 
     """
 
-    world: GridWorld
     grid: Grid
     goal: tuple[int, int]
     first_start: tuple[int, int]
     spread: bool
-    reachable: npt.NDArray[np.bool_]
     parameters: Parameters
 
-    def random_start(self, rng: np.random.Generator) -> tuple[int, int]:
+    def random_start(
+        self, environment: Environment, rng: np.random.Generator,
+    ) -> tuple[int, int]:
         """Return where a trial starts that nobody chose a start for."""
         if not self.spread:
             return self.first_start
-        away = self.reachable.copy()
-        away[self.goal] = False
-        cells = np.argwhere(away)
+        cells = np.argwhere(environment.startable)
         row, col = cells[int(rng.integers(len(cells)))]
         return int(row), int(col)
 
@@ -110,13 +105,13 @@ class Method(Protocol):
     def teach(self, demonstration: Demonstration) -> None:
         """Learn from a demonstration."""
 
-    def practise(self, number: int) -> Practice | None:
+    def practise(self, environment: Environment, number: int) -> Practice | None:
         """Run trial ``number`` (from 1) and learn from it; None if it does not learn by trying."""
 
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the heading of every cell without local grid, -1 for none."""
 
-    def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
         """Run from every start with local grid, learning nothing."""
 
     def notes(self) -> Notes:
@@ -156,34 +151,36 @@ class FieldMethod:
         self._n_taught += 1
         self.learner.add_demonstration(demonstration)
 
-    def practise(self, number: int) -> Practice | None:
+    def practise(self, environment: Environment, number: int) -> Practice | None:
         """Run a trial from where it teaches most (or from the fixed start) and learn from it."""
         if not self._practises:
             return None
         field = self.learner.trial_field(self.learner.explores(self.task.spread))
-        start = self._start(field) if self.task.spread else self.task.first_start
+        start = self._start(environment, field) if self.task.spread else self.task.first_start
         seed = int(self._rng.integers(2**62))
-        trial, _ = self.task.world.trial(field, start, seed, self._n_taught + number)
+        world = environment.world_with(self.task.parameters)
+        trial, _ = world.trial(field, start, seed, self._n_taught + number)
         began = time.perf_counter()
         self.learner.add_trial(trial)
         return Practice(trial.n_steps, int(trial.outcome == Outcome.COLLISION),
                         self.refresh.reinforcements, time.perf_counter() - began)
 
-    def _start(self, field: ControlField) -> tuple[int, int]:
+    def _start(self, environment: Environment, field: ControlField) -> tuple[int, int]:
         """Return the first proposed start that is free in the true world."""
         for cell in self.learner.next_starts(_N_PROPOSALS, self._rng, field):
-            if self.task.reachable[cell] and cell != self.task.goal:
+            if environment.startable[cell]:
                 return cell
-        return self.task.random_start(self._rng)
+        return self.task.random_start(environment, self._rng)
 
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the field's headings."""
         field = self.refresh.field
         return headings_from_vectors(field.vx, field.vy)
 
-    def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
         """Run from every start with local grid and exploration."""
-        return self.task.world.trials(self.refresh.field, starts, seed)
+        world = environment.world_with(self.task.parameters)
+        return world.trials(self.refresh.field, starts, seed)
 
     def notes(self) -> Notes:
         """Return size and certificate."""
@@ -194,5 +191,4 @@ class FieldMethod:
 def equation_7(task: Task, rng: np.random.Generator) -> FieldMethod:
     """Return the paper's field of the demonstrations alone."""
     parameters = replace(task.parameters, profile='paper')
-    world = GridWorld(task.world.truth, parameters)
-    return FieldMethod(replace(task, parameters=parameters, world=world), rng, practises=False)
+    return FieldMethod(replace(task, parameters=parameters), rng, practises=False)

@@ -11,6 +11,8 @@ from control_field.kernels.interpolation import Sums
 from control_field.kernels.steps import plain_ground
 from control_field.learning.grid_world import GridWorld, Runs
 from control_field.records import Demonstration
+from control_field.robot.policy import rules_of
+from experience_evaluation.environment import Environment
 from experience_evaluation.methods.method import Notes, Practice, Task
 
 Known = npt.NDArray[np.int8]
@@ -33,6 +35,7 @@ class Replanner:
     def __init__(self, task: Task, rng: np.random.Generator) -> None:
         self.task = task
         self._rng = rng
+        self._rules = rules_of(task.parameters)
         self.known = np.full(task.grid.shape, -1, dtype=np.int8)
 
     def teach(self, demonstration: Demonstration) -> None:
@@ -42,11 +45,11 @@ class Replanner:
                 cells, demonstration.blocked, demonstration.unknown, strict=True):
             compiled.remember_local_grid(self.known, row, col, int(blocked), int(unknown))
 
-    def practise(self, number: int) -> Practice:
+    def practise(self, environment: Environment, number: int) -> Practice:
         """Drive to the goal from a random start (or the fixed one), keeping what is seen."""
         del number
-        start, began = self.task.random_start(self._rng), time.perf_counter()
-        _, n_steps, _ = self._run(self.known, start)
+        start, began = self.task.random_start(environment, self._rng), time.perf_counter()
+        _, n_steps, _ = self._run(environment, self.known, start)
         return Practice(n_steps, 0, 0, time.perf_counter() - began)
 
     def _cost(self, known: Known) -> npt.NDArray[np.float64]:
@@ -54,14 +57,14 @@ class Replanner:
 
     def _headings(self, known: Known) -> npt.NDArray[np.int8]:
         headings: npt.NDArray[np.int8] = compiled.attraction_from_cost(
-            plain_ground(known, self.task.world.rules), self._cost(known), Sums.none(known.shape))
+            plain_ground(known, self._rules), self._cost(known), Sums.none(known.shape))
         return headings
 
-    def _run(self, known: Known, start: tuple[int, int],
+    def _run(self, environment: Environment, known: Known, start: tuple[int, int],
              headings: npt.NDArray[np.int8] | None = None) -> tuple[int, int, float]:
         """Run once, writing what is seen into ``known``."""
         (row, col), length = start, 0.0
-        world, limit = self.task.world, self.task.parameters.step_limit
+        world, limit = environment.world, self.task.parameters.step_limit
         if headings is None:
             headings = self._headings(known)
         for step in range(limit):
@@ -80,12 +83,13 @@ class Replanner:
         """Return the first step of the shortest way on the map as it is."""
         return self._headings(self.known)
 
-    def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
         """Run from every start, each on a copy of the map."""
         del seed
         headings = self._headings(self.known)
-        table = np.array([self._run(self.known.copy(), (int(row), int(col)), headings)
-                          for row, col in starts], dtype=np.float64).reshape(-1, 3)
+        table = np.array([
+            self._run(environment, self.known.copy(), (int(row), int(col)), headings)
+            for row, col in starts], dtype=np.float64).reshape(-1, 3)
         return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
                     np.zeros(len(table), dtype=np.int64), table[:, 2])
 
@@ -93,5 +97,5 @@ class Replanner:
         """Return the basin on its own map."""
         judged = (self.known == 0) & np.isfinite(self._cost(self.known))
         home = compiled.flow_basin(
-            self.known, self._headings(self.known), *self.task.goal, self.task.world.rules) == 1
+            self.known, self._headings(self.known), *self.task.goal, self._rules) == 1
         return Notes(0, basin=float(home[judged].mean()) if judged.any() else float('nan'))

@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import heading_from_step
-from control_field.kernels import compiled
 from control_field.learning.grid_world import Runs
 from control_field.records import Demonstration
+from experience_evaluation.environment import Environment
 from experience_evaluation.methods import tabular_kernels as kernels
 from experience_evaluation.methods.method import Notes, Practice, Task
 
@@ -55,10 +55,6 @@ class TabularMethod:
             kind, task.grid.n_cols, self._place(task.goal),
             0b01010101 if parameters.moves == 4 else 0b11111111, float(parameters.learning_rate),
             float(parameters.discount), EPSILON, N_PLANNING)
-        truth, rules = task.world.truth, task.world.rules
-        self._allowed = np.array([
-            compiled.allowed_steps(truth, *cell, rules) for cell in np.ndindex(truth.shape)],
-            dtype=np.int64)
 
     @property
     def q(self) -> npt.NDArray[np.float64]:
@@ -77,14 +73,14 @@ class TabularMethod:
         places = (demonstration.cells @ [self.task.grid.n_cols, 1]).astype(np.int64)
         kernels.replay(self._tables, places, actions, _N_REPLAYS, self._settings, self._rng)
 
-    def practise(self, number: int) -> Practice:
+    def practise(self, environment: Environment, number: int) -> Practice:
         """Run an episode from a random start (or the fixed one)."""
         del number
-        start = self.task.random_start(self._rng)
+        start = self.task.random_start(environment, self._rng)
         began = time.perf_counter()
         n_steps, n_bumps, n_rewards = kernels.run_episode(
-            self._allowed, self._tables, self._place(start), self.task.parameters.step_limit,
-            self._settings, self._rng)
+            environment.allowed, self._tables, self._place(start),
+            self.task.parameters.step_limit, self._settings, self._rng)
         return Practice(int(n_steps), int(n_bumps), int(n_rewards), time.perf_counter() - began)
 
     def headings(self) -> npt.NDArray[np.int8]:
@@ -97,10 +93,10 @@ class TabularMethod:
         headings: npt.NDArray[np.int8] = chosen.astype(np.int8).reshape(self.task.grid.shape)
         return headings
 
-    def runs(self, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
         """Follow the greedy policy from every start, without the steps seen to be blocked."""
         results = [kernels.greedy_run(
-            self._allowed, self.q, self._place((int(row), int(col))),
+            environment.allowed, self.q, self._place((int(row), int(col))),
             self.task.parameters.step_limit, self._settings, np.random.default_rng([seed, index]))
             for index, (row, col) in enumerate(starts)]
         table = np.array(results, dtype=np.float64).reshape(-1, 3)

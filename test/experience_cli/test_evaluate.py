@@ -230,6 +230,9 @@ def test_negative_coordinates_are_taken_as_coordinates(tmp_path, start, capsys):
     (['--demo-bag', '/nowhere/bag'], 'no such bag'),
     (['--demo-steps', '3'], 'no way of 3 steps'),
     (['--world', '/nowhere/a.map'], 'no such file'),
+    (['--change', '1:/nowhere/b.map'], '--change 1:/nowhere/b.map: there is no such file'),
+    (['--change', '2:dyna'], 'no trial 3'),
+    (['--change', '1:dyna'], '6 x 9 cells of 1 m'),
 ])
 def test_a_mistake_is_one_clear_line(world, arguments, hint, capsys):
     assert run(world, *arguments) == 2
@@ -283,6 +286,7 @@ def test_a_drive_is_said_with_what_was_dropped_of_it(capsys):
 
 @pytest.mark.parametrize(('arguments', 'hint'), [
     (['--goal', '1,2,3'], 'X,Y'), (['--goal', 'nan,1'], 'X,Y'), (['--trials', '-1'], '-1'),
+    (['--change', 'a.map'], 'K:FILE'), (['--change', '-1:a.map'], 'K:FILE'),
     (['--seeds', '0'], "'0'"), (['--jobs', 'many'], 'many'), (['--start-radius', '-1'], '0 m'),
 ])
 def test_a_malformed_number_is_refused(world, arguments, hint, capsys):
@@ -336,3 +340,49 @@ def test_moves_without_diagonals_hold_for_teacher_and_field(world, tmp_path):
     assert run(world, '--set', 'moves=4', '--save-field', str(tmp_path / 'field.npz')) == 0
     field = np.load(tmp_path / 'field.npz')
     assert (np.abs(field['actions']).max(axis=1) == 1.0).all()
+
+
+def changed(world, *blocked):
+    """Write a copy of a world in which some cells are blocked, and return its path."""
+    head, picture = world.read_text().split('map\n')
+    rows = [list(line) for line in picture.split()]
+    for row, col in blocked:
+        rows[SIZE - 1 - row][col] = '@'
+    path = world.with_name(f'changed{len(blocked)}.map')
+    path.write_text(f'{head}map\n' + '\n'.join(map(''.join, rows)) + '\n')
+    return path
+
+
+def test_a_world_that_changes_is_judged_as_it_is_then(world, tmp_path, capsys):
+    shut = changed(world, (8, 8))
+    assert run(world, '--trials', '3', '--change', f'1:{shut}', '--change', f'2:{world}', '--json',
+               str(tmp_path / 'a.json')) == 0
+    output, error = capsys.readouterr()
+    assert f'1, now {shut}' in output
+    assert error == (f'experience evaluate: --change 1:{shut}: the goal is blocked there: nothing '
+                     f'is judged until it is free again\n')
+    report = json.loads((tmp_path / 'a.json').read_text())
+    config, changes = report['config'], report['config']['changes']
+    assert [(change['after'], change['world']) for change in changes] == [
+        (1, str(shut)), (2, str(world))]
+    assert [change['n_free'] - config['n_free'] for change in changes] == [-1, 0]
+    assert [change['n_starts'] for change in changes] == [0, config['n_starts']]
+    assert [entry['trials'] for entry in report['after']] == [0, 1, 2, 3]
+    assert [(entry['trials'], entry['world']) for entry in report['at_changes']] == [
+        (1, str(shut)), (2, str(world))]
+    assert report['after'][2]['success']['median'] is None
+    assert report['after'][3]['success']['median'] > 0.0
+
+
+@pytest.mark.parametrize(('blocked', 'more', 'hint'), [
+    ([(1, 1)], ['--starts', 'fixed'], 'blocks the start'),
+    ([(row, col) for row in range(SIZE) for col in range(SIZE)], [], 'no free cell'),
+])
+def test_a_change_that_lets_no_trial_start_is_refused(world, blocked, more, hint, capsys):
+    assert run(world, '--change', f'1:{changed(world, *blocked)}', *more) == 2
+    assert hint in capsys.readouterr().err
+
+
+def test_changes_come_in_the_order_of_their_trials(world, capsys):
+    assert run(world, '--trials', '5', '--change', f'2:{world}', '--change', f'2:{world}') == 2
+    assert 'in the order of their trials' in capsys.readouterr().err

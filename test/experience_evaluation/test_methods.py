@@ -6,6 +6,7 @@ import pytest
 from control_field.grid import Grid
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
+from experience_evaluation.environment import Environment
 from experience_evaluation.experiment import Experiment, has_demonstration, run_seed
 from experience_evaluation.methods.method import Task
 from experience_evaluation.methods.registry import make_method, METHODS
@@ -94,11 +95,10 @@ def test_every_method_is_judged_as_seldom(method):
 def test_the_last_step_allowed_may_be_the_one_into_the_goal(method, limit, outcome):
     parameters = Parameters(step_limit=limit)
     world = GridWorld(np.zeros((1, 6), np.int8), parameters)
-    reachable = np.ones((1, 6), dtype=bool)
-    task = Task(world, Grid(1, 6, 1.0), (0, 5), (0, 0), False, reachable, parameters)
+    task = Task(Grid(1, 6, 1.0), (0, 5), (0, 0), False, parameters)
     taught = make_method(method, task, np.random.default_rng(0))
     taught.teach(demonstrate(world, 'shortest', (0, 0), (0, 5), np.random.default_rng(0), 1))
-    runs = taught.runs(np.array([[0, 0]]), 0)
+    runs = taught.runs(Environment(world, task.goal), np.array([[0, 0]]), 0)
     assert (runs.outcome.tolist(), runs.n_steps.tolist()) == ([outcome], [limit])
 
 
