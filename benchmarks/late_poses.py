@@ -32,10 +32,10 @@ from control_field_node.supervisor import Supervisor
 from control_field_node.trial_run import Answer
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
-from sim_node.clearance import Clearance
 from sim_node.robot import Placement
 from sim_node.settings import SimSettings
 from sim_node.simulation import Simulation
+from world_maps.clearance import Clearance
 from world_maps.world import find_world, load_world, World
 
 #: Step of everything, [s]; how often the robot says where it is, how often the controller looks

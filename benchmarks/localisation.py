@@ -33,10 +33,10 @@ from experience_cli.demo.path_follower import Driver, points_from_cells
 from experience_cli.demo.show_and_try import WAY
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
-from sim_node.clearance import Clearance
 from sim_node.robot import Placement
 from sim_node.settings import SimSettings
 from sim_node.simulation import Simulation
+from world_maps.clearance import Clearance
 from world_maps.world import find_world, load_world
 
 TASKS: Final = ('task1', 'task2')

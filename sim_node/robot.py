@@ -2,16 +2,21 @@
 
 from dataclasses import dataclass
 import math
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
-
-from sim_node.clearance import Clearance
 
 #: The least distance looked ahead for obstacles, [m]. Between two looks a disc can pass a
 #: corner by at most this squared over eight radii: about a micrometre.
 _LOOK: Final = 1e-3
 _BISECTIONS: Final = 24
+
+
+class Room(Protocol):
+    """How much room there is around the robot."""
+
+    def at(self, x: float, y: float) -> float:
+        """Return the distance from the robot's edge to what is next to it, [m]."""
 
 
 class Placement(NamedTuple):
@@ -107,7 +112,7 @@ def arc(start: Placement, v: float, w: float, seconds: float) -> Placement:
 
 
 def time_to_contact(
-    start: Placement, v: float, w: float, seconds: float, clearance: Clearance,
+    start: Placement, v: float, w: float, seconds: float, clearance: Room,
 ) -> tuple[float, bool]:
     """
     Return how long a disc can drive along an arc before it touches something.
@@ -137,14 +142,14 @@ def time_to_contact(
     return seconds, False
 
 
-def _room(start: Placement, v: float, w: float, seconds: float, clearance: Clearance) -> float:
+def _room(start: Placement, v: float, w: float, seconds: float, clearance: Room) -> float:
     there = arc(start, v, w, seconds)
     return clearance.at(there.x, there.y)
 
 
 def _bisect(
     start: Placement, v: float, w: float, free: float, blocked: float, limit: float,
-    clearance: Clearance,
+    clearance: Room,
 ) -> float:
     """Return the last time at which there is room enough; it is proven for ``free``."""
     for _ in range(_BISECTIONS):
@@ -192,7 +197,7 @@ class Robot:
         self._distance = self._turned = 0.0
 
     def drive(
-        self, v: float, w: float, seconds: float, clearance: Clearance,
+        self, v: float, w: float, seconds: float, clearance: Room,
         rng: np.random.Generator,
     ) -> bool:
         """
@@ -204,8 +209,8 @@ class Robot:
             Finite.
         seconds : float
             The tick.
-        clearance : Clearance
-            The world; its radius is the body's.
+        clearance : Room
+            Around a disc of the body's radius.
         rng : numpy.random.Generator
             For slip and noise; not used where the wheels are exact.
 

@@ -1,15 +1,19 @@
 """The simulated robot in its world: commands in, ticks on, what it senses out. ROS-free."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
 import numpy as np
 import numpy.typing as npt
 
-from control_field.local_grid import crop_neighbourhood
-from sim_node.clearance import Clearance
+from sim_node.contacts import Contacts, Surroundings
 from sim_node.robot import Placement, Robot
 from sim_node.settings import SimSettings
+from world_maps.clearance import Clearance
+from world_maps.mover import Mover
+from world_maps.movers import Disc, Movers
+from world_maps.window import true_window
 from world_maps.world import World
 
 
@@ -37,26 +41,34 @@ class Simulation:
     world : World
     parameters : SimSettings
         Its ``world`` is not looked at: files are the caller's business.
+    movers : sequence of Mover
+        What moves in it.
 
     Raises
     ------
     ValueError
-        If the robot cannot stand where it should start.
+        If the robot cannot stand where it should start, or a mover has no room.
 
     """
 
-    def __init__(self, world: World, parameters: SimSettings) -> None:
+    def __init__(
+        self, world: World, parameters: SimSettings, movers: Sequence[Mover] = (),
+    ) -> None:
         """Put the robot at its start."""
         self.world = world
         self.parameters = parameters
+        self.movers = Movers(movers, world, parameters.seed)
         self._clearance = Clearance(world, parameters.robot_radius)
         self._check_placement(parameters.start, 'the start (start_x, start_y)')
+        self.contacts = Contacts()
         self.robot = Robot(parameters.body, parameters.wheels, parameters.start)
         self.reset()
 
     def reset(self) -> None:
         """
         Start anew: robot at the start, contacts forgotten, the same random numbers again.
+
+        What moves begins anew, too.
 
         Raises
         ------
@@ -66,11 +78,35 @@ class Simulation:
         """
         self.place(self.parameters.start, 'the start (start_x, start_y)')
         self._rng = np.random.default_rng(self.parameters.seed)
-        self.n_collisions = 0
+        self.movers.reset()
+        self.contacts = Contacts()
+        self.seconds, self._n_walls = 0.0, 0
+
+    @property
+    def in_contact(self) -> bool:
+        """Return whether the robot touches something, as a bumper feels it."""
+        return self._at_wall or bool(self.contacts.touching)
+
+    @property
+    def n_collisions(self) -> int:
+        """Return how often the robot ran into something, be it a mover."""
+        return self._n_walls + self.contacts.n_robot
+
+    @property
+    def n_robot_contacts(self) -> int:
+        """Return how often the robot ran into a mover: its own motion closed the gap."""
+        return self.contacts.n_robot
+
+    @property
+    def n_mover_contacts(self) -> int:
+        """Return how often a mover ran into the robot, which did not drive towards it."""
+        return self.contacts.n_mover
 
     def place(self, where: Placement, name: str = 'the place') -> None:
         """
         Put the robot somewhere; it stands still there, and its odometry knows.
+
+        Where something moves it may be placed, too: the two part freely, which is no contact.
 
         Raises
         ------
@@ -81,7 +117,9 @@ class Simulation:
         """
         self._check_placement(where, name)
         self.robot.place(where)
-        self.in_contact = False
+        self._at_wall = False
+        self.contacts.touching.clear()
+        self.contacts.run_into.clear()
         self._command = (0.0, 0.0)
         self._command_age = math.inf
 
@@ -98,7 +136,7 @@ class Simulation:
         if world is not None or self._clearance.radius != parameters.robot_radius:
             self.world = world or self.world
             self._clearance = Clearance(self.world, parameters.robot_radius)
-            self.in_contact = self._clearance.at(*self.robot.truth[:2]) < 0.0
+            self._at_wall = self._clearance.at(*self.robot.truth[:2]) < 0.0
 
     def command(self, v: float, w: float) -> None:
         """
@@ -141,20 +179,31 @@ class Simulation:
 
         """
         v, w = (0.0, 0.0) if self.is_stale else self._command
-        before = self.robot.truth
-        hit = self.robot.drive(v, w, seconds, self._clearance, self._rng)
+        before, discs = self._disc, self.movers.discs
+        hit = self.robot.drive(
+            v, w, seconds, Surroundings(self._clearance, discs), self._rng)
         self._command_age += seconds
-        self.n_collisions += hit and not self.in_contact
-        moved = self.robot.truth[:2] != before[:2]
-        self.in_contact = hit or (self.in_contact and not moved)
+        self.seconds += seconds
+        held = self.movers.advance(seconds, self._disc)
+        at_mover = self.contacts.on_tick(
+            (before, self._disc), discs, self.movers.discs, hit, held)
+        at_wall = hit and not at_mover
+        self._n_walls += at_wall and not self._at_wall
+        moved = self._disc != before
+        self._at_wall = at_wall or (self._at_wall and not moved)
         return hit
 
     def local_grid(self) -> LocalGrid:
         """Return the 3x3 neighbourhood as the robot gets it."""
         cell = self.world.grid.cell_from_world
         truth, odometry = self.robot.truth, self.robot.odometry
-        return LocalGrid(*cell(odometry.x, odometry.y),
-                     crop_neighbourhood(self.world.occupancy, *cell(truth.x, truth.y)))
+        return LocalGrid(
+            *cell(odometry.x, odometry.y),
+            true_window(self.world, self.movers.discs, *cell(truth.x, truth.y)))
+
+    @property
+    def _disc(self) -> Disc:
+        return Disc(*self.robot.truth[:2], self.parameters.robot_radius)
 
     def _check_placement(self, where: Placement, name: str) -> None:
         x, y = where.x, where.y

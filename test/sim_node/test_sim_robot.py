@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from control_field.grid import Grid
-from sim_node.clearance import Clearance
 from sim_node.robot import arc, Body, Placement, Robot, time_to_contact, towards, Wheels
+from world_maps.clearance import Clearance
 from world_maps.world import World
 
 RADIUS = 0.105
