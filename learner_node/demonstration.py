@@ -87,7 +87,8 @@ class Demonstration:
         state, inputs = self._state, self._state.inputs
         is_quiet = now - max(inputs.last_sign_of_life, state.since) >= _QUIET
         is_complete = is_quiet and not inputs.awaits_local_grid(inputs.odometry_stamp)
-        return [] if state.may_settle(now) and not is_complete else self._learn(now)
+        may_wait = state.may_settle(now) and not is_complete
+        return [] if may_wait or state.is_catching_up(now) else self._learn(now)
 
     def cut_off(self, now: float) -> Outputs:
         """Close the demonstration that is being kept before the drive of a trial that begins."""

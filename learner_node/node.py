@@ -121,6 +121,7 @@ class LearnerNode(Node):
         for topic in topics:
             self._listener.subscribe(topic.kind, self._task_memory.topics[topic.name],
                                 self._reader(topic), topic.profiles, topic.spare, topic.kept)
+        self._session.state.has_heard_all = self._has_heard_all
 
     def _make_services(self) -> None:
         self.learner_services = LearnerServices(
@@ -173,6 +174,11 @@ class LearnerNode(Node):
         self._handler.guard(self._recorder.take)
         self._dispatcher.dispatch(arrival.name, arrival.message.cdr)
         return True
+
+    def _has_heard_all(self, since: float) -> bool:
+        """Return True once what the middleware had at a time, [s], was recorded and handed on."""
+        caught_up, arrival = self._listener.caught_up(since), self._recorder.oldest()
+        return caught_up is not None and (arrival is None or arrival.since > caught_up)
 
     @property
     def odometry_time(self) -> int:

@@ -13,6 +13,8 @@ from msgs_bridge.node.node_info import Operation
 
 #: Longest wait for the last messages of a drive, [s]: a real robot is never quiet.
 _SETTLING_TIME: Final = 0.3
+#: Longest time that what had arrived by then may take to be read and recorded, [s].
+_CATCHING_UP_TIME: Final = 10.0
 
 
 class SessionState:
@@ -37,6 +39,8 @@ class SessionState:
         #: Whose field that is, see `memory_identity`.
         self.memory = ''
         self.inputs = Inputs()
+        #: Returns True once what had arrived by a time, [s], is recorded and was handed on.
+        self.has_heard_all: Callable[[float], bool] = lambda since: True
         #: Returns why something must not be done now, such as what does not fit in the suite.
         self.why_not: Callable[[Operation], str] = lambda operation: ''
 
@@ -58,6 +62,10 @@ class SessionState:
     def may_settle(self, now: float) -> bool:
         """Return True while the last messages may yet come; a lock-step is ahead of its bag."""
         return now - self.since < _SETTLING_TIME * (10 if self.settings.lockstep else 1)
+
+    def is_catching_up(self, now: float) -> bool:
+        """Return True while messages wait that arrived before the phase began."""
+        return now - self.since < _CATCHING_UP_TIME and not self.has_heard_all(self.since)
 
     def misfit(self, status: TrialStatus) -> str:
         """Say whose field the controller has, if it is not the published one; empty if it is."""

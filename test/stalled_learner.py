@@ -1,14 +1,18 @@
-"""The learner, whose worker and executor stand still for some seconds once it records."""
+"""The learner, whose threads stand still: two once it records, then the third until it keeps."""
 
 import ctypes
+from threading import Event
 import time
 
 from learner_node.node import LearnerNode
+from learner_node.phases import Phase
 from learner_node.reports import PROGRAM
 from msgs_bridge.node.run import run_node
 
 #: How long each of them stands still, and for how long nothing of Python runs at all, [s].
 STALL, FROZEN = 5.0, 1
+#: How long the thread that records takes nothing once the drive is being kept, [s].
+DEAF = 1.0
 
 
 class StalledLearner(LearnerNode):
@@ -17,6 +21,16 @@ class StalledLearner(LearnerNode):
     def __init__(self):
         super().__init__()
         self._stalls = self.create_timer(0.1, self._stall)
+        self._listener._group._ask = self._be_deaf
+        self._went_on, self._is_kept = Event(), False
+
+    def _be_deaf(self):
+        """Take nothing from the middleware until the drive is kept, and for a while longer."""
+        if self._went_on.is_set() and not self._is_kept:
+            while self._session.state.phase is Phase.DEMONSTRATION:
+                time.sleep(0.01)
+            time.sleep(DEAF)
+            self._is_kept = True
 
     def _stall(self):
         if self._recorder.kind is None:
@@ -28,6 +42,7 @@ class StalledLearner(LearnerNode):
             lambda: ctypes.PyDLL(None).sleep(FROZEN) or time.sleep(STALL - FROZEN),
             lambda future: None)
         time.sleep(STALL)
+        self._went_on.set()
         print('goes on', flush=True)
 
 

@@ -3,12 +3,14 @@
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+import math
 from threading import Event, Thread
 import time
 from typing import Any, Final
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import (
+    ExternalShutdownException, ShutdownException, SingleThreadedExecutor, TimeoutException)
 from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -86,6 +88,9 @@ class Listener:
         self._thread = Thread(target=self._work, name=part, daemon=True)
         self._group = _AskFirst(ask)
         self._subscriptions: list[MergedSubscription] = []
+        self._executor: Any = SingleThreadedExecutor(context=owner.context)
+        self._is_asked = False
+        self._caught_up = -math.inf
 
     def subscribe(
         self, kind: type, topic: str, callback: RawCallback, profiles: Sequence[QoSProfile],
@@ -126,6 +131,18 @@ class Listener:
             return now
         return received
 
+    def caught_up(self, since: float) -> float | None:
+        """
+        Return when nothing waited with the middleware, at ``since`` or later, [s].
+
+        None until that has been so; ask again then. Times are those of a steady clock.
+        """
+        if self._caught_up >= since:
+            return self._caught_up
+        self._is_asked = True
+        self._executor.wake()
+        return None
+
     def start(self) -> None:
         """Start the thread."""
         self._thread.start()
@@ -139,12 +156,11 @@ class Listener:
             self._node.destroy_node()  # type: ignore[no-untyped-call]
 
     def _work(self) -> None:
-        executor: Any = SingleThreadedExecutor(context=self._node.context)
-        executor.add_node(self._node)
+        self._executor.add_node(self._node)
         last, looked = time.monotonic(), _awake()
         try:
             while not self._is_over.is_set() and self._node.context.ok():
-                executor.spin_once(_PERIOD)
+                self._take_one()
                 before, looked = looked, _awake()
                 for merged in self._subscriptions:
                     if merged.has_lost_publisher or looked - before > _ASLEEP:
@@ -152,10 +168,26 @@ class Listener:
                 if time.monotonic() - last >= _PERIOD:
                     last = time.monotonic()
                     self._again()
-        except ExternalShutdownException:
+        except (ExternalShutdownException, ShutdownException):
             pass
         finally:
-            executor.shutdown()
+            self._executor.shutdown()
+
+    def _take_one(self) -> None:
+        """Take a message, or note that none waits if somebody asks for that."""
+        if not self._is_asked:
+            self._executor.spin_once(_PERIOD)
+            return
+        began, n_taken = time.monotonic(), 0
+        # It gives up after each look, also after one at which something was taken.
+        with suppress(TimeoutException):
+            while True:
+                handler, *_ = self._executor.wait_for_ready_callbacks(timeout_sec=0.0)
+                handler()
+                handler.result()  # raises what the callback raised
+                n_taken += 1
+        if not n_taken:
+            self._is_asked, self._caught_up = False, began
 
 
 def _awake() -> float:

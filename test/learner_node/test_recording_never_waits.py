@@ -142,3 +142,13 @@ def test_a_drive_that_is_kept_while_the_learner_stands_still_keeps_its_end(recor
                processes=[recording.learner], what='all messages')
     recording.keep()
     recording.check(at_least=BURST)
+
+
+@pytest.mark.slow
+def test_what_the_middleware_has_when_a_drive_is_kept_belongs_to_it(recording):
+    recording.wait(lambda: 'goes on' in recording.learner.stdout, 'the end of the stall')
+    # From here on the thread that records takes nothing.
+    recording.robot.hurry(200)
+    n = recording.robot.n
+    recording.keep()
+    recording.check(at_least=n - recording.first)

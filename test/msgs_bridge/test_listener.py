@@ -146,6 +146,28 @@ def test_nothing_is_taken_before_who_is_asked_agrees(ros_node):
         listener.close()
 
 
+def test_it_has_caught_up_once_nothing_waits_with_the_middleware(ros_node):
+    leave, found = Event(), []
+    listener = Listener(ros_node, Counter(), ask=lambda: leave.wait(DEADLINE))
+    listener.subscribe(String, '/talk', lambda cdr, _: found.append(cdr), (qos.RECORDING,))
+    publisher = ros_node.create_publisher(String, '/talk', qos.RECORDING)
+    wait_until(lambda: publisher.get_subscription_count() == 1, what='who hears')
+    listener.start()
+    try:
+        say(publisher, map(str, range(50)))
+        wait_until(publisher.wait_for_all_acked, what='their arrival')
+        asked = time.monotonic()
+        assert listener.caught_up(asked) is None
+        leave.set()
+        wait_until(lambda: listener.caught_up(asked) is not None, what='the end of the queue')
+        assert len(found) == 50
+        assert asked <= listener.caught_up(asked) <= time.monotonic()
+        wait_until(lambda: listener.caught_up(time.monotonic()) is None, what='a later question')
+    finally:
+        leave.set()
+        listener.close()
+
+
 def test_it_has_a_name_of_its_own_and_ends_at_once(ros_node, heard):
     names = ros_node.get_node_names()
     assert f'{ros_node.get_name()}_recorder' in names
