@@ -1,6 +1,6 @@
 """What the parts hand to each other: decisions, trials, demonstrations, prototypes, the field."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from typing import Final
 
@@ -43,6 +43,29 @@ DECISION_DTYPE: Final = np.dtype([
 ])
 
 
+def local_grid_dtype(side: int) -> np.dtype[np.void]:
+    """
+    Return the type of a table of local grids: stamp [s], cell it was seen from, side x side cells.
+
+    Row 0 of the cells is at the lowest y, the robot's cell in the middle; 0, 100 or -1 each.
+    """
+    return np.dtype([('stamp', '<f8'), ('row', '<i4'), ('col', '<i4'),
+                     ('cells', 'i1', (side, side))])
+
+
+def no_local_grids() -> npt.NDArray[np.void]:
+    """Return the table of a drive whose local grids show no more than the cells around."""
+    return np.zeros(0, dtype=local_grid_dtype(3))
+
+
+def _check_local_grids(local_grids: npt.NDArray[np.void]) -> None:
+    """Refuse what is no table of local grids."""
+    names = local_grids.dtype.names or ()
+    cells = local_grids['cells'].shape if 'cells' in names else ()
+    if local_grids.ndim != 1 or len(cells) != 3 or local_grids.dtype != local_grid_dtype(cells[1]):
+        raise ValueError('local_grids must be a one-dimensional table of local_grid_dtype')
+
+
 def _read_only(array: npt.NDArray[np.generic]) -> None:
     array.setflags(write=False)
 
@@ -68,6 +91,8 @@ class Demonstration:
         Masks of the local grid in each cell (``unknown`` all ones where there was none).
     episode : int
         Number of the bag it came from; 0 where there is none.
+    local_grids : ndarray of `local_grid_dtype`, shape (m,)
+        What was seen beyond the cells around the robot's, by stamp; each counts until the next.
 
     Raises
     ------
@@ -81,9 +106,11 @@ class Demonstration:
     blocked: npt.NDArray[np.uint8]
     unknown: npt.NDArray[np.uint8]
     episode: int = 0
+    local_grids: npt.NDArray[np.void] = field(default_factory=no_local_grids)
 
     def __post_init__(self) -> None:
         """Check shapes and steps."""
+        _check_local_grids(self.local_grids)
         n = len(self.cells)
         _check_shape('cells', self.cells, (n, 2))
         for name in ('stamps', 'blocked', 'unknown'):
@@ -92,7 +119,7 @@ class Demonstration:
             raise ValueError('a demonstration stays in one cell for two steps')
         if n and np.abs(np.diff(self.cells, axis=0)).max(initial=0) > 1:
             raise ValueError('a demonstration jumps between cells that are not neighbours')
-        for name in ('cells', 'stamps', 'blocked', 'unknown'):
+        for name in ('cells', 'stamps', 'blocked', 'unknown', 'local_grids'):
             _read_only(getattr(self, name))
 
 
@@ -109,15 +136,20 @@ class Trial:
         How it ended.
     episode : int
         Number of the bag it came from; 0 where there is none.
+    local_grids : ndarray of `local_grid_dtype`, shape (m,)
+        What was seen beyond the cells around the robot's, by stamp; each counts until the next.
 
     """
 
     decisions: npt.NDArray[np.void]
     outcome: Outcome
     episode: int = 0
+    local_grids: npt.NDArray[np.void] = field(default_factory=no_local_grids)
 
     def __post_init__(self) -> None:
-        """Check the table."""
+        """Check the tables."""
+        _check_local_grids(self.local_grids)
+        _read_only(self.local_grids)
         if self.decisions.dtype != DECISION_DTYPE or self.decisions.ndim != 1:
             raise ValueError('decisions must be a one-dimensional DECISION_DTYPE table')
         _read_only(self.decisions)

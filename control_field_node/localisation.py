@@ -82,7 +82,7 @@ class Localisation:
         else:
             particle_filter.move(*step)
         if self.settings.anchoring and neighbourhood is not None:
-            particle_filter.see(neighbourhood.cells)
+            particle_filter.see(neighbourhood.nine)
         self.estimate = particle_filter.estimate()
         return replace(pose, x=self.estimate.x, y=self.estimate.y, yaw=self.estimate.yaw)
 
@@ -90,13 +90,17 @@ class Localisation:
         """
         Return a neighbourhood moved to where the robot is.
 
-        Free cells that may as well be others become unknown.
+        Free cells that may as well be others become unknown. What lies farther away than the cells
+        around the robot's is kept only where nothing had to be moved or doubted.
         """
         if self._particle_filter is None or self.estimate is None:
             return neighbourhood
         row, col = self.estimate.row, self.estimate.col
-        return replace(neighbourhood, row=row, col=col,
-                       cells=self._particle_filter.doubted(neighbourhood.cells, row, col))
+        nine = self._particle_filter.doubted(neighbourhood.nine, row, col)
+        if (row, col) == (neighbourhood.row, neighbourhood.col) and (
+                nine == neighbourhood.nine).all():
+            return neighbourhood
+        return replace(neighbourhood, row=row, col=col, cells=nine, fine=None)
 
     def correct(self, pose: Pose, variances: tuple[float, float, float]) -> bool:
         """Correct the pose by one of `pose_topic`; return whether it was of use."""

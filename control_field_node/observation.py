@@ -1,6 +1,9 @@
 """A neighbourhood, prepared once for everything that decides by it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.local_grid import ALL, masks_from_neighbourhood
@@ -23,6 +26,8 @@ class Observation:
         Cells of the nine that must not be entered.
     local_grid : LocalGrid
         The same for the collision monitor.
+    cells : ndarray of int8, shape (n, n)
+        All that is observed, the robot's cell in the middle.
 
     """
 
@@ -32,6 +37,7 @@ class Observation:
     unknown: int
     occupied: frozenset[tuple[int, int]]
     local_grid: LocalGrid
+    cells: npt.NDArray[np.int8] = field(compare=False)
 
     @property
     def cell(self) -> tuple[int, int]:
@@ -54,15 +60,15 @@ def observation_from_neighbourhood(
 ) -> Observation:
     """Prepare a neighbourhood; see `local_grid_from_cells` for what is meant by ``own_cell``."""
     row, col = neighbourhood.row, neighbourhood.col
-    cells = neighbourhood.cells.tolist()
-    blocked, unknown = masks_from_neighbourhood(neighbourhood.cells)
+    cells = neighbourhood.nine.tolist()
+    blocked, unknown = masks_from_neighbourhood(neighbourhood.nine)
     occupied = frozenset(
         (row + i - 1, col + j - 1) for i in range(3) for j in range(3)
         if (i, j) != (1, 1) and (
             not grid.contains(row + i - 1, col + j - 1)
             or (unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
     local_grid = local_grid_from_cells(cells, row, col, grid, unknown_is_blocked, own_cell)
-    return Observation(row, col, blocked, unknown, occupied, local_grid)
+    return Observation(row, col, blocked, unknown, occupied, local_grid, neighbourhood.cells)
 
 
 class ObservationCache:
@@ -76,8 +82,9 @@ class ObservationCache:
         self, neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool, own_cell: bool,
     ) -> Observation:
         """Return what `observation_from_neighbourhood` does."""
-        key = (neighbourhood.row, neighbourhood.col, neighbourhood.cells.tobytes(), grid,
-               unknown_is_blocked, own_cell)
+        fine = neighbourhood.fine
+        key = (neighbourhood.row, neighbourhood.col, neighbourhood.cells.tobytes(),
+               None if fine is None else fine.tobytes(), grid, unknown_is_blocked, own_cell)
         if self._last is None or self._last[0] != key:
             self._last = key, observation_from_neighbourhood(
                 neighbourhood, grid, unknown_is_blocked, own_cell)

@@ -14,6 +14,7 @@ from rclpy.serialization import serialize_message
 
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
+from control_field.local_grid import cells_from_fine
 from control_field.records import CellFlag, ControlField, DECISION_DTYPE, Outcome, Prototypes
 from episode_store.episode import Content, Episode
 from episode_store.header import EpisodeHeader
@@ -104,11 +105,12 @@ def raw_odometry(stamp: float, x: float, y: float, frame_id: str = 'odom') -> by
 
 
 def raw_local_grid(
-    stamp: float, row: int, col: int, cells: np.ndarray, grid: Grid = GRID,
+    stamp: float, row: int, col: int, cells: np.ndarray, grid: Grid = GRID, k: int = 1,
 ) -> bytes:
-    """Return a serialised `neighbourhood` message."""
-    return serialize_message(grid_from_neighbourhood(
-        Neighbourhood(stamp, row, col, cells.astype(np.int8)), grid))
+    """Return a serialised `neighbourhood` message; ``cells`` are k a side of one of the grid's."""
+    fine = cells.astype(np.int8)
+    return serialize_message(grid_from_neighbourhood(Neighbourhood(
+        stamp, row, col, cells_from_fine(fine, k), grid.frame_id, fine if k > 1 else None), grid))
 
 
 def spoil(msg: Any, name: str, value: Any) -> None:

@@ -11,14 +11,15 @@ import numpy.typing as npt
 from control_field.drives.dead_reckoning import Motion
 from control_field.grid import Grid
 from control_field.headings import N_HEADINGS, STEP_COL, STEP_ROW
-from control_field.local_grid import BLOCKED, FREE, UNKNOWN
+from control_field.local_grid import BLOCKED, UNKNOWN
 from control_field.records import DECISION_DTYPE
 from episode_store.rosbag2.columns import Columns, Group, groups, read_columns
+from episode_store.rosbag2.local_grid_cells import read_cells
 from episode_store.rosbag2.reader import RawMessages
 from msgs_bridge.messages.cdr import (
     CdrError, DESCRIBED, DIAGNOSTIC_STATUS, POINT_CLOUD, struct_from_cdr)
 from msgs_bridge.messages.clouds import TableError
-from msgs_bridge.messages.neighbourhoods import ALIGNMENT_TOLERANCE, MAX_TURN, RESOLUTION_TOLERANCE
+from msgs_bridge.messages.neighbourhoods import ALIGNMENT_TOLERANCE, MAX_TURN
 from msgs_bridge.messages.poses import MAX_PLACE, QUATERNION_TOLERANCE
 from msgs_bridge.messages.tables import decisions_from_cloud
 from msgs_bridge.messages.trial_status import trial_from_status, TrialStatus
@@ -63,7 +64,7 @@ class PoseTable:
 @dataclass(frozen=True, eq=False)
 class LocalGridTable:
     """
-    The 3x3 local grids of a drive, in the order of recording.
+    The local grids of a drive, in the order of recording.
 
     Parameters
     ----------
@@ -71,11 +72,13 @@ class LocalGridTable:
     cells : ndarray of int64, shape (n, 2)
         The robot's ``(row, col)``.
     blocked, unknown : ndarray of uint8, shape (n,)
-        Masks.
+        Masks of the cells around it.
     n_refused : int
         Messages that were left out.
     refusal : str
         Why the first of them was.
+    local_grids : ndarray of `local_grid_dtype`, shape (m,)
+        Those that show more than that, without repetitions.
 
     """
 
@@ -85,6 +88,7 @@ class LocalGridTable:
     unknown: npt.NDArray[np.uint8]
     n_refused: int
     refusal: str
+    local_grids: npt.NDArray[np.void]
 
 
 def pose_table(messages: RawMessages, frame_id: str) -> PoseTable:
@@ -139,7 +143,7 @@ def _at_the_ends(
 
 def local_grid_table(messages: RawMessages, grid: Grid) -> LocalGridTable:
     """
-    Read 3x3 OccupancyGrid messages on the cells of ``grid``.
+    Read OccupancyGrid messages of local grids on the cells of ``grid``, or on finer ones.
 
     Messages that `neighbourhoods.neighbourhood_from_grid` would refuse are left out and counted.
 
@@ -149,24 +153,18 @@ def local_grid_table(messages: RawMessages, grid: Grid) -> LocalGridTable:
         If the messages are of another type.
 
     """
-    name = messages.topic
     columns = _checked(messages, _STAMP | _POSE | {
-        'resolution': 1, 'width': 1, 'height': 1, 'data': 9}, grid.frame_id)
+        'resolution': 1, 'width': 1, 'height': 1}, grid.frame_id)
     values = columns.values
-    _refuse(columns, (values['width'] != 3) | (values['height'] != 3), f'{name}: is not 3 x 3')
-    off = np.abs(values['resolution'].astype(np.float64) - grid.resolution)
-    _refuse(columns, ~(off <= RESOLUTION_TOLERANCE * grid.resolution),
-            f'{name}: resolution is not {grid.resolution:g} m')
+    read = read_cells(messages, columns, grid)
     _refuse(columns, ~_is_rotation(values) | ~(np.abs(_yaw(values)) <= MAX_TURN),
-            f'{name}: origin is turned')
-    cells = _cells(columns, grid, name)
-    data = values['data'].reshape(-1, 9)
-    _refuse(columns, ~np.all(np.isin(data, (FREE, BLOCKED, UNKNOWN)), axis=1),
-            f'{name}: a cell is not 0, 100 or -1')
+            f'{messages.topic}: origin is turned')
+    cells, stamps = _cells(columns, grid, messages.topic, read.reach), _seconds(values)
     kept = columns.accepted
     return LocalGridTable(
-        _seconds(values)[kept], cells[kept], _mask(data, BLOCKED)[kept],
-        _mask(data, UNKNOWN)[kept], int((~kept).sum()), columns.refusal)
+        stamps[kept], cells[kept], _mask(read.nine, BLOCKED)[kept],
+        _mask(read.nine, UNKNOWN)[kept], int((~kept).sum()), columns.refusal,
+        read.local_grids(stamps, cells, kept))
 
 
 def decision_table(
@@ -308,18 +306,20 @@ def _yaw(values: dict[str, npt.NDArray[Any]]) -> npt.NDArray[np.float64]:
         return np.asarray(np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
 
 
-def _cells(columns: Columns, grid: Grid, name: str) -> npt.NDArray[np.int64]:
+def _cells(
+    columns: Columns, grid: Grid, name: str, reach: npt.NDArray[np.int64],
+) -> npt.NDArray[np.int64]:
     """Return the cells of the robot; refuse grids that are off the cells of the workspace."""
-    values = columns.values
+    values, reach = columns.values, reach[:, np.newaxis]
     with np.errstate(over='ignore', invalid='ignore'):
         place = np.stack([values['y'] - grid.origin_y, values['x'] - grid.origin_x], axis=1)
         place = place / grid.resolution
         nearest = np.round(place)
         aligned = np.all(np.abs(place - nearest) <= ALIGNMENT_TOLERANCE, axis=1)
-        inside = np.all((nearest >= -1) & (nearest < np.array(grid.shape) - 1), axis=1)
+        inside = np.all((nearest >= -reach) & (nearest < np.array(grid.shape) - reach), axis=1)
     _refuse(columns, ~aligned, f'{name}: origin lies off the cells of the workspace')
     _refuse(columns, ~inside, f'{name}: its middle lies outside the workspace')
-    return np.where((aligned & inside)[:, np.newaxis], nearest + 1, 0).astype(np.int64)
+    return np.where((aligned & inside)[:, np.newaxis], nearest + reach, 0).astype(np.int64)
 
 
 def _mask(data: npt.NDArray[np.int8], state: int) -> npt.NDArray[np.uint8]:

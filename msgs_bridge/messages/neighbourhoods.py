@@ -1,4 +1,4 @@
-"""Occupancy grids: the robot's 3x3 local grid, and whole maps."""
+"""Occupancy grids: the robot's local grid, and whole maps."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.grid import Grid
-from control_field.local_grid import BLOCKED, FREE, UNKNOWN
+from control_field.local_grid import (
+    BLOCKED, cells_from_fine, FREE, is_local_grid_size, MAX_SIDE, middle_of, SUBDIVISIONS, UNKNOWN)
 from msgs_bridge.messages.poses import (
     check_frame, MAX_PLACE, seconds_from_stamp, stamp_from_seconds, yaw_from_quaternion)
 
@@ -22,6 +23,10 @@ MAX_TURN: Final = 1e-3
 RESOLUTIONS: Final = (1e-5, 1e5)
 
 
+#: Bytes that cells may consist of.
+_STATES: Final = frozenset(np.array([FREE, BLOCKED, UNKNOWN], dtype=np.int8).tobytes())
+
+
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
     """
@@ -33,15 +38,17 @@ class Neighbourhood:
         When.
     row, col : int
         The cell in the middle.
-    cells : ndarray of int8, shape (3, 3)
-        0 free, 100 blocked, -1 unknown; row 0 at the lowest y.
+    cells : ndarray of int8, shape (n, n)
+        0 free, 100 blocked, -1 unknown; row 0 at the lowest y; n odd, 3 to 61.
     frame_id : str
         The frame of the grid that ``row, col`` belong to.
+    fine : ndarray of int8, shape (n * k, n * k), optional
+        The same in finer cells, k of them along a side of a cell: 3 or 5.
 
     Raises
     ------
     ValueError
-        If the shape or a state is another.
+        If a shape or a state is another.
 
     """
 
@@ -50,28 +57,55 @@ class Neighbourhood:
     col: int
     cells: npt.NDArray[np.int8]
     frame_id: str = 'odom'
+    fine: npt.NDArray[np.int8] | None = None
 
     def __post_init__(self) -> None:
-        """Check the shape and the states."""
-        if self.cells.shape != (3, 3):
-            raise ValueError(f'neighbourhood: shape is {self.cells.shape}, must be (3, 3)')
-        for state in self.cells.ravel().tolist():
-            if state not in (FREE, BLOCKED, UNKNOWN):
-                raise ValueError(f'neighbourhood: a cell is {state}, must be 0, 100 or -1')
+        """Check shapes and states."""
+        n = len(self.cells)
+        if self.cells.shape != (n, n) or not is_local_grid_size(n):
+            raise ValueError(f'neighbourhood: shape is {self.cells.shape}, must be square, of an '
+                             f'odd number from 3 to {MAX_SIDE}')
+        _check_states(self.cells)
+        if self.fine is not None:
+            if self.fine.shape not in [(n * k, n * k) for k in SUBDIVISIONS]:
+                raise ValueError(f'neighbourhood: shape of the finer cells is {self.fine.shape}, '
+                                 f'must be 3 or 5 times {self.cells.shape}')
+            _check_states(self.fine)
+
+    @property
+    def nine(self) -> npt.NDArray[np.int8]:
+        """Return the 3x3 in the middle, which decisions go by."""
+        return middle_of(self.cells)
+
+    @property
+    def is_wide(self) -> bool:
+        """Return whether it shows more than the cells around the robot's."""
+        return len(self.cells) > 3
+
+
+def _check_states(cells: npt.NDArray[np.int8]) -> None:
+    """Refuse states that a local grid does not have."""
+    if cells.dtype == np.int8 and _STATES.issuperset(cells.tobytes()):
+        return
+    other = cells[~np.isin(cells, (FREE, BLOCKED, UNKNOWN))]
+    what = other.flat[0] if other.size else cells.dtype
+    raise ValueError(f'neighbourhood: a cell is {what}, must be 0, 100 or -1 (int8)')
 
 
 def grid_from_neighbourhood(neighbourhood: Neighbourhood, grid: Grid) -> OccupancyGrid:
-    """Write a neighbourhood as a 3x3 OccupancyGrid on the cells of ``grid``."""
-    nine = Grid(
-        3, 3, grid.resolution,
-        grid.origin_x + (neighbourhood.col - 1) * grid.resolution,
-        grid.origin_y + (neighbourhood.row - 1) * grid.resolution, neighbourhood.frame_id)
-    return map_from_occupancy(neighbourhood.cells, nine, neighbourhood.stamp)
+    """Write a neighbourhood as an OccupancyGrid on the cells of ``grid``, or on finer ones."""
+    cells = neighbourhood.cells if neighbourhood.fine is None else neighbourhood.fine
+    n, reach = len(cells), len(neighbourhood.cells) // 2
+    local = Grid(
+        n, n, grid.resolution * len(neighbourhood.cells) / n,
+        grid.origin_x + (neighbourhood.col - reach) * grid.resolution,
+        grid.origin_y + (neighbourhood.row - reach) * grid.resolution, neighbourhood.frame_id)
+    return map_from_occupancy(cells, local, neighbourhood.stamp)
 
 
 def cells_of_local_grid(msg: Any) -> Grid:
     """
-    Return the nine cells of a 3x3 OccupancyGrid as a workspace of their own.
+    Return the cells of a local grid as a workspace of their own.
 
     Raises
     ------
@@ -79,15 +113,19 @@ def cells_of_local_grid(msg: Any) -> Grid:
         If the size, data length, resolution or origin is wrong.
 
     """
-    nine, _ = _read(msg, 'neighbourhood')
-    if nine.shape != (3, 3):
-        raise ValueError(f'neighbourhood: size is {nine.n_rows} x {nine.n_cols}, must be 3 x 3')
-    return nine
+    local, _ = _read(msg, 'neighbourhood')
+    n = local.n_rows
+    k = next((k for k in SUBDIVISIONS if n % k == 0 and is_local_grid_size(n // k)), 1)
+    _check_size_of(local.shape, k)
+    return Grid(n // k, n // k, local.resolution * k, local.origin_x, local.origin_y,
+                local.frame_id)
 
 
 def neighbourhood_from_grid(msg: Any, grid: Grid) -> Neighbourhood:
     """
-    Read a 3x3 OccupancyGrid that lies on the cells of ``grid``.
+    Read a local grid that lies on the cells of ``grid``, or on finer ones, 3 or 5 a side.
+
+    A cell is blocked if one of its finer ones is, else unknown if one of them is, else free.
 
     Raises
     ------
@@ -99,18 +137,38 @@ def neighbourhood_from_grid(msg: Any, grid: Grid) -> Neighbourhood:
     name = 'neighbourhood'
     check_frame(msg.header.frame_id, grid.frame_id, name)
     size = msg.info.height, msg.info.width
-    if size != (3, 3):
-        raise ValueError(f'{name}: size is {size[0]} x {size[1]}, must be 3 x 3')
-    nine, cells = _read(msg, name)
-    if abs(nine.resolution - grid.resolution) > RESOLUTION_TOLERANCE * grid.resolution:
-        raise ValueError(
-            f'{name}: resolution is {nine.resolution:.7g} m, must be {grid.resolution:.7g} m')
-    col = _cell(nine.origin_x - grid.origin_x, grid.resolution, name) + 1
-    row = _cell(nine.origin_y - grid.origin_y, grid.resolution, name) + 1
+    if size[0] != size[1] or size[0] > MAX_SIDE * SUBDIVISIONS[-1]:
+        _check_size_of(size, 1)
+    local, cells = _read(msg, name)
+    k = _subdivision(local.resolution, grid)
+    _check_size_of(size, k)
+    reach = size[0] // k // 2
+    col = _cell(local.origin_x - grid.origin_x, grid.resolution, name) + reach
+    row = _cell(local.origin_y - grid.origin_y, grid.resolution, name) + reach
     if not grid.contains(row, col):
         raise ValueError(f'{name}: its middle is cell ({row}, {col}), '
                          f'must be in the workspace of {grid.n_rows} x {grid.n_cols}')
-    return Neighbourhood(_stamp(msg, name), row, col, cells, grid.frame_id)
+    _check_states(cells)
+    return Neighbourhood(_stamp(msg, name), row, col, cells_from_fine(cells, k), grid.frame_id,
+                         cells if k > 1 else None)
+
+
+def _subdivision(resolution: float, grid: Grid) -> int:
+    """Return how many cells of a resolution [m] lie along a side of the workspace's."""
+    for k in SUBDIVISIONS:
+        if abs(resolution * k - grid.resolution) <= RESOLUTION_TOLERANCE * grid.resolution:
+            return k
+    raise ValueError(f'neighbourhood: resolution is {resolution:.7g} m, must be '
+                     f'{grid.resolution:.7g} m, or a third or a fifth of it')
+
+
+def _check_size_of(size: tuple[int, int], k: int) -> None:
+    """Refuse a local grid that has no middle cell, or is too large."""
+    rows, cols = size
+    if rows != cols or rows % k or not is_local_grid_size(rows // k):
+        of = f', each of {k} x {k} finer ones' if k > 1 else ''
+        raise ValueError(f'neighbourhood: size is {rows} x {cols}, must be square, of an odd '
+                         f'number of cells from 3 to {MAX_SIDE}{of}')
 
 
 def occupancy_from_map(msg: Any, name: str = 'map') -> tuple[Grid, npt.NDArray[np.int8]]:

@@ -66,9 +66,10 @@ def test_poses_are_those_of_the_messages(raw):
 
 @st.composite
 def local_grids(draw):
-    cells = np.array(draw(st.lists(st.sampled_from([0, 100, -1]), min_size=9, max_size=9)))
+    n, k = draw(st.sampled_from([(3, 1), (3, 1), (7, 1), (3, 3), (5, 5), (61, 1)]))
+    fine = np.random.default_rng(draw(st.integers(0, 2**32))).choice([0, 0, 100, -1], (n * k,) * 2)
     raw = raw_local_grid(draw(st.floats(0, 1e6)), draw(st.integers(0, 19)),
-                         draw(st.integers(0, 19)), cells.reshape(3, 3))
+                         draw(st.integers(0, 19)), fine, k=k)
     for name in draw(st.lists(st.sampled_from([
             'info.resolution', 'info.origin.position.x', 'info.origin.position.y',
             'info.origin.orientation.z', 'info.origin.orientation.y',
@@ -76,9 +77,10 @@ def local_grids(draw):
         raw = spoilt(raw, OCCUPANCY, name, min(draw(odd), 1e30))
     kind = draw(st.integers(0, 12))
     if kind == 0:
-        raw = spoilt(raw, OCCUPANCY, 'info.width', draw(st.sampled_from([0, 1, 9, 2**32 - 1])))
+        raw = spoilt(raw, OCCUPANCY, 'info.width', draw(st.sampled_from([0, 1, 9, n, 2**32 - 1])))
     if kind == 1:
-        raw = spoilt(raw, OCCUPANCY, 'data', draw(st.sampled_from([[0] * 8, [], [7] * 9])))
+        raw = spoilt(raw, OCCUPANCY, 'data', draw(st.sampled_from(
+            [[0] * 8, [], [7] * 9, [7] * n**2, [0] * 16, [0] * 3969])))
     if kind == 2:
         raw = spoilt(raw, OCCUPANCY, 'header.frame_id', 'map')
     return raw
@@ -86,18 +88,37 @@ def local_grids(draw):
 
 @given(st.lists(local_grids(), max_size=9))
 def test_local_grids_are_those_of_the_messages(raw):
-    by_message = []
+    by_message, shown = [], []
     for message in raw:
         msg = deserialize_message(message, message_class(OCCUPANCY))
         if not refusal(lambda msg=msg: neighbourhood_from_grid(msg, GRID)):
             seen = neighbourhood_from_grid(msg, GRID)
             by_message.append((seen.stamp, seen.row, seen.col,
-                               *masks_from_neighbourhood(seen.cells)))
+                               *masks_from_neighbourhood(seen.nine)))
+            what = (seen.row, seen.col, seen.cells.tolist())
+            if seen.is_wide and (not shown or shown[-1][1] != what):
+                shown.append((seen, what))
     table = local_grid_table(raw_of(OCCUPANCY, raw), GRID)
     read = zip(table.stamps.tolist(), *table.cells.T.tolist(), table.blocked.tolist(),
                table.unknown.tolist(), strict=True)
     assert list(read) == by_message
     assert table.n_refused == len(raw) - len(by_message)
+    assert [(read['stamp'], read['row'], read['col']) for read in table.local_grids] == [
+        (seen.stamp, seen.row, seen.col) for seen, _ in shown]
+    for read, (seen, _) in zip(table.local_grids, shown, strict=True):
+        edge = (len(read['cells']) - len(seen.cells)) // 2
+        assert (read['cells'] == np.pad(seen.cells, edge, constant_values=-1)).all()
+
+
+def test_what_is_seen_again_and_again_is_kept_once():
+    cells = np.zeros((5, 5))
+    raw = [raw_local_grid(stamp, 3, 4, cells) for stamp in (0.0, 1.0, 2.0)]
+    raw += [raw_local_grid(3.0, 3, 5, cells), raw_local_grid(4.0, 3, 5, cells + 100)]
+    raw += [raw_local_grid(5.0, 3, 5, np.zeros((3, 3))), raw_local_grid(6.0, 3, 4, cells)]
+    table = local_grid_table(raw_of(OCCUPANCY, raw), GRID)
+    assert len(table.stamps) == 7
+    assert table.local_grids['stamp'].tolist() == [0.0, 3.0, 4.0, 6.0]
+    assert table.local_grids['cells'].shape == (4, 5, 5)
 
 
 @st.composite

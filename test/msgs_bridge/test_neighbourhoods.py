@@ -10,9 +10,10 @@ import pytest
 
 from bridge_helpers import grids, spoil
 from control_field.grid import Grid
+from control_field.local_grid import cells_from_fine
 from msgs_bridge.messages.neighbourhoods import (
-    grid_from_neighbourhood, map_from_occupancy, Neighbourhood, neighbourhood_from_grid,
-    occupancy_from_map)
+    cells_of_local_grid, grid_from_neighbourhood, map_from_occupancy, Neighbourhood,
+    neighbourhood_from_grid, occupancy_from_map)
 
 GRID = Grid(20, 30, 0.25, -1.0, 2.0)
 states = st.lists(st.sampled_from([0, 100, -1]), min_size=9, max_size=9)
@@ -36,12 +37,14 @@ def test_neighbourhood_round_trip(grid, cells, data):
 
 @pytest.mark.parametrize(('name', 'value', 'sentence'), [
     ('header.frame_id', 'map', "frame is 'map', must be 'odom'"),
-    ('info.width', 4, 'size is 3 x 4, must be 3 x 3'),
-    ('info.height', 2**32 - 1, 'must be 3 x 3'),
+    ('info.width', 4, 'size is 3 x 4, must be square, of an odd number of cells from 3 to 61'),
+    ('info.height', 2**32 - 1, 'must be square'),
     ('data', array.array('b', [0] * 8), '8 cells of data, must be 3 x 3'),
     ('data', array.array('b'), '0 cells of data'),
     ('data', array.array('b', [0] * 8 + [50]), 'a cell is 50, must be 0, 100 or -1'),
-    ('info.resolution', 0.3, 'resolution is 0.3 m, must be 0.25 m'),
+    ('info.resolution', 0.3, 'resolution is 0.3 m, must be 0.25 m, or a third or a fifth of it'),
+    ('info.resolution', 0.125, 'resolution is 0.125 m, must be 0.25 m'),
+    ('info.resolution', 0.05, 'size is 3 x 3, must be .*, each of 5 x 5 finer ones'),
     ('info.resolution', 0.0, 'resolution is 0.0 m, must be above 0'),
     ('info.resolution', math.nan, 'resolution is nan'),
     ('info.resolution', math.inf, 'resolution is inf'),
@@ -69,10 +72,65 @@ def test_a_neighbourhood_outside_the_workspace_is_refused():
         neighbourhood_from_grid(message(row=20), GRID)
 
 
-@pytest.mark.parametrize('cells', [np.zeros((3, 4)), np.full((3, 3), 7)])
+@pytest.mark.parametrize('cells', [
+    np.zeros((3, 4)), np.full((3, 3), 7), np.zeros((1, 1)), np.zeros((4, 4)), np.zeros((63, 63))])
 def test_no_neighbourhood(cells):
     with pytest.raises(ValueError, match='neighbourhood: '):
         Neighbourhood(0.0, 0, 0, cells.astype(np.int8))
+
+
+@pytest.mark.parametrize('fine', [np.zeros((6, 6)), np.full((9, 9), 7), np.zeros((9, 15))])
+def test_no_finer_cells(fine):
+    with pytest.raises(ValueError, match='neighbourhood: '):
+        Neighbourhood(0.0, 0, 0, np.zeros((3, 3), np.int8), fine=fine.astype(np.int8))
+
+
+def random_cells(n, seed):
+    return np.random.default_rng(seed).choice(np.array([0, 0, 0, 100, -1], np.int8), (n, n))
+
+
+@given(grids, st.integers(1, 30), st.sampled_from([1, 3, 5]), st.integers(0, 2**32), st.data())
+def test_a_wide_and_a_finer_neighbourhood_round_trip(grid, reach, k, seed, data):
+    row = data.draw(st.integers(0, grid.n_rows - 1))
+    col = data.draw(st.integers(0, grid.n_cols - 1))
+    fine = random_cells((2 * reach + 1) * k, seed)
+    cells = cells_from_fine(fine, k)
+    seen = Neighbourhood(1.5, row, col, cells, grid.frame_id, fine if k > 1 else None)
+    msg = grid_from_neighbourhood(seen, grid)
+    read = neighbourhood_from_grid(msg, grid)
+    assert (read.row, read.col, read.is_wide) == (row, col, reach > 1)
+    np.testing.assert_array_equal(read.cells, cells)
+    np.testing.assert_array_equal(read.nine, cells[reach - 1:reach + 2, reach - 1:reach + 2])
+    assert (read.fine is None) == (k == 1)
+    if k > 1:
+        np.testing.assert_array_equal(read.fine, fine)
+    alone = neighbourhood_from_grid(msg, cells_of_local_grid(msg))
+    assert alone.row == alone.col == len(alone.cells) // 2
+
+
+@pytest.mark.parametrize(('n', 'k', 'sentence'), [
+    (63, 1, 'size is 63 x 63, must be square, of an odd number of cells from 3 to 61'),
+    (4, 1, 'size is 4 x 4'), (1, 1, 'size is 1 x 1'), (2, 1, 'size is 2 x 2'),
+    (3, 3, 'size is 3 x 3, .* each of 3 x 3 finer ones'), (12, 3, 'size is 12 x 12'),
+    (13, 3, 'size is 13 x 13'), (189, 3, 'size is 189 x 189'), (307, 1, 'size is 307 x 307'),
+    (5, 3, 'size is 5 x 5')])
+def test_a_local_grid_of_no_such_size_is_refused(n, k, sentence):
+    local = Grid(n, n, GRID.resolution / k, GRID.origin_x, GRID.origin_y)
+    msg = map_from_occupancy(np.zeros((n, n), np.int8), local)
+    with pytest.raises(ValueError, match=f'neighbourhood: {sentence}'):
+        neighbourhood_from_grid(msg, GRID)
+
+
+def test_finer_cells_must_lie_on_the_cells_of_the_workspace():
+    local = Grid(9, 9, GRID.resolution / 3, GRID.origin_x + GRID.resolution / 3, GRID.origin_y)
+    with pytest.raises(ValueError, match='cells off those of the workspace'):
+        neighbourhood_from_grid(map_from_occupancy(np.zeros((9, 9), np.int8), local), GRID)
+
+
+def test_a_cell_is_what_its_finer_cells_are():
+    fine = np.zeros((9, 9), np.int8)
+    fine[0, 1], fine[1, 0], fine[3, 3], fine[8, 8] = 100, -1, -1, 100
+    assert cells_from_fine(fine, 3).tolist() == [[100, 0, 0], [0, -1, 0], [0, 0, 100]]
 
 
 @given(grids, st.integers(0, 2**32))
