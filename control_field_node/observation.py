@@ -1,14 +1,19 @@
 """A neighbourhood, prepared once for everything that decides by it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from control_field.grid import Grid
+from control_field.headings import STEP_COL, STEP_ROW
 from control_field.local_grid import ALL, masks_from_neighbourhood
 from control_field.robot.collision_monitor import local_grid_from_cells, LocalGrid
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
+
+_STEPS: Final = tuple(zip(STEP_ROW.tolist(), STEP_COL.tolist(), strict=True))
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,8 +25,8 @@ class Observation:
     ----------
     row, col : int
         The cell in the middle.
-    blocked, unknown : int
-        Masks of the eight cells around it.
+    blocked, unknown, outside : int
+        Masks of the eight cells around it; the last one: outside the workspace.
     occupied : frozenset of (row, col)
         Cells of the nine that must not be entered.
     local_grid : LocalGrid
@@ -35,6 +40,7 @@ class Observation:
     col: int
     blocked: int
     unknown: int
+    outside: int
     occupied: frozenset[tuple[int, int]]
     local_grid: LocalGrid
     cells: npt.NDArray[np.int8] = field(compare=False)
@@ -43,6 +49,12 @@ class Observation:
     def cell(self) -> tuple[int, int]:
         """Return the cell in the middle."""
         return self.row, self.col
+
+    def around(self) -> Iterator[tuple[tuple[int, int], bool]]:
+        """Yield each cell of the workspace around the robot that is seen, and if it is blocked."""
+        for heading, (d_row, d_col) in enumerate(_STEPS):
+            if not (self.unknown | self.outside) >> heading & 1:
+                yield (self.row + d_row, self.col + d_col), bool(self.blocked >> heading & 1)
 
     @property
     def is_all_unknown(self) -> bool:
@@ -68,7 +80,10 @@ def observation_from_neighbourhood(
             not grid.contains(row + i - 1, col + j - 1)
             or (unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
     local_grid = local_grid_from_cells(cells, row, col, grid, unknown_is_blocked, own_cell)
-    return Observation(row, col, blocked, unknown, occupied, local_grid, neighbourhood.cells)
+    outside = sum(1 << heading for heading, (d_row, d_col) in enumerate(_STEPS)
+                  if not grid.contains(row + d_row, col + d_col))
+    return Observation(
+        row, col, blocked, unknown, outside, occupied, local_grid, neighbourhood.cells)
 
 
 class ObservationCache:
@@ -79,7 +94,8 @@ class ObservationCache:
         self._last: tuple[object, Observation] | None = None
 
     def get(
-        self, neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool, own_cell: bool,
+        self, neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool,
+        own_cell: bool = True,
     ) -> Observation:
         """Return what `observation_from_neighbourhood` does."""
         fine = neighbourhood.fine

@@ -9,7 +9,7 @@ import math
 from typing import Final
 
 from control_field.grid import Grid
-from control_field.headings import STEP_COL, STEP_ROW
+from control_field.headings import heading_from_step, STEP_COL, STEP_ROW
 from control_field.robot.limits import Limits, Velocity
 from control_field.robot.steering import EXACT_CONE, Segment, steer, wrapped
 from control_field_node.observation import Observation
@@ -86,6 +86,13 @@ class PathTracker:
         cell = self.grid.cell_from_world(pose.x, pose.y)
         return (cell == self._target == observation.cell and len(self._segments) == 1
                 and self._remaining(pose) <= self._reach)
+
+    def step_under_way(self, pose: Pose) -> tuple[Cell, int] | None:
+        """Return cell and heading of the step under way; None where the next cell is reached."""
+        (row, col), target = self._source, self._target
+        if target in ((row, col), self.grid.cell_from_world(pose.x, pose.y)):
+            return None
+        return (row, col), heading_from_step(target[0] - row, target[1] - col)
 
     def start_step(self, heading: int, pose: Pose, observation: Observation) -> None:
         """Set out for the neighbour in a heading of the cell where the step was decided."""

@@ -50,6 +50,9 @@ class Settings:
     arrival_tolerance: float = parameter(
         0.25, 'how far before a centre the next step is decided, in cells', unit='cells',
         low=0.02, high=0.45)
+    patience: float = parameter(
+        2.0, 'how long the robot waits for what comes into its way before it takes another; 0: '
+        'never', unit='s', low=0.0, high=3600.0)
     own_cell: bool = parameter(
         True, "stand where the local grid shows the robot's own cell blocked: something reaches "
         'into it; to be switched off for sensors that mark the robot itself')

@@ -184,11 +184,13 @@ class Supervisor:
     ) -> Answer:
         output = self.output
         move = run.step(pose, observation, output.commanded_speed,
-                        output.link.predicted(pose, now), output.link.patience)
+                        output.link.predicted(pose, now), output.link.patience,
+                        output.is_kept_back)
         if move.outcome is not None:
             return self.trial.finish(move)
         reason = output.pass_on(
             output.slowed(move.velocity), pose, observation, self.sensing.period, now)
+        output.held = output.held or run.waiting
         return Answer(output.velocity, move.rows,
                       None if reason is Intervention.NONE else move.velocity)
 

@@ -10,17 +10,21 @@ from control_field.headings import heading_from_step
 from control_field.parameters import Parameters
 from control_field.records import CellFlag, ControlField, Outcome
 from control_field.robot.limits import STANDSTILL, Velocity
+from control_field.robot.patience import Patience
 from control_field.robot.policy import TrialPolicy
 from control_field.robot.stop_rules import is_lost, ProgressChecker, StopReason
 from control_field_node.field_reader import FEW_CELLS
 from control_field_node.observation import Observation
 from control_field_node.path_tracker import PathTracker
 from control_field_node.settings import Settings
+from control_field_node.way_watch import WayWatch
 from msgs_bridge.messages.memory_identity import is_of_another_task, task_of
 from msgs_bridge.messages.poses import Pose
 
 Rows = npt.NDArray[np.void]
 _NO_ROWS: Final = ()
+#: What a robot says that waits.
+WAITING: Final = 'waits for something in the way'
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +101,11 @@ class TrialRun:
     trial : int
         Number of the trial; seeds what is random together with ``parameters.seed``.
 
+    Attributes
+    ----------
+    waiting : str
+        That the robot waits for what is in its way, in a sentence; empty if it does not.
+
     """
 
     def __init__(
@@ -111,6 +120,10 @@ class TrialRun:
             control_field.grid, settings.limits, settings.arrival_tolerance,
             parameters.corner_cutting, settings.aside)
         self._progress = ProgressChecker(settings.rules)
+        self._way = WayWatch(
+            control_field.known, self.policy.state.ground.rules, settings.patience)
+        self._kept_back = Patience(settings.patience)
+        self.waiting = ''
         self._least_coherence = settings.least_coherence
         self._new_field: ControlField | None = None
         self._is_in_goal_cell = False
@@ -146,17 +159,20 @@ class TrialRun:
             return ended_by(StopReason.WRONG_FIELD, StopReason.WRONG_FIELD.sentence_with(
                 f'it is of task {task_of(new.memory)}'))
         self.policy.replace_field(new)
+        self._way.learn(new.known)
         return None
 
     def interrupt(self) -> None:
         """Forget the path: something else has moved or stopped the robot."""
         self._tracker.reset()
         self._progress.restart()
+        self.waiting = ''
         self._is_in_goal_cell = False
         self._followed = None
 
     def step(self, pose: Pose, observation: Observation, commanded_speed: float,
-             predicted: Pose | None = None, patience: float = 1.0) -> Move:
+             predicted: Pose | None = None, patience: float = 1.0,
+             is_kept_back: bool = False) -> Move:
         """
         Answer a pose.
 
@@ -171,22 +187,33 @@ class TrialRun:
             Where it is by now, with the stamp of ``pose``; that itself by default.
         patience : float
             How many times longer than usual it may take to make progress.
+        is_kept_back : bool
+            Whether the collision monitor has kept it back for something that moves.
 
         """
         if self._cell != observation.cell:
             self._cell = observation.cell
             self._n_cells += 1
-        stop = self._progress.observe(
-            pose.stamp, pose.x, pose.y, pose.yaw, self._n_cells, commanded_speed, patience)
+        has_waited = self._kept_back.lasts(pose.stamp, is_kept_back or None) or bool(self.waiting)
+        stop = self._progress.observe(pose.stamp, pose.x, pose.y, pose.yaw, self._n_cells,
+                                      commanded_speed, patience, has_waited)
         if stop is not None:
             return ended_by(stop)
-        predicted = predicted or pose
+        predicted, self.waiting = predicted or pose, ''
+        self._way.look(observation)
+        step = self._tracker.step_under_way(predicted)
+        if step is not None and self._way.is_to_wait(pose.stamp, *step, observation):
+            return self._wait()
         self._tracker.update(predicted, observation)
         if not self._tracker.is_due(predicted, observation):
             return Move(self._tracker.velocity(predicted))
         if self._is_in_goal_cell:
             return Move(STANDSTILL, _NO_ROWS, Outcome.GOAL)
         return self._decide(predicted, observation)
+
+    def _wait(self) -> Move:
+        self.waiting = WAITING
+        return Move(STANDSTILL)
 
     def follow(self, pose: Pose, observation: Observation) -> Move:
         """Report what a person drives: a row for each step from cell to cell."""
@@ -214,6 +241,9 @@ class TrialRun:
             return self._approach_goal(pose, observation)
         if self._is_lost(observation.cell):
             return ended_by(StopReason.LOW_COHERENCE)
+        if self._way.is_to_wait(
+                pose.stamp, observation.cell, self.policy.heading(*observation.cell), observation):
+            return self._wait()
         choice = self.policy.decide(
             *observation.cell, observation.blocked, observation.unknown, pose.stamp)
         rows = (choice.decisions,) if len(choice.decisions) else _NO_ROWS

@@ -32,6 +32,8 @@ class VelocityOutput:
         The command that holds.
     held : str
         Why a robot that is to drive stands; empty if it does not.
+    is_kept_back : bool
+        Whether the last command stands the robot for something that moves.
     is_to_stand : bool
         Whether the robot comes to a standstill whatever is asked for, within its acceleration.
     is_stopped : bool
@@ -45,7 +47,7 @@ class VelocityOutput:
         """Stand."""
         self.velocity: Velocity = STANDSTILL
         self.held = ''
-        self.is_to_stand = self.is_stopped = False
+        self.is_kept_back = self.is_to_stand = self.is_stopped = False
         self.link = RobotLink(settings)
         self.timing = GuardTiming()
         self._counts = counts
@@ -113,6 +115,7 @@ class VelocityOutput:
         if reason is not Intervention.NONE:
             self._counts[f'gate {reason}'] += 1
         self.held = reason.sentence if wanted[0] and not self.velocity[0] else ''
+        self.is_kept_back = bool(self.held) and reason.is_for_movers
         return reason
 
     def guard(

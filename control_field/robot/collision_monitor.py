@@ -42,6 +42,11 @@ class Intervention(StrEnum):
     NOT_FINITE = 'not_finite'      #: stopped: NaN, infinity or a time that is negative
 
     @property
+    def is_for_movers(self) -> bool:
+        """Return whether it was done for something that moves, and will go."""
+        return self is Intervention.ENTERED
+
+    @property
     def sentence(self) -> str:
         """Say why a robot that is to drive stands; empty where it only drives slower."""
         return _SENTENCES.get(self, '')

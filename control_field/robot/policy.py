@@ -203,6 +203,10 @@ class TrialPolicy:
         """Return whether a cell is the goal."""
         return (row, col) == self.field.goal
 
+    def heading(self, row: int, col: int) -> int:
+        """Return the heading of the field in a cell, -1 for none."""
+        return int(self.state.headings[row, col])
+
     def decide(self, row: int, col: int, blocked: int, unknown: int, stamp: float) -> Choice:
         """
         Decide the next step.

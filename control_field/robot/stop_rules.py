@@ -223,7 +223,7 @@ class ProgressChecker:
 
     def observe(
         self, stamp: float, x: float, y: float, yaw: float, n_cells: int, told: float,
-        patience: float = 1.0,
+        patience: float = 1.0, has_waited: bool = False,
     ) -> StopReason | None:
         """
         Take in where the robot is.
@@ -238,6 +238,8 @@ class ProgressChecker:
             Speed it was told to drive since the last pose, [m/s].
         patience : float
             How many times `progress_time` it has: a robot that is heard late drives slower.
+        has_waited : bool
+            Whether it has waited since the last pose for what is in its way: no rule counts that.
 
         """
         if self._started is None:
@@ -246,6 +248,8 @@ class ProgressChecker:
         if leap > max(self.rules.stall_time, self.rules.odom_timeout):
             self.restart()
             self._started += leap
+        elif has_waited:
+            self._pass_over(leap)
         self._last = stamp
         if stamp - self._started > self.rules.time_limit:
             return StopReason.TIME_LIMIT
@@ -257,6 +261,13 @@ class ProgressChecker:
         if stamp - self._base[0] > self.rules.progress_time * patience:
             return StopReason.NO_PROGRESS
         return None
+
+    def _pass_over(self, seconds: float) -> None:
+        """Leave out a time, [s]."""
+        self._still = None
+        self._started = seconds + (self._started or 0.0)
+        if self._base is not None:
+            self._base = (self._base[0] + seconds, *self._base[1:])
 
     def _is_stalled(self, stamp: float, x: float, y: float, yaw: float, told: float) -> bool:
         still = self._still

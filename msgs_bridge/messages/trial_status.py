@@ -56,7 +56,7 @@ class TrialStatus:
     outcome : Outcome or None
         How it ended, when ``state`` is ``ended``; None otherwise.
     reason : str
-        One sentence on why it ended, empty for goal.
+        One sentence on why it ended, empty for goal; or on what the robot waits for.
     steps, decisions, reinforcements : int
         Counts; ``decisions`` is how many `experience` rows the trial has published.
     revision : int
@@ -109,9 +109,11 @@ class TrialStatus:
         """Say it in one sentence for a person."""
         if self.state is State.IDLE:
             return 'no trial is running'
+        why = f': {self.reason}' if self.reason else ''
+        if self.state is State.RUNNING:
+            return f'trial {self.trial} is running, {counted(self.steps, "step")}{why}'
         if self.outcome is None:
             return f'trial {self.trial} is {self.state}, {counted(self.steps, "step")}'
-        why = f': {self.reason}' if self.reason else ''
         return f'trial {self.trial} {how_it_ended(self.outcome, self.steps)}{why}'
 
     @property

@@ -1,0 +1,167 @@
+"""What comes into the way is waited for; nothing is decided meanwhile, nothing learnt."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from control_field.parameters import Parameters
+from control_field.records import Kind, Outcome
+from control_field_node.diagnostics import diagnostic_from_supervisor
+from control_field_node.trial_run import WAITING
+from controller_bench import Bench, DT, GOAL
+from controller_helpers import GRID, straight_field
+from msgs_bridge.messages.trial_status import State
+
+
+def remembering(**options):
+    """Return a bench whose robot remembers open ground and drives over it."""
+    bench = Bench(field=False, **options)
+    known = np.zeros(GRID.shape, np.int8)
+    bench.supervisor.accept_field(replace(straight_field(GOAL), known=known))
+    return bench.start()
+
+
+def block(bench, *cells):
+    for cell in cells:
+        bench.world[cell] = 100
+
+
+def clear(bench):
+    bench.world[:] = 0
+
+
+def wait_until(bench, is_so, seconds=20.0):
+    end = bench.now + seconds
+    while not is_so():
+        assert bench.now < end, bench.supervisor.status
+        bench.tick()
+
+
+def is_waiting(bench):
+    return bool(bench.supervisor.trial.run.waiting)
+
+
+def waiting(bench=None, cell=(5, 5)):
+    """Return a bench whose robot waits for what has come into its way."""
+    bench = bench or remembering()
+    block(bench, cell)
+    wait_until(bench, lambda: is_waiting(bench))
+    return bench
+
+
+def kinds(bench):
+    return {int(row['kind']) for row in bench.rows}
+
+
+@pytest.mark.parametrize('lockstep', [False, True])
+def test_what_goes_again_was_never_decided_on(lockstep):
+    bench = remembering(lockstep=lockstep)
+    waiting(bench)
+    n_rows = len(bench.rows)
+    for _ in range(20):  # a second
+        bench.tick()
+        assert bench.velocity[0] == 0.0
+    assert len(bench.rows) == n_rows
+    clear(bench)
+    assert bench.run().outcome is Outcome.GOAL
+    assert kinds(bench) == {Kind.FIELD}
+    assert bench.supervisor.status.reinforcements == 0
+
+
+def test_what_stays_is_gone_around_as_ever():
+    bench = waiting()
+    began = bench.now
+    wait_until(bench, lambda: not is_waiting(bench))
+    assert 2.0 - DT <= bench.now - began <= 2.0 + 2 * DT
+    assert bench.run().outcome is Outcome.GOAL
+    assert Kind.BLOCKED in kinds(bench)
+
+
+def test_a_step_is_waited_for_in_its_middle():
+    bench = remembering()
+    wait_until(bench, lambda: bench.supervisor.trial.run.policy.n_steps == 2)
+    row, col = GRID.cell_from_world(bench.pose.x, bench.pose.y)
+    block(bench, (row, col + 1))
+    n_rows = len(bench.rows)
+    bench.tick()
+    assert is_waiting(bench)
+    clear(bench)
+    wait_until(bench, lambda: len(bench.rows) > n_rows)
+    assert GRID.cell_from_world(bench.pose.x, bench.pose.y) == (row, col + 1)
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_without_patience_nothing_is_waited_for():
+    bench = remembering(patience=0.0)
+    block(bench, (5, 5))
+    while bench.supervisor.trial.run is not None:
+        bench.tick()
+        assert bench.supervisor.trial.run is None or not is_waiting(bench)
+    assert Kind.BLOCKED in kinds(bench)
+
+
+def test_a_wall_that_was_never_seen_free_is_not_waited_for():
+    bench = Bench().start()
+    block(bench, (5, 5))
+    n_waits = 0
+    while bench.supervisor.trial.run is not None:
+        bench.tick()
+        n_waits += bench.supervisor.trial.run is not None and is_waiting(bench)
+    assert n_waits == 0
+    assert Kind.BLOCKED in kinds(bench)
+
+
+def test_it_is_waited_for_once():
+    bench = waiting()
+    wait_until(bench, lambda: not is_waiting(bench))
+    bench.supervisor.trial.run.interrupt()  # and the trial goes on at the same place
+    while bench.supervisor.trial.run is not None:
+        assert not is_waiting(bench)
+        bench.tick()
+
+
+def test_no_rule_counts_the_time():
+    bench = remembering(patience=60.0, progress_time=3.0, time_limit=20.0)
+    waiting(bench)
+    for _ in range(1000):  # 50 s
+        bench.tick()
+    clear(bench)
+    assert bench.run().outcome is Outcome.GOAL
+
+
+def test_it_says_what_it_does():
+    bench = waiting()
+    status = bench.supervisor.status
+    assert (status.state, status.reason) == (State.RUNNING, WAITING)
+    assert status.sentence.endswith(WAITING)
+    said = {item.key: item.value for item in
+            diagnostic_from_supervisor(bench.supervisor, 'controller').values}
+    assert said['held'] == WAITING
+    clear(bench)
+    bench.tick()
+    assert not bench.supervisor.status.reason
+    assert not bench.supervisor.output.held
+
+
+def test_a_clock_that_is_set_is_no_time_waited():
+    bench = waiting(remembering(neighbourhood_timeout=60.0))
+    bench.pose = replace(bench.pose, stamp=bench.pose.stamp + 30.0)
+    bench.tick()
+    assert is_waiting(bench)
+
+
+def test_whoever_steps_onto_the_goal_is_waited_for():
+    bench = waiting(cell=GOAL)
+    for _ in range(20):
+        bench.tick()
+    clear(bench)
+    assert bench.run().outcome is Outcome.GOAL
+    assert kinds(bench) == {Kind.FIELD}
+
+
+def test_the_paper_waits_as_well():
+    bench = waiting(remembering(parameters=Parameters(profile='paper')))
+    clear(bench)
+    assert bench.run().outcome is Outcome.GOAL
+    assert not any(row['reward'] for row in bench.rows)
