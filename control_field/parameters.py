@@ -80,6 +80,10 @@ class Parameters:
     curiosity: float = parameter(
         0.8, 'full profile: how much shorter ground full of unseen cells counts in trials from '
         'chosen starts', low=0.0, high=0.9)
+    map_memory: int = parameter(
+        20, 'how long a wall that is not seen any more is certain; then it is doubted, and one '
+        'seen less often is doubted sooner; 0: walls are never doubted', unit='episodes', low=0,
+        high=1_000_000)
     prefer_shorter: bool = parameter(
         False, 'full profile: whether the shortest known way is taken whatever was shown, and '
         'looked for in trials from fixed starts too')

@@ -260,7 +260,8 @@ class ControlField:
     q : ndarray of float32, shape (n_rows, n_cols, 8)
         Q-matrix.
     known : ndarray of int8, shape (n_rows, n_cols)
-        Remembered map: 0 free, 100 blocked, -1 never seen.
+        Remembered map: 0 free, 100 blocked, -1 never seen; 1 to 99 blocked when it was seen last,
+        which is in doubt: the confidence that it still is.
     flags : ndarray of uint8, shape (n_rows, n_cols)
         Bits of `CellFlag`.
     memory : str

@@ -49,6 +49,7 @@ class Scene:
             int(rng.integers(0, 40)), 0.5, 0.9)
         self.transition = Transition(self.row, self.col, self.heading, self.row, self.col, -1.0)
         self.fixed = rng.random(shape) < 0.3
+        self.sights = rng.integers(0, 8, shape).astype(np.uint8)
         self.truth = np.where(known == 100, 100, 0).astype(np.int8)
 
     def arguments(self, name):
@@ -61,6 +62,9 @@ class Scene:
     def for_is_occupied(self):
         return self.known, self.row - 1, self.col + 1, self.rules[1]
 
+    def for_is_doubtful(self):
+        return self.known, self.row - 1, self.col + 1, self.rules[1]
+
     def for_step_allowed(self):
         return self.known, self.row, self.col, self.heading, self.rules
 
@@ -69,6 +73,18 @@ class Scene:
 
     def for_remember_local_grid(self):
         return self.known, self.row, self.col, self.mask, self.mask >> 3
+
+    def for_note_cell(self):
+        return self.sights, self.row - 1, self.col + 1, bool(self.mask & 1)
+
+    def for_note_local_grid(self):
+        return self.sights, self.row, self.col, self.mask, self.mask >> 3
+
+    def for_note_cells(self):
+        return self.sights, self.row - 1, self.col - 2, self.known
+
+    def for_mark_local_grid(self):
+        return self.fixed, self.row, self.col, self.mask
 
     def for_plain_ground(self):
         return self.known, self.rules
@@ -172,6 +188,10 @@ class Scene:
 
     def for_unseen_along(self):
         return self.headings, self.state == 1, self.known, self.sums.weight, *self.goal
+
+    def for_crossed(self):
+        cost = compiled.cost_to_go(self.ground, self.goal, steps.no_preference(self.known.shape))
+        return self.ground, cost, self.known == 0, self.goal
 
     def for_through(self):
         return self.ground, self.cost, self.row, self.col, self.heading

@@ -12,7 +12,8 @@ from typing import Any
 
 import numba
 
-from control_field.kernels import decision, interpolation, local_search, repair, rollout, steps
+from control_field.kernels import (
+    decision, interpolation, local_search, repair, rollout, sights, steps)
 
 
 def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
@@ -45,7 +46,7 @@ def _jit(function: types.FunctionType) -> Callable[..., Any]:
 
 
 #: A module comes after those that it calls.
-_ALL = _compile(steps, rollout, local_search, decision, interpolation, repair)
+_ALL = _compile(steps, sights, rollout, local_search, decision, interpolation, repair)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:

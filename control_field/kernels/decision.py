@@ -8,8 +8,9 @@ import numpy.typing as npt
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels.local_search import rehearse_locally
 from control_field.kernels.rollout import flow_reaches
+from control_field.kernels.sights import mark_local_grid
 from control_field.kernels.steps import (
-    _BLOCKED, allowed_steps, best_step, CellMap, FloatMap, Ground, IntMap, least_chosen,
+    _BLOCKED, allowed_steps, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, least_chosen,
     next_highest, remember_local_grid, StepRules, window_values)
 from control_field.records import Kind
 
@@ -70,6 +71,8 @@ class TrialState(NamedTuple):
         How often a decision was made in each cell.
     punished : ndarray of uint8, shape (n_rows, n_cols)
         Mask of the blocked actions whose avoidance has earned its reward.
+    seen : ndarray of bool, shape (n_rows, n_cols)
+        What was seen in this trial: there the remembered map is not in doubt.
 
     """
 
@@ -81,6 +84,7 @@ class TrialState(NamedTuple):
     counts: IntMap
     entered: IntMap
     punished: npt.NDArray[np.uint8]
+    seen: BoolMap
 
 
 class Transition(NamedTuple):
@@ -125,7 +129,8 @@ def new_trial(
     rows, cols = headings.shape
     return TrialState(
         ground, headings, goal, q, cost, np.zeros((rows, cols, 8), dtype=np.int32),
-        np.zeros((rows, cols), dtype=np.int32), np.zeros((rows, cols), dtype=np.uint8))
+        np.zeros((rows, cols), dtype=np.int32), np.zeros((rows, cols), dtype=np.uint8),
+        np.zeros((rows, cols), dtype=np.bool_))
 
 
 def backup(
@@ -186,6 +191,7 @@ def decide(
     """
     known, rules = trial.ground.known, trial.ground.rules
     remember_local_grid(known, row, col, blocked, unknown)
+    mark_local_grid(trial.seen, row, col, unknown)
     trial.entered[row, col] += 1
     field_heading = int(trial.headings[row, col])
     allowed = allowed_steps(known, row, col, rules)

@@ -4,7 +4,7 @@ import numpy as np
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.steps import (
-    BoolMap, CellMap, FloatMap, is_occupied, step_allowed, StepRules)
+    best_step, BoolMap, CellMap, FloatMap, Ground, is_occupied, step_allowed, StepRules)
 
 
 def flow_reaches(
@@ -223,3 +223,20 @@ def unseen_along(
                 heading = headings[row, col]
                 row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
     return total
+
+
+def crossed(ground: Ground, cost: FloatMap, starts: BoolMap, goal: tuple[int, int]) -> BoolMap:
+    """Mark the cells on the best ways from some cells to the goal, both ends among them."""
+    marked = np.zeros(cost.shape, dtype=np.bool_)
+    for first_row in range(cost.shape[0]):
+        for first_col in range(cost.shape[1]):
+            row, col = first_row, first_col
+            if not starts[row, col] or not cost[row, col] < np.inf:
+                continue
+            while not marked[row, col]:
+                marked[row, col] = True
+                heading = best_step(ground, cost, row, col, -1)
+                if (row == goal[0] and col == goal[1]) or heading < 0:
+                    break
+                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+    return marked

@@ -49,7 +49,7 @@ class Ground(NamedTuple):
     Parameters
     ----------
     known : ndarray of int8, shape (n_rows, n_cols)
-        Remembered map: 0 free, 100 blocked, -1 never seen.
+        Remembered map: 0 free, 100 blocked, -1 never seen; 1 to 99 doubted, which can be passed.
     factor : ndarray of float64, shape (n_rows, n_cols)
         What scales the length of a step into each cell.
     rules : StepRules
@@ -102,6 +102,11 @@ def is_occupied(known: CellMap, row: int, col: int, unknown_is_blocked: bool) ->
     return state == _BLOCKED or (unknown_is_blocked and state == _UNKNOWN)
 
 
+def is_doubtful(known: CellMap, row: int, col: int, unknown_is_blocked: bool) -> bool:
+    """Return whether a cell is occupied or doubted: no diagonal step may pass beside it."""
+    return is_occupied(known, row, col, unknown_is_blocked) or known[row, col] > 0
+
+
 def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: StepRules) -> bool:
     """Return True if the map allows a step."""
     corner_cutting, unknown_is_blocked, moves = rules
@@ -109,8 +114,8 @@ def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: StepRu
         if moves == 4:
             return False
         if not corner_cutting and (
-                is_occupied(known, row + STEP_ROW[heading], col, unknown_is_blocked)
-                or is_occupied(known, row, col + STEP_COL[heading], unknown_is_blocked)):
+                is_doubtful(known, row + STEP_ROW[heading], col, unknown_is_blocked)
+                or is_doubtful(known, row, col + STEP_COL[heading], unknown_is_blocked)):
             return False
     return not is_occupied(
         known, row + STEP_ROW[heading], col + STEP_COL[heading], unknown_is_blocked)
@@ -119,18 +124,21 @@ def step_allowed(known: CellMap, row: int, col: int, heading: int, rules: StepRu
 def allowed_steps(known: CellMap, row: int, col: int, rules: StepRules) -> int:
     """Return the mask of the steps that the map allows: `step_allowed` for all of them at once."""
     corner_cutting, unknown_is_blocked, moves = rules
-    free = 0
+    free, clear = 0, 0
     for heading in range(8):
-        if not is_occupied(known, row + STEP_ROW[heading], col + STEP_COL[heading],
-                         unknown_is_blocked):
+        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
+        if not is_occupied(known, r, c, unknown_is_blocked):
             free |= 1 << heading
+            if known[r, c] <= 0:
+                clear |= 1 << heading
     straight = free & 0b01010101
     if moves == 4:
         return straight
     if corner_cutting:
         return free
     # Bit h of these is the straight neighbour before heading h, and the one after it.
-    before, after = straight << 1, straight >> 1 | straight << 7
+    clear &= 0b01010101
+    before, after = clear << 1, clear >> 1 | clear << 7
     return straight | (free & before & after & 0b10101010)
 
 

@@ -97,6 +97,7 @@ def fidelity_of(
 def certify(
     field: ControlField, demonstrated: npt.NDArray[np.int8], n_prototypes: int, rules: StepRules,
     reachable: npt.NDArray[np.bool_] | None = None,
+    planned: npt.NDArray[np.int8] | None = None,
 ) -> Certificate:
     """
     Check a field from every cell of its own remembered map.
@@ -110,25 +111,28 @@ def certify(
     rules : StepRules
     reachable : ndarray of bool, shape (n_rows, n_cols), optional
         Cells with a way to the goal, if the caller knows them already.
+    planned : ndarray of int8, shape (n_rows, n_cols), optional
+        The remembered map with doubted walls as walls, where the field was to keep around them.
 
     """
+    planned = field.known if planned is None else planned
     headings = headings_from_vectors(field.vx, field.vy)
     if reachable is None:
         cost = compiled.cost_to_go(
-            plain_ground(field.known, rules), field.goal, no_preference(field.known.shape))
+            plain_ground(planned, rules), field.goal, no_preference(field.known.shape))
         reachable = np.isfinite(cost)
     judged = (field.known == 0) & reachable
     n = int(judged.sum())
-    state = compiled.flow_basin(field.known, headings, *field.goal, rules)
+    state = compiled.flow_basin(planned, headings, *field.goal, rules)
     proven = compiled.flow_basin(
-        field.known, headings, *field.goal, rules._replace(unknown_is_blocked=True))
-    at_end = compiled.flow_ends(field.known, headings, state, judged, rules)
+        planned, headings, *field.goal, rules._replace(unknown_is_blocked=True))
+    at_end = compiled.flow_ends(planned, headings, state, judged, rules)
     away = judged.copy()
     away[field.goal] = False
     return Certificate(
         basin=float((state[judged] == 1).mean()) if n else 0.0,
         proven=float((proven[judged] == 1).mean()) if n else 0.0,
         sinks=np.argwhere(at_end).astype(np.int32),
-        fidelity=fidelity_of(headings, demonstrated, field.known, rules),
+        fidelity=fidelity_of(headings, demonstrated, planned, rules),
         n_prototypes=n_prototypes, n_free=int((field.known == 0).sum()), n_reachable=n,
         coherence_min=float(field.coherence[away].min()) if away.any() else 0.0)

@@ -10,11 +10,12 @@ from control_field.kernels import compiled
 from control_field.kernels.interpolation import Attraction, Centres, Sums, Window
 from control_field.kernels.repair import Flow
 from control_field.kernels.steps import Ground, no_preference, plain_ground, Preference
+from control_field.learning.doubt import as_shown, cautious, Maps, with_ways_out
 from control_field.learning.interpolation import interpolate, weight_from_q
 from control_field.learning.memory import Memory
 from control_field.local_grid import BLOCKED
 from control_field.records import CellFlag, ControlField, Prototypes
-from control_field.robot.policy import ground_of, rules_of
+from control_field.robot.policy import ground_of, is_doubted, rules_of
 
 #: Weight of the attraction beside a prototype of full weight one cell away.
 ATTRACTION_STRENGTH = 2.0
@@ -40,6 +41,9 @@ class Composition:
         Weight of each prototype in eq. 7.
     reachable : ndarray of bool, shape (n_rows, n_cols)
         Cells with a way to the goal on the remembered map.
+    planned : ndarray of int8, shape (n_rows, n_cols)
+        That map as the field was planned on it: doubted walls as walls, where there is another
+        way.
 
     """
 
@@ -47,11 +51,14 @@ class Composition:
     prototypes: Prototypes
     weights: npt.NDArray[np.float64]
     reachable: npt.NDArray[np.bool_]
+    planned: npt.NDArray[np.int8]
 
 
 def compose(memory: Memory) -> Composition:
     """
     Make the field of a memory, in the profile its parameters name.
+
+    It keeps around doubted walls as long as there is another way.
 
     Raises
     ------
@@ -63,7 +70,18 @@ def compose(memory: Memory) -> Composition:
         raise ValueError('there is no control field before the first demonstration')
     if memory.parameters.profile == 'paper':
         return _compose_paper(memory)
-    return _Composer(memory).compose()
+    return _Composer(memory, cautious(memory)).compose()
+
+
+def compose_shown(memory: Memory) -> Composition:
+    """
+    Make the field that looks whether the shown way is free again (profile full).
+
+    What is doubted there counts as free; the field in force keeps around it.
+    """
+    known = as_shown(memory, rules_of(memory.parameters))
+    planned = np.where(is_doubted(known), BLOCKED, known)
+    return _Composer(memory, Maps(known, planned)).compose()
 
 
 def _compose_paper(memory: Memory) -> Composition:
@@ -78,8 +96,8 @@ def _compose_paper(memory: Memory) -> Composition:
     vx, vy = vectors[:, 0].reshape(grid.shape), vectors[:, 1].reshape(grid.shape)
     cost = compiled.cost_to_go(
         plain_ground(memory.known, rules_of(parameters)), _goal(memory), no_preference(grid.shape))
-    field = _field(memory, vx, vy, memory.q, prototypes)
-    return Composition(field, prototypes, weights, np.isfinite(cost))
+    field = _field(memory, vx, vy, memory.q, prototypes, memory.known)
+    return Composition(field, prototypes, weights, np.isfinite(cost), memory.known)
 
 
 def _goal(memory: Memory) -> tuple[int, int]:
@@ -89,7 +107,7 @@ def _goal(memory: Memory) -> tuple[int, int]:
 
 def _field(
     memory: Memory, vx: npt.NDArray[np.float64], vy: npt.NDArray[np.float64],
-    q: npt.NDArray[np.float64], prototypes: Prototypes,
+    q: npt.NDArray[np.float64], prototypes: Prototypes, known: npt.NDArray[np.int8],
 ) -> ControlField:
     """Make unit vectors, keep their length as coherence, and set the flags."""
     length = np.hypot(vx, vy)
@@ -105,7 +123,7 @@ def _field(
         vx=np.where(length > 1e-9, vx / safe, 0.0).astype(np.float32),
         vy=np.where(length > 1e-9, vy / safe, 0.0).astype(np.float32),
         coherence=np.minimum(length, 1.0).astype(np.float32),
-        q=q.astype(np.float32), known=memory.known.copy(), flags=flags)
+        q=q.astype(np.float32), known=known.copy(), flags=flags)
 
 
 def _supported(memory: Memory, prototypes: Prototypes) -> npt.NDArray[np.bool_]:
@@ -131,10 +149,15 @@ def _centres(prototypes: Prototypes, weights: npt.NDArray[np.float64]) -> Centre
 class _Composer:
     """The steps of `profile: full`, over shared arrays."""
 
-    def __init__(self, memory: Memory) -> None:
+    def __init__(self, memory: Memory, maps: Maps) -> None:
         self.memory = memory
         self.parameters = memory.parameters
-        self.ground: Ground = ground_of(memory.known, memory.parameters)
+        self.ground: Ground = ground_of(maps.planned, memory.parameters)
+        self.plain_cost = self._cost(no_preference(memory.grid.shape))
+        self.maps = with_ways_out(memory, maps, self.plain_cost)
+        if self.maps is not maps:
+            self.ground = ground_of(self.maps.planned, memory.parameters)
+            self.plain_cost = self._cost(no_preference(memory.grid.shape))
         self.demonstrated = self._still_demonstrated()
         self.preference = self._preference()
         self.cost = self._cost(self.preference)
@@ -149,9 +172,9 @@ class _Composer:
         What was demonstrated is preferred where the field is made, not in what is known to be
         good: the greedy path of the Q-matrix is the best one known, whatever way the teacher went.
         """
-        none = no_preference(self.memory.grid.shape)
         q: npt.NDArray[np.float64] = compiled.q_from_cost(
-            self.ground, self._cost(none), none, self.parameters.discount)
+            self.ground, self.plain_cost, no_preference(self.memory.grid.shape),
+            self.parameters.discount)
         return q
 
     def _still_demonstrated(self) -> npt.NDArray[np.int8]:
@@ -199,8 +222,9 @@ class _Composer:
         if self.parameters.pruning:
             self._prune()
         prototypes, weights = self._table()
-        field = _field(self.memory, self.vx, self.vy, self.q, prototypes)
-        return Composition(field, prototypes, weights, np.isfinite(self.cost))
+        field = _field(self.memory, self.vx, self.vy, self.q, prototypes, self.maps.known)
+        return Composition(
+            field, prototypes, weights, np.isfinite(self.cost), self.maps.planned)
 
     def _choose(self) -> None:
         """Start from what was learnt, less what the remembered map has since disproved."""

@@ -6,7 +6,8 @@ import numpy as np
 
 from control_field.grid import Grid
 from control_field.learning.certificate import Certificate, certify
-from control_field.learning.compose import compose, Composition
+from control_field.learning.compose import compose, compose_shown, Composition
+from control_field.learning.doubt import as_shown
 from control_field.learning.memory import Memory
 from control_field.learning.starts import best_cells, exploration_field, information_gain
 from control_field.parameters import Parameters
@@ -63,6 +64,7 @@ class Learner:
         self.parameters = parameters
         self.memory = Memory(grid, parameters)
         self.refresh: Refresh | None = None
+        self._shown: ControlField | None = None  #: leads along the shown way, where it is doubted
 
     def add_demonstration(self, demonstration: Demonstration) -> Refresh:
         """
@@ -92,6 +94,7 @@ class Learner:
         return self._renew(self.memory.add_trial(trial), keep_better=True)
 
     def _renew(self, reinforcements: int, keep_better: bool) -> Refresh:
+        self._shown = self._shown_field()
         composition = compose(self.memory)
         certificate = self._certify(composition)
         old = self.refresh
@@ -108,17 +111,25 @@ class Learner:
                                reinforcements, composition)
         return self.refresh
 
+    def _shown_field(self) -> ControlField | None:
+        """Return the field that looks whether the shown way is free again; None if it is."""
+        known = as_shown(self.memory, rules_of(self.parameters))
+        if (known is self.memory.known or self.parameters.profile != 'full'
+                or self.parameters.prefer_shorter or np.array_equal(known, self.memory.known)):
+            return None
+        return compose_shown(self.memory).field
+
     def _with_memory(self, old: Composition, new: Composition) -> Composition:
         """Return the old headings with the Q-matrix and map that are remembered now."""
         field = ControlField(
             grid=self.grid, revision=new.field.revision, goal=new.field.goal, vx=old.field.vx,
             vy=old.field.vy, coherence=old.field.coherence, q=new.field.q, known=new.field.known,
             flags=old.field.flags)
-        return Composition(field, old.prototypes, old.weights, new.reachable)
+        return Composition(field, old.prototypes, old.weights, new.reachable, new.planned)
 
     def _certify(self, composition: Composition) -> Certificate:
         return certify(composition.field, self.memory.demonstrated, len(composition.prototypes),
-                       rules_of(self.parameters), composition.reachable)
+                       rules_of(self.parameters), composition.reachable, composition.planned)
 
     def explores(self, spread: bool) -> bool:
         """
@@ -141,7 +152,8 @@ class Learner:
         ----------
         exploring : bool
             Whether it is a trial to learn from (profile full), as `explores` says: it prefers
-            ground not seen yet. Otherwise the field in force.
+            ground not seen yet. Otherwise the field in force, or while the shown way is doubted
+            somewhere, the one that goes there to look.
 
         Raises
         ------
@@ -153,7 +165,7 @@ class Learner:
         parameters = self.parameters
         if exploring and parameters.profile == 'full' and parameters.curiosity > 0.0:
             return exploration_field(self.memory, field)
-        return field
+        return self._shown or field
 
     def next_starts(
         self, n: int, rng: np.random.Generator, driven: ControlField | None = None,

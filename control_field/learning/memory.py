@@ -8,6 +8,7 @@ from control_field.grid import Grid
 from control_field.headings import heading_from_step, N_HEADINGS
 from control_field.kernels import compiled
 from control_field.kernels.decision import Transition
+from control_field.learning.evidence import Evidence
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Kind, Outcome, Prototypes, Trial
 from control_field.robot.policy import rules_of
@@ -30,7 +31,8 @@ class Memory:
         self.goal: tuple[int, int] | None = None
         self.n_episodes = 0
         self.q = np.zeros((*grid.shape, 8))
-        self.known = np.full(grid.shape, -1, dtype=np.int8)
+        self.evidence = Evidence(grid.shape, parameters.map_memory)
+        self.known = self.evidence.known  #: 1 to 99 where a wall is doubted
         self.demonstrated = np.full(grid.shape, -1, dtype=np.int8)
         self.action = np.full(grid.shape, -1, dtype=np.int8)
         self.episode = np.zeros(grid.shape, dtype=np.int32)
@@ -59,9 +61,11 @@ class Memory:
                              'out nothing of it is left')
         self.n_episodes += 1
         self.goal = (int(cells[-1, 0]), int(cells[-1, 1]))
+        self.evidence.begin()
         for (row, col), blocked, unknown in zip(
                 cells.tolist(), demonstration.blocked, demonstration.unknown, strict=True):
-            compiled.remember_local_grid(self.known, row, col, int(blocked), int(unknown))
+            self.evidence.observe(row, col, int(blocked), int(unknown))
+        self._remember()
         self._learn_path(cells[kept], demonstration.stamps[kept], demonstration.episode, True)
 
     def add_trial(self, trial: Trial) -> int:
@@ -84,9 +88,11 @@ class Memory:
         self.n_episodes += 1
         if trial.outcome == Outcome.ABORTED:
             return 0
+        self.evidence.begin()
         for row in rows:
-            compiled.remember_local_grid(self.known, int(row['row']), int(row['col']),
-                                    int(row['blocked']), int(row['unknown']))
+            self.evidence.observe(int(row['row']), int(row['col']), int(row['blocked']),
+                                  int(row['unknown']))
+        self._remember()
         moved = rows[rows['kind'] != Kind.BLOCKED]
         if len(moved) == 0:
             return 0
@@ -104,6 +110,11 @@ class Memory:
             self._learn_path(cells[kept], stamps[kept], trial.episode, False)
         self._learn_taught(moved, trial.episode)
         return trial.n_reinforcements
+
+    def _remember(self) -> None:
+        """Take over what an episode has shown."""
+        self.evidence.end()
+        self.known = self.evidence.known
 
     def _check_decisions(self, rows: npt.NDArray[np.void]) -> None:
         """Refuse what would lead the compiled kernels out of their arrays."""

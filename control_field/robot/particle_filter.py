@@ -129,8 +129,14 @@ class ParticleFilter:
         self.place(grid.origin_x, grid.origin_y, 0.0)
 
     def remember(self, known: Cells) -> None:
-        """Take over a remembered map, shape (n_rows, n_cols): 0 free, 100 blocked, -1 unseen."""
-        self._map[_EDGE:-_EDGE, _EDGE:-_EDGE] = known
+        """
+        Take over a remembered map, shape (n_rows, n_cols): 0 free, 100 blocked, -1 unseen.
+
+        A doubted wall (1 to 99) stands as long as more speaks for it than against it.
+        """
+        doubted = (known > 0) & (known < BLOCKED)
+        state = np.where(known < BLOCKED // 2, UNKNOWN, BLOCKED)
+        self._map[_EDGE:-_EDGE, _EDGE:-_EDGE] = np.where(doubted, state, known)
 
     def place(self, x: float, y: float, yaw: float, std: float = 0.005,
               yaw_std: float = 0.01) -> None:

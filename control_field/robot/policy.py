@@ -11,7 +11,9 @@ from control_field.headings import headings_from_vectors, STEP_COL, STEP_ROW
 from control_field.kernels.decision import (
     decide, LOGGED, n_rewards, new_trial, Options, Transition, TrialState, write_decision,
     write_row)
+from control_field.kernels.sights import mark_local_grid
 from control_field.kernels.steps import allowed_steps, Ground, remember_local_grid, StepRules
+from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
 
@@ -61,11 +63,18 @@ def cost_from_q(q: npt.NDArray[np.floating], discount: float) -> npt.NDArray[np.
     return positive
 
 
+def is_doubted(known: npt.NDArray[np.int8]) -> npt.NDArray[np.bool_]:
+    """Mark the doubted cells of a remembered map: occupied when last seen, which is a while ago."""
+    return (known > 0) & (known < BLOCKED)
+
+
 def caution_factor(
     known: npt.NDArray[np.int8], parameters: Parameters,
 ) -> npt.NDArray[np.float64]:
     """
     Return what scales the length of a step into each cell: unseen ground counts as longer.
+
+    A doubted wall counts as so many cells more as the confidence in it is.
 
     Parameters
     ----------
@@ -73,7 +82,8 @@ def caution_factor(
         Remembered map.
 
     """
-    return np.where(known < 0, 1.0 + parameters.caution, 1.0)
+    factor: npt.NDArray[np.float64] = np.where(known < 0, 1.0 + parameters.caution, 1.0)
+    return np.where(is_doubted(known), 1.0 + known, factor)
 
 
 def rules_of(parameters: Parameters) -> StepRules:
@@ -193,11 +203,11 @@ class TrialPolicy:
         if field.grid != self.field.grid:
             raise ValueError(f'the field is of grid {field.grid}, the trial of {self.field.grid}')
         state, known = self.state, self.state.ground.known
-        fresh = (known < 0) & (field.known >= 0)
-        known[fresh] = field.known[fresh]
+        known[~state.seen] = field.known[~state.seen]
         self.field = field
         self.state = trial_on(field, known, self._parameters)._replace(
-            counts=state.counts, entered=state.entered, punished=state.punished)
+            counts=state.counts, entered=state.entered, punished=state.punished,
+            seen=state.seen)
 
     def at_goal(self, row: int, col: int) -> bool:
         """Return whether a cell is the goal."""
@@ -259,6 +269,7 @@ class TrialPolicy:
 
         """
         remember_local_grid(self.state.ground.known, row, col, blocked, unknown)
+        mark_local_grid(self.state.seen, row, col, unknown)
         self.n_steps += 1
         log = self._empty_log()
         n = write_row(log, 0, Transition(row, col, heading, row + STEP_ROW[heading],

@@ -8,7 +8,7 @@ from sensor_msgs.msg import PointCloud2, PointField
 
 from control_field.grid import Grid
 from control_field.headings import N_HEADINGS, UNIT
-from control_field.local_grid import BLOCKED, FREE, UNKNOWN
+from control_field.local_grid import BLOCKED, UNKNOWN
 from control_field.records import CellFlag, ControlField, DECISION_DTYPE, Kind, Prototypes
 from msgs_bridge.messages.clouds import (
     check_column, check_in, cloud_from_table, first_bad, table_from_cloud, TableError)
@@ -282,5 +282,6 @@ def _check_field(table: npt.NDArray[np.void]) -> None:
                  (length == 0.0) | (np.abs(length - 1.0) < 1e-3), '0 or 1')
     check_column(name, 'coherence', table['coherence'],
                  (table['coherence'] >= 0.0) & (table['coherence'] <= 1.001), '0 to 1')
-    check_in(name, 'known', table['known'], (FREE, BLOCKED, UNKNOWN))
+    check_column(name, 'known', table['known'],
+                 (table['known'] >= UNKNOWN) & (table['known'] <= BLOCKED), '-1 to 100')
     check_column(name, 'flags', table['flags'], table['flags'] < 16, 'below 16')
