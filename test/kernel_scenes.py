@@ -49,7 +49,7 @@ class Scene:
             int(rng.integers(0, 40)), 0.5, 0.9)
         self.transition = Transition(self.row, self.col, self.heading, self.row, self.col, -1.0)
         self.fixed = rng.random(shape) < 0.3
-        self.sights = rng.integers(0, 8, shape).astype(np.uint8)
+        self.shown = rng.integers(0, 8, shape).astype(np.uint8)
         self.truth = np.where(known == 100, 100, 0).astype(np.int8)
 
     def arguments(self, name):
@@ -75,13 +75,13 @@ class Scene:
         return self.known, self.row, self.col, self.mask, self.mask >> 3
 
     def for_note_cell(self):
-        return self.sights, self.row - 1, self.col + 1, bool(self.mask & 1)
+        return self.shown, self.row - 1, self.col + 1, bool(self.mask & 1)
 
     def for_note_local_grid(self):
-        return self.sights, self.row, self.col, self.mask, self.mask >> 3
+        return self.shown, self.row, self.col, self.mask, self.mask >> 3
 
     def for_note_cells(self):
-        return self.sights, self.row - 1, self.col - 2, self.known
+        return self.shown, self.row - 1, self.col - 2, self.known
 
     def for_mark_local_grid(self):
         return self.fixed, self.row, self.col, self.mask

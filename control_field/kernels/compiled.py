@@ -13,7 +13,7 @@ from typing import Any
 import numba
 
 from control_field.kernels import (
-    decision, interpolation, local_search, repair, rollout, sights, steps)
+    decision, interpolation, local_search, repair, rollout, seen, steps)
 
 
 def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
@@ -46,7 +46,7 @@ def _jit(function: types.FunctionType) -> Callable[..., Any]:
 
 
 #: A module comes after those that it calls.
-_ALL = _compile(steps, sights, rollout, local_search, decision, interpolation, repair)
+_ALL = _compile(steps, seen, rollout, local_search, decision, interpolation, repair)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels.local_search import rehearse_locally
 from control_field.kernels.rollout import flow_reaches
-from control_field.kernels.sights import mark_local_grid
+from control_field.kernels.seen import mark_local_grid
 from control_field.kernels.steps import (
     _BLOCKED, allowed_steps, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, least_chosen,
     next_highest, remember_local_grid, StepRules, window_values)

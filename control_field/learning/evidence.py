@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.kernels import compiled
-from control_field.kernels.sights import FREE_SEEN, OCCUPIED_LAST, OCCUPIED_SEEN
+from control_field.kernels.seen import FREE_SEEN, OCCUPIED_LAST, OCCUPIED_SEEN
 from control_field.local_grid import BLOCKED, FREE, UNKNOWN
 
 #: Confidence of a wall that has just come to be doubted, and how low it falls with age.
@@ -40,11 +40,11 @@ class Evidence:
         self._last_seen = np.zeros(shape, dtype=np.int32)
         self._in_a_row = np.zeros(shape, dtype=np.int32)
         self._seen_free = np.zeros(shape, dtype=np.bool_)
-        self._sights = np.zeros(shape, dtype=np.uint8)
+        self._shown = np.zeros(shape, dtype=np.uint8)
 
     def begin(self) -> None:
         """Begin an episode: nothing was seen in it yet."""
-        self._sights = np.zeros(self.state.shape, dtype=np.uint8)
+        self._shown = np.zeros(self.state.shape, dtype=np.uint8)
 
     def observe(self, row: int, col: int, blocked: int, unknown: int) -> None:
         """
@@ -58,7 +58,7 @@ class Evidence:
             Masks of its neighbours.
 
         """
-        compiled.note_local_grid(self._sights, row, col, blocked, unknown)
+        compiled.note_local_grid(self._shown, row, col, blocked, unknown)
 
     def observe_cells(self, top: int, left: int, cells: npt.NDArray[np.int8]) -> None:
         """
@@ -72,17 +72,17 @@ class Evidence:
             0 free, 100 occupied, -1 where nothing was seen.
 
         """
-        compiled.note_cells(self._sights, top, left, cells)
+        compiled.note_cells(self._shown, top, left, cells)
 
     def end(self) -> None:
         """End an episode: what was seen in it is older than nothing from now on."""
-        sights = self._sights
+        shown = self._shown
         self.n_episodes += 1
-        was_wall = (sights & OCCUPIED_LAST != 0) & (self.state == BLOCKED)
-        wall = (sights & OCCUPIED_SEEN != 0) & ((sights & FREE_SEEN == 0) | was_wall)
-        free = (sights != 0) & ~wall
+        was_wall = (shown & OCCUPIED_LAST != 0) & (self.state == BLOCKED)
+        wall = (shown & OCCUPIED_SEEN != 0) & ((shown & FREE_SEEN == 0) | was_wall)
+        free = (shown != 0) & ~wall
         self.state[wall], self.state[free] = BLOCKED, FREE
-        self._last_seen[sights != 0] = self.n_episodes
+        self._last_seen[shown != 0] = self.n_episodes
         self._in_a_row[wall] += 1
         self._in_a_row[free] = 0
         self._seen_free |= free

@@ -11,7 +11,7 @@ from control_field.headings import headings_from_vectors, STEP_COL, STEP_ROW
 from control_field.kernels.decision import (
     decide, LOGGED, n_rewards, new_trial, Options, Transition, TrialState, write_decision,
     write_row)
-from control_field.kernels.sights import mark_local_grid
+from control_field.kernels.seen import mark_local_grid
 from control_field.kernels.steps import allowed_steps, Ground, remember_local_grid, StepRules
 from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
@@ -64,7 +64,7 @@ def cost_from_q(q: npt.NDArray[np.floating], discount: float) -> npt.NDArray[np.
 
 
 def is_doubted(known: npt.NDArray[np.int8]) -> npt.NDArray[np.bool_]:
-    """Mark the doubted cells of a remembered map: occupied when last seen, which is a while ago."""
+    """Mark the doubted cells of a remembered map: occupied when seen last, a while ago."""
     return (known > 0) & (known < BLOCKED)
 
 

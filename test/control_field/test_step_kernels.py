@@ -8,7 +8,7 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import (
-    compiled, decision, interpolation, local_search, repair, rollout, sights)
+    compiled, decision, interpolation, local_search, repair, rollout, seen)
 from control_field.kernels import steps as kernels
 from control_field.kernels.interpolation import Sums
 from control_field.kernels.steps import no_preference, StepRules
@@ -17,7 +17,7 @@ from kernel_scenes import Scene
 from strategies import few, knowns, rules, seeds, steady
 
 BODY = StepRules(False, False, 8)
-MODULES = (kernels, sights, rollout, local_search, decision, interpolation, repair)
+MODULES = (kernels, seen, rollout, local_search, decision, interpolation, repair)
 
 
 def same(first, second):
@@ -200,10 +200,10 @@ def test_the_windows_of_equation_7_sum_up_what_interpolation_averages(known, rul
 
 
 def test_a_window_does_not_reach_through_any_cell_the_line_crosses():
-    for wall, seen in (((0, 1), False), ((1, 1), False), ((1, 0), True), ((0, 2), True)):
+    for wall, visible in (((0, 1), False), ((1, 1), False), ((1, 0), True), ((0, 2), True)):
         known = np.full((2, 3), -1, np.int8)
         known[wall] = 100
-        assert sees(known, (0, 0), (1, 2)) == sees(known, (1, 2), (0, 0)) == seen
+        assert sees(known, (0, 0), (1, 2)) == sees(known, (1, 2), (0, 0)) == visible
     assert sees(np.zeros((1, 9), np.int8), (0, 0), (0, 8))
     assert sees(np.full((2, 2), 100, np.int8), (0, 0), (1, 1)) is False
 
