@@ -7,7 +7,7 @@ from control_field.kernels import compiled
 from control_field.learning.certificate import fidelity_of
 from control_field.learning.grid_world import Runs
 from experience_evaluation.environment import Environment
-from experience_evaluation.methods.method import FieldMethod, Method, Notes, Task
+from experience_evaluation.methods.method import FieldMethod, Method, Task
 
 #: The metrics in the order of tables: name -> meaning.
 METRICS = {
@@ -25,6 +25,8 @@ METRICS = {
     'hidden_neurons_share': 'prototypes for each free reachable cell',
     'fidelity': 'share of the demonstrated cells, among those not proven blocked, where the field '
                 'still does what was shown',
+    'fidelity_in_truth': 'the same among those whose demonstrated step the true world allows, '
+                         'whatever is remembered',
     'basin': 'share of the known free, reachable cells whose flow reaches the goal on the '
              'remembered map',
     'flow_steps': "steps along the flow from the first demonstration's start to the goal; not "
@@ -86,6 +88,7 @@ def judge(method: Method, task: Task, environment: Environment, judged: npt.NDAr
     lengths = flow_lengths(environment, headings)[judged]
     shortest = environment.shortest[judged]
     runs = method.runs(environment, np.argwhere(judged), 0)
+    truly = fidelity_of(headings, demonstrated, environment.world.truth, environment.world.rules)
     notes, n_reachable = method.notes(), int(environment.reachable.sum())
     home, arrived = np.isfinite(lengths), runs.outcome == 0
     return {
@@ -96,7 +99,8 @@ def judge(method: Method, task: Task, environment: Environment, judged: npt.NDAr
         'hidden_neurons': float(notes.n_prototypes),
         'hidden_neurons_share': (
             notes.n_prototypes / n_reachable if n_reachable else float('nan')),
-        'fidelity': _fidelity(notes, environment, headings, demonstrated), 'basin': notes.basin,
+        'fidelity': notes.fidelity if np.isfinite(notes.fidelity) else truly,
+        'fidelity_in_truth': truly, 'basin': notes.basin,
         'flow_steps': _n_steps(task, environment, headings),
         'greedy_steps': _n_steps(task, environment, greedy_headings(method)),
         'seconds_learning': 0.0}
@@ -130,11 +134,3 @@ def _n_steps(task: Task, environment: Environment, headings: npt.NDArray[np.int8
 
 def _n_collisions(runs: Runs) -> float:
     return float((runs.outcome == 1).sum())
-
-
-def _fidelity(notes: Notes, environment: Environment, headings: npt.NDArray[np.int8],
-              demonstrated: npt.NDArray[np.int8]) -> float:
-    """Return a method's own fidelity; without a map of its own, that on the true one."""
-    if np.isfinite(notes.fidelity):
-        return notes.fidelity
-    return fidelity_of(headings, demonstrated, environment.world.truth, environment.world.rules)

@@ -8,6 +8,8 @@ import pytest
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from experience_evaluation import worlds as generators
+from experience_evaluation.changing_worlds import (
+    doors_world, moved_obstacles, walled_world, with_block)
 from experience_evaluation.starts import choose_places
 from experience_evaluation.teachers import (
     demonstrate, detour_path, heading_table, longer_path, NoWayError, path_length, shortest_path)
@@ -128,3 +130,37 @@ def test_a_cell_shown_twice_keeps_the_last_heading():
 def test_a_world_without_room_for_a_task_is_refused():
     with pytest.raises(NoWayError):
         choose_places(np.full((3, 3), 100, dtype=np.int8), np.random.default_rng(0))
+
+
+@given(worlds, st.integers(0, 99))
+@settings(max_examples=20, deadline=None)
+def test_moved_furniture_is_as_much_as_before_and_leaves_a_way(world, seed):
+    occupancy = generators.generate(*world)
+    goal, start = choose_places(occupancy, np.random.default_rng(world[2]))
+    moved = moved_obstacles(occupancy, 0.1, np.random.default_rng(seed), goal, start)
+    n = round(0.1 * (occupancy != 0).sum())
+    assert ((occupancy != 0) & (moved == 0)).sum() == ((occupancy == 0) & (moved != 0)).sum() == n
+    assert np.isfinite(GridWorld(moved, Parameters()).cost_to(goal)[start])
+
+
+def test_what_cannot_be_moved_so_that_a_way_is_left_is_refused():
+    corridor = np.array([[0, 0, 0], [100, 100, 100]], dtype=np.int8)
+    with pytest.raises(ValueError, match='cannot be moved'):
+        moved_obstacles(corridor, 0.34, np.random.default_rng(0), (0, 2), (0, 0))
+
+
+def test_doors_shut_and_open_and_walls_stay():
+    first, *later = doors_world(18, np.random.default_rng(0), 3)
+    assert len(later) == 3
+    for shut in later:
+        assert ((shut != 0) >= (first != 0)).all()
+        assert 0 < ((shut != 0) & (first == 0)).sum() < 12
+    assert (later[0] != later[1]).any()
+
+
+def test_gaps_of_a_wall_and_a_block_are_where_they_are_said_to_be():
+    wall = walled_world(2, 5, size=8, row=3)
+    assert (wall != 0).sum() == 6
+    assert wall[3, 2] == wall[3, 5] == 0
+    assert np.argwhere(with_block(np.zeros((5, 5), np.int8), (0, 2), 1) != 0).tolist() == [
+        [0, 1], [0, 2], [0, 3], [1, 1], [1, 2], [1, 3]]
