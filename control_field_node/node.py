@@ -284,8 +284,7 @@ class ControlFieldNode(Node):
         self._out.publish(answer)
 
     def _on_contact(self, msg: Bool) -> None:
-        if msg.data:
-            self._out.publish(self.supervisor.trial.halt(StopReason.CONTACT))
+        self._out.publish(self.supervisor.on_contact(msg.data, time.monotonic()))
 
     def _on_goal(self, msg: PoseStamped) -> None:
         try:

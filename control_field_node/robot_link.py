@@ -2,11 +2,16 @@
 
 from dataclasses import replace
 import math
+from typing import Final
 
 from control_field.robot.latency import Lag, LatencyMonitor, REPEAT
 from control_field.robot.limits import Velocity
 from control_field_node.settings import Settings
 from msgs_bridge.messages.poses import Pose
+
+#: What counts as standing, [m/s], and how long a robot may take to brake, [s].
+_STANDS: Final = 0.02
+_BRAKES: Final = 0.1
 
 
 class RobotLink:
@@ -91,6 +96,14 @@ class RobotLink:
         """Return whether the robot does not move though its commands must have arrived."""
         return not self.is_lockstep and (
             self.latency.following.is_unanswered and not self.latency.is_lossy)
+
+    def has_stopped(self, pose: Pose, now: float) -> bool:
+        """Return whether the robot cannot be driving any more, be it turning."""
+        if self.is_lockstep:
+            return True
+        at, latency = self._stamp_time(now), self.latency
+        return abs(pose.v) <= _STANDS and not any(
+            v for v, _, _ in latency.sent.pieces(at - latency.longest - _BRAKES, at))
 
     @property
     def speed_share(self) -> float:

@@ -53,6 +53,10 @@ class Settings:
     patience: float = parameter(
         2.0, 'how long the robot waits for what comes into its way before it takes another; 0: '
         'never', unit='s', low=0.0, high=3600.0)
+    contact_timeout: float = parameter(
+        10.0, 'how long something may touch the robot that it has run into while that stood, '
+        'before the trial ends in a collision; 0: every contact is one', unit='s', low=0.0,
+        high=3600.0)
     own_cell: bool = parameter(
         True, "stand where the local grid shows the robot's own cell blocked: something reaches "
         'into it; to be switched off for sensors that mark the robot itself')

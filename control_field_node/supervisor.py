@@ -11,6 +11,7 @@ from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.collision_monitor import Intervention
+from control_field.robot.contact_watch import ContactWatch
 from control_field.robot.limits import STANDSTILL
 from control_field.robot.stop_rules import StopReason
 from control_field_node.active_field import ActiveField
@@ -50,6 +51,7 @@ class Supervisor:
     trial : TrialControl
     manual : ManualControl
     heartbeat : HeartbeatMonitor
+    contact : ContactWatch
 
     """
 
@@ -65,6 +67,7 @@ class Supervisor:
         self.trial = TrialControl(parameters, self.sensing, self.output)
         self.manual = ManualControl(settings, self.trial, self.sensing, self.output)
         self.heartbeat = HeartbeatMonitor(settings)
+        self.contact = ContactWatch(settings.contact_timeout)
 
     def change_settings(self, settings: Settings) -> None:
         """Take over new settings; a trial under way keeps how it drives."""
@@ -72,6 +75,7 @@ class Supervisor:
         self.sensing.change_settings(settings)
         self.output.change_settings(settings)
         self.manual.change_settings(settings)
+        self.contact.timeout = settings.contact_timeout
 
     @property
     def status(self) -> TrialStatus:
@@ -107,6 +111,7 @@ class Supervisor:
             return refusal
         self.trial.start(self.field.current, self.settings)
         self.manual.takeover.let_go()
+        self.contact.forget()
         self.sensing.inputs.poses.order.place_anew()
         return ''
 
@@ -123,6 +128,15 @@ class Supervisor:
         """Take in a neighbourhood, on the cells of the field or on others."""
         self.sensing.on_neighbourhood(
             neighbourhood, cells or self.field.grid, now, self.trial.pause is not None)
+
+    def on_contact(self, touches: bool, now: float) -> Answer:
+        """Take in what a bumper says: what runs into the standing robot is no collision."""
+        pose = self.sensing.pose
+        stands = pose is not None and self.output.stands(pose, now) and (
+            self.trial.pause_reason is not StopReason.TAKEN_OVER)
+        if self.contact.on_contact(touches, stands):
+            return self.trial.halt(StopReason.CONTACT)
+        return self.trial.halt(StopReason.TOUCHED) if self.contact.is_touched else NOTHING
 
     def on_bad_odometry(self, what: str, now: float) -> Answer:
         """Take in odometry that is not to be trusted: stand until it has been good again."""
@@ -158,6 +172,10 @@ class Supervisor:
         observation = self.sensing.observe(now, run.parameters.unknown_is_blocked)
         if self.manual.is_taken_over(now):
             return self._follow(run, pose, observation)
+        if self.contact.lasts_too_long(pose.stamp):
+            return self.trial.halt(StopReason.CONTACT, StopReason.TOUCHED.sentence)
+        if self.contact.is_touched:
+            return self.trial.halt(StopReason.TOUCHED)
         if observation is None:
             return self.trial.halt(
                 StopReason.STALE_NEIGHBOURHOOD, self.sensing.local_grid_problem(now))

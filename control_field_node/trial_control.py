@@ -122,7 +122,10 @@ class TrialControl:
         if reason.outcome is not None:
             return self.finish(ended_by(reason, detail))
         self.pause = Pause(reason, detail)
-        run.interrupt()
+        if reason is StopReason.TOUCHED:
+            run.rest()
+        else:
+            run.interrupt()
         if reason is StopReason.TAKEN_OVER:
             self._log('warning', f'trial {run.trial} pauses: {reason.sentence_with(detail)}')
             return NOTHING

@@ -162,11 +162,15 @@ class TrialRun:
         self._way.learn(new.known)
         return None
 
+    def rest(self) -> None:
+        """Stand for a while, and go on where it was."""
+        self._progress.restart()
+        self.waiting = ''
+
     def interrupt(self) -> None:
         """Forget the path: something else has moved or stopped the robot."""
         self._tracker.reset()
-        self._progress.restart()
-        self.waiting = ''
+        self.rest()
         self._is_in_goal_cell = False
         self._followed = None
 

@@ -75,6 +75,10 @@ class VelocityOutput:
         """Make standstill the command that holds, and nothing its cause."""
         self.velocity, self.held = STANDSTILL, ''
 
+    def stands(self, pose: Pose, now: float) -> bool:
+        """Return whether the robot does not drive, as far as what it was told to has arrived."""
+        return not self.velocity[0] and self.link.has_stopped(pose, now)
+
     @property
     def commanded_speed(self) -> float:
         """

@@ -22,6 +22,7 @@ class StopReason(StrEnum):
     NO_PROGRESS = 'no_progress'
     STALLED = 'stalled'
     CONTACT = 'contact'
+    TOUCHED = 'touched'
     STEP_LIMIT = 'step_limit'
     TIME_LIMIT = 'time_limit'
     NO_WAY = 'no_way'
@@ -67,6 +68,7 @@ _SENTENCES: Final = {
     StopReason.NO_PROGRESS: 'the robot has not come forward',
     StopReason.STALLED: 'the robot was told to drive and does not move',
     StopReason.CONTACT: 'the robot has touched something',
+    StopReason.TOUCHED: 'something has run into the standing robot',
     StopReason.STEP_LIMIT: 'the step limit is reached',
     StopReason.TIME_LIMIT: 'the time limit is reached',
     StopReason.NO_WAY: 'there is no way left to try',
@@ -84,6 +86,7 @@ _ENDS: Final = {
     StopReason.STALE_ODOMETRY: 'odometry arrives again',
     StopReason.STALE_NEIGHBOURHOOD: 'the local grid arrives again',
     StopReason.TAKEN_OVER: 'nobody is driving any more',
+    StopReason.TOUCHED: 'nothing touches the robot any more',
     StopReason.LATE_POSES: 'odometry arrives in time again',
     StopReason.LATE_COMMANDS: 'it has stood for so long that nothing sent before comes any more',
     StopReason.READING_FIELD: 'the control field has been read',
