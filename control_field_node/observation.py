@@ -57,6 +57,11 @@ class Observation:
                 yield (self.row + d_row, self.col + d_col), bool(self.blocked >> heading & 1)
 
     @property
+    def is_wide(self) -> bool:
+        """Return whether more is observed than the cells around the robot's."""
+        return len(self.cells) > 3
+
+    @property
     def is_all_unknown(self) -> bool:
         """Return whether all eight cells around the robot are unknown."""
         return self.unknown == ALL

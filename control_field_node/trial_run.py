@@ -128,6 +128,7 @@ class TrialRun:
         self._new_field: ControlField | None = None
         self._is_in_goal_cell = False
         self._followed: Observation | None = None
+        self._observed: Observation | None = None
         self._cell: tuple[int, int] | None = None
         self._n_cells = 0
 
@@ -195,6 +196,7 @@ class TrialRun:
             Whether the collision monitor has kept it back for something that moves.
 
         """
+        self._remember(observation)
         if self._cell != observation.cell:
             self._cell = observation.cell
             self._n_cells += 1
@@ -221,6 +223,7 @@ class TrialRun:
 
     def follow(self, pose: Pose, observation: Observation) -> Move:
         """Report what a person drives: a row for each step from cell to cell."""
+        self._remember(observation)
         before, self._followed = self._followed, observation
         if before is None or before.cell == observation.cell:
             return Move(STANDSTILL)
@@ -233,6 +236,12 @@ class TrialRun:
         if self.policy.at_goal(*observation.cell):
             return Move(STANDSTILL, (rows,), Outcome.GOAL)
         return Move(STANDSTILL, (rows,))
+
+    def _remember(self, observation: Observation) -> None:
+        """Remember what a new observation shows beyond the cells that decisions go by."""
+        if observation is not self._observed and observation.is_wide:
+            self.policy.observe(*observation.cell, observation.cells)
+        self._observed = observation
 
     def _decide(self, pose: Pose, observation: Observation) -> Move:
         if (move := self.change_field()) is not None:

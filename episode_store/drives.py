@@ -1,23 +1,25 @@
 """Drives: what the poses and local grids of a bag show, if a robot can have driven so."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from control_field.drives.breaks import BreakKind, ImplausibleDriveError
-from control_field.drives.demonstration import demonstration_from_poses, DemonstrationReport
+from control_field.drives.demonstration import (
+    demonstration_from_poses, DemonstrationReport, seen_from)
 from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
 from control_field.records import Demonstration
 from control_field.words import counted
 from episode_store.header import find_topic
 from episode_store.rosbag2.reader import Bag
-from episode_store.rosbag2.topic_tables import local_grid_table, pose_table, PoseTable
+from episode_store.rosbag2.topic_tables import (
+    local_grid_table, LocalGridTable, pose_table, PoseTable)
+from episode_store.wide_local_grids import in_order
 
-#: Seconds that stamps of local grids may step back before a clock that jumped is assumed.
-CLOCK_JUMP: Final = 1.0
 #: What lies on one side of these breaks is a drive of its own, if a person says so.
 _CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.UNSAID, BreakKind.HOLE)
 
@@ -85,7 +87,7 @@ def read_drive(
     if not len(poses.stamps):
         raise NoPoseError(poses.refusal, poses.other_frame)
     _check_ends(poses)
-    seen = _in_order(local_grids.stamps)
+    seen = in_order(local_grids.stamps)
     record, report = demonstration_from_poses(
         grid, poses.stamps, poses.xy, local_grids.stamps[seen], local_grids.blocked[seen],
         local_grids.unknown[seen], number, speed_max, local_grids.cells[seen], poses.motion)
@@ -94,7 +96,18 @@ def read_drive(
             'nothing to learn from this drive: it ends in the cell where it began, so that it '
             'leads nowhere; end the drive at the goal, or cut it to the way there with '
             '`experience trim`')
-    return record, report, notes
+    return replace(record, local_grids=_wide(local_grids, grid, poses)), report, notes
+
+
+def _wide(
+    local_grids: LocalGridTable, grid: Grid, poses: PoseTable,
+) -> npt.NDArray[np.void]:
+    """Return the wide local grids by stamp that were seen from where the robot was."""
+    wide = local_grids.local_grids[in_order(local_grids.local_grids['stamp'])]
+    order = np.argsort(poses.stamps, kind='stable')
+    there = seen_from(wide['stamp'], np.stack([wide['row'], wide['col']], axis=1),
+                      poses.stamps[order], grid.cells_from_world(poses.xy[order]))
+    return np.asarray(wide[there])
 
 
 def _check_ends(poses: PoseTable) -> None:
@@ -163,10 +176,3 @@ def _remedy_by_cutting(error: ValueError, begins: float, command: str) -> str:
     after = begins + np.ceil(found.at * 100.0 - _ROUNDED) / 100.0
     return (f', or keep what is before it ({command.format(before)}) or after it (--from '
             f'{after:.2f})')
-
-
-def _in_order(stamps: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    """Return the order of local grids by stamp since the clock last jumped back."""
-    jumps = np.flatnonzero(np.diff(stamps) < -CLOCK_JUMP)
-    n_before = int(jumps[-1]) + 1 if len(jumps) else 0
-    return np.asarray(n_before + np.argsort(stamps[n_before:], kind='stable'), dtype=np.int64)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+import math
 import os
 from pathlib import Path
 from typing import TypeVar
@@ -30,6 +31,7 @@ from episode_store.rosbag2.topic_tables import decision_table, statuses
 from episode_store.rosbag2.writer import HEADER_NAME
 from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind
 from episode_store.trials import doubt_about, judged, own_trial
+from episode_store.wide_local_grids import trial_local_grids
 from msgs_bridge.messages.memory_identity import difference
 from msgs_bridge.messages.raw_cloud import cloud_from_cdr
 from msgs_bridge.messages.tables import field_from_cloud, prototypes_from_cloud
@@ -280,7 +282,9 @@ class Episode:
         doubt = '' if outcome is Outcome.ABORTED else doubt_about(
             self.messages('odom'), self.header, own, ended, self.messages('control_field'))
         outcome = Outcome.ABORTED if doubt else judged(outcome, self.label)
-        return Content(Trial(own, outcome, self.folder.number), None, ended,
+        wide = trial_local_grids(self.messages('neighbourhood'), self.header.grid, own,
+                                 ended.stamp if ended is not None and ended.stamp else math.inf)
+        return Content(Trial(own, outcome, self.folder.number, wide), None, ended,
                        (*notes, *self._beside()), doubt)
 
     def _check_memory(self) -> None:

@@ -162,7 +162,7 @@ def demonstration_from_poses(
         raise ValueError(f'nothing to learn from this drive: it leads through '
                          f'{counted(len(path), "cell")} of {grid.resolution} m ({report}); drive '
                          f'at least from one cell into the next')
-    there = _seen_from(local_grid_stamps, local_grid_cells, stamps, raw)
+    there = seen_from(local_grid_stamps, local_grid_cells, stamps, raw)
     blocked, unknown = _local_grids(
         at, local_grid_stamps[there], local_grid_blocked[there], local_grid_unknown[there])
     blocked[filled], unknown[filled] = 0, 255
@@ -239,11 +239,24 @@ def _connected(
     return path, np.array(at), np.array(filled, dtype=np.bool_)
 
 
-def _seen_from(
+def seen_from(
     local_grid_stamps: npt.NDArray[np.float64], local_grid_cells: npt.NDArray[np.int64] | None,
     stamps: npt.NDArray[np.float64], raw: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.bool_]:
-    """Return which local grids were seen from where the robot was, or beside it."""
+    """
+    Return which local grids were seen from where the robot was, or beside it.
+
+    Parameters
+    ----------
+    local_grid_stamps : ndarray, shape (m,), [s]
+    local_grid_cells : ndarray, shape (m, 2), or None
+        Where they were seen from; None where that is not known, which is no reproach.
+    stamps : ndarray, shape (n,), [s]
+        Of the poses, not decreasing.
+    raw : ndarray of int64, shape (n, 2)
+        Their cells.
+
+    """
     if local_grid_cells is None or not len(local_grid_stamps):
         return np.ones(len(local_grid_stamps), dtype=np.bool_)
     after = np.clip(np.searchsorted(stamps, local_grid_stamps), 1, len(stamps) - 1)

@@ -9,6 +9,7 @@ from control_field.headings import heading_from_step, N_HEADINGS
 from control_field.kernels import compiled
 from control_field.kernels.decision import Transition
 from control_field.learning.evidence import Evidence
+from control_field.local_grid import FREE
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Kind, Outcome, Prototypes, Trial
 from control_field.robot.policy import rules_of
@@ -61,11 +62,8 @@ class Memory:
                              'out nothing of it is left')
         self.n_episodes += 1
         self.goal = (int(cells[-1, 0]), int(cells[-1, 1]))
-        self.evidence.begin()
-        for (row, col), blocked, unknown in zip(
-                cells.tolist(), demonstration.blocked, demonstration.unknown, strict=True):
-            self.evidence.observe(row, col, int(blocked), int(unknown))
-        self._remember()
+        self._remember(demonstration.stamps, cells, demonstration.blocked, demonstration.unknown,
+                       demonstration.local_grids)
         self._learn_path(cells[kept], demonstration.stamps[kept], demonstration.episode, True)
 
     def add_trial(self, trial: Trial) -> int:
@@ -88,11 +86,8 @@ class Memory:
         self.n_episodes += 1
         if trial.outcome == Outcome.ABORTED:
             return 0
-        self.evidence.begin()
-        for row in rows:
-            self.evidence.observe(int(row['row']), int(row['col']), int(row['blocked']),
-                                  int(row['unknown']))
-        self._remember()
+        self._remember(rows['stamp'], np.stack([rows['row'], rows['col']], axis=1),
+                       rows['blocked'], rows['unknown'], trial.local_grids)
         moved = rows[rows['kind'] != Kind.BLOCKED]
         if len(moved) == 0:
             return 0
@@ -111,10 +106,30 @@ class Memory:
         self._learn_taught(moved, trial.episode)
         return trial.n_reinforcements
 
-    def _remember(self) -> None:
-        """Take over what an episode has shown."""
+    def _remember(
+        self, stamps: npt.NDArray[np.float64], cells: npt.NDArray[np.int32],
+        blocked: npt.NDArray[np.uint8], unknown: npt.NDArray[np.uint8],
+        local_grids: npt.NDArray[np.void],
+    ) -> None:
+        """Take over what an episode has shown: wide local grids and masks, in their order."""
+        self.evidence.begin()
+        before = np.searchsorted(local_grids['stamp'], stamps, side='right').tolist()
+        n = 0
+        for i, (row, col) in enumerate(cells.tolist()):
+            n = self._observe_wide(local_grids, n, before[i])
+            self.evidence.observe(row, col, int(blocked[i]), int(unknown[i]))
+        self._observe_wide(local_grids, n, len(local_grids))
         self.evidence.end()
         self.known = self.evidence.known
+
+    def _observe_wide(self, local_grids: npt.NDArray[np.void], n: int, end: int) -> int:
+        """Take in the n-th to the ``end``-th local grid; return how many are taken in now."""
+        reach = local_grids['cells'].shape[1] // 2
+        for each in local_grids[n:end]:
+            cells = each['cells'].copy()
+            cells[reach, reach] = FREE  # the robot is there, whatever else reaches into it
+            self.evidence.observe_cells(int(each['row']) - reach, int(each['col']) - reach, cells)
+        return max(n, end)
 
     def _check_decisions(self, rows: npt.NDArray[np.void]) -> None:
         """Refuse what would lead the compiled kernels out of their arrays."""

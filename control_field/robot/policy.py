@@ -13,6 +13,7 @@ from control_field.kernels.decision import (
     write_row)
 from control_field.kernels.seen import mark_local_grid
 from control_field.kernels.steps import allowed_steps, Ground, remember_local_grid, StepRules
+from control_field.kernels.visibility import remember_cells
 from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
@@ -256,6 +257,21 @@ class TrialPolicy:
             return self._give_up('no way to the goal is left on the remembered map', rows)
         self.n_steps += 1
         return Choice(int(decision.heading), Kind(decision.kind), '', rows)
+
+    def observe(self, row: int, col: int, cells: npt.NDArray[np.int8]) -> None:
+        """
+        Remember what is seen from a cell, be it far from it; decisions go on from there.
+
+        Parameters
+        ----------
+        row, col : int
+            The robot's cell.
+        cells : ndarray of int8, shape (n, n)
+            Its local grid, see `remember_cells`.
+
+        """
+        if self.field.grid.contains(row, col):
+            remember_cells(self.state.ground.known, self.state.seen, row, col, cells)
 
     def taught(self, row: int, col: int, heading: int, blocked: int, unknown: int,
                stamp: float) -> npt.NDArray[np.void]:
