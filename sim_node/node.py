@@ -3,7 +3,7 @@
 import time
 from typing import Any, Final
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rcl_interfaces.msg import SetParametersResult
@@ -14,12 +14,15 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
 
 from control_field.robot.stop_rules import Timeout
+from msgs_bridge.messages.markers import markers_from_discs
 from msgs_bridge.messages.neighbourhoods import (
     grid_from_neighbourhood, map_from_occupancy, Neighbourhood)
 from msgs_bridge.messages.poses import (
     check_frame, odometry_from_pose, Pose, pose_from_initialpose, stamp_from_seconds)
+from msgs_bridge.messages.trial_status import State, trial_from_status
 from msgs_bridge.messages.velocities import velocity_from_twist
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_age import problem_with_age
@@ -30,9 +33,11 @@ from msgs_bridge.node.peer_monitor import PeerMonitor
 from msgs_bridge.node.reader_threads import ReaderThreads
 from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import run_node
+from sim_node.diagnostics import status_from_simulation
 from sim_node.robot import Placement
 from sim_node.settings import FIXED, SimSettings
 from sim_node.simulation import Simulation
+from world_maps.movers_file import find_movers, load_movers, Script
 from world_maps.world import find_world, load_world, World
 
 #: How often the node looks after its peers, in seconds of the wall clock.
@@ -50,10 +55,11 @@ class SimNode(Node):
     """
     A simulated robot.
 
-    Publishes `odom`, `neighbourhood`, `map`, `contact`, `/clock` and `/diagnostics`; listens to
-    `cmd_vel` and `initialpose`; serves `~/reset` (robot at its start, contacts forgotten, the
-    same random numbers again). Every parameter is described in `sim_node.settings`; setting
-    `world` at run time changes the world around the robot.
+    Publishes `odom`, `neighbourhood`, `map`, `movers`, `contact`, `/clock` and `/diagnostics`;
+    listens to `cmd_vel`, `initialpose` and `trial`; serves `~/reset` (robot at its start, contacts
+    forgotten, the same random numbers again, what moves and changes begins anew). Every parameter
+    is described in `sim_node.settings`; setting `world` or `movers` at run time changes the world
+    around the robot.
 
     A collision stops the robot where it touches. It is reported on the latched `contact`
     (std_msgs/Bool, on change, before the sensors of the tick it happened in), on `/diagnostics`
@@ -80,8 +86,9 @@ class SimNode(Node):
             self, SimSettings, fixed=FIXED, on_change=self._on_change)
         check_names(self)
         self.add_on_set_parameters_callback(self._check_world)
-        self._new_world: World | None = None
-        self._simulation = Simulation(self._load(self._settings.world), self._settings)
+        self._new_world: tuple[World, Script] | None = None
+        world, script = self._load(self._settings.world, self._settings.movers)
+        self._simulation = Simulation(world, self._settings, script.movers, script.changes)
         self._period = 1.0 / self._settings.rate
         self._stale_told = False
         self._n_ticks = 1  # a stamp of 0 means "no time" to ROS
@@ -112,11 +119,12 @@ class SimNode(Node):
     def _state_world(self) -> None:
         self._peers.describe(workspace_from_grid(self._simulation.world.grid))
 
-    def _load(self, name: str) -> World:
+    def _load(self, name: str, movers: str) -> tuple[World, Script]:
         world = load_world(find_world(name), self._settings.frame_id)
+        script = load_movers(find_movers(movers), world) if movers else Script()
         for note in world.notes:
             self.get_logger().warning(note)
-        return world
+        return world, script
 
     def _make_topics(self) -> None:
         lockstep = self._settings.lockstep
@@ -127,6 +135,7 @@ class SimNode(Node):
         self._local_grid = qos.create_quiet_publisher(
             self, OccupancyGrid, 'neighbourhood', qos.LOCKSTEP_PUB if lockstep else qos.SENSOR)
         self._map = self.create_publisher(OccupancyGrid, 'map', qos.LATCHED)
+        self._movers = self.create_publisher(MarkerArray, 'movers', qos.LATCHED)
         self._contact = self.create_publisher(Bool, 'contact', qos.LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._clock_topic = None
@@ -139,6 +148,8 @@ class SimNode(Node):
             qos.LOCKSTEP if self._settings.lockstep else qos.COMMAND)
         self._threads.subscribe_small(
             PoseWithCovarianceStamped, 'initialpose', self._on_initialpose, self._refuse, qos.POSE)
+        self._threads.subscribe_small(
+            DiagnosticStatus, 'trial', self._on_trial, self._refuse, qos.LATCHED)
         self.create_service(Trigger, '~/reset', self._threads.locked(self._on_reset))
 
     @property
@@ -193,6 +204,17 @@ class SimNode(Node):
             return
         self._next_tick()
 
+    def _on_trial(self, msg: DiagnosticStatus) -> None:
+        try:
+            status = trial_from_status(msg)
+        except ValueError as error:
+            self._refuse(str(error))
+            return
+        if status.state == State.ENDED:
+            self._simulation.on_trial_end(status.trial)
+            if self._simulation.world is not self._shown:
+                self._next_tick()
+
     def _on_reset(self, _: Any, response: Any) -> Any:
         try:
             self._simulation.reset()
@@ -218,12 +240,13 @@ class SimNode(Node):
     def _check_world(self, parameters: list[Parameter]) -> SetParametersResult:
         """Read a new world before it is agreed to."""
         self._new_world = None
-        for parameter in parameters:
-            if parameter.name == 'world':
-                try:
-                    self._new_world = self._load(str(parameter.value))
-                except ValueError as error:
-                    return SetParametersResult(successful=False, reason=str(error))
+        named = {parameter.name: str(parameter.value) for parameter in parameters}
+        if named.keys() & {'world', 'movers'}:
+            try:
+                self._new_world = self._load(named.get('world', self._settings.world),
+                                             named.get('movers', self._settings.movers))
+            except ValueError as error:
+                return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _on_change(self, settings: SimSettings) -> None:
@@ -232,12 +255,12 @@ class SimNode(Node):
 
     def _change(self, settings: SimSettings) -> None:
         self._settings = settings
-        world, self._new_world = self._new_world, None
-        self._simulation.change(settings, world)
+        new, self._new_world = self._new_world, None
+        self._simulation.change(settings, *(new or ()))
         if self._ticker is not None:
             self._ticker.timer_period_ns = round(1e9 * self._period / settings.speed_factor)
-        if world is not None:
-            self.get_logger().info(f'the world is now {world.name}')
+        if new is not None:
+            self.get_logger().info(f'the world is now {new[0].name}')
             self._state_world()
             self._publish_map()
             self._next_tick()
@@ -283,6 +306,12 @@ class SimNode(Node):
         if self._clock_topic is not None:
             self._clock_topic.publish(Clock(clock=self._stamp))
         self._publish_sensors(seconds)
+        if self._simulation.world is not self._shown:
+            self.get_logger().info('the world has changed, as the file of movers says')
+            self._publish_map()
+        if self._simulation.movers.movers and self._movers.get_subscription_count():
+            self._movers.publish(markers_from_discs(
+                self._simulation.movers.discs, self._settings.frame_id))
 
     def _publish_sensors(self, seconds: float) -> None:
         robot, local_grid = self._simulation.robot, self._simulation.local_grid()
@@ -308,20 +337,12 @@ class SimNode(Node):
         self._publish_diagnostics()
 
     def _publish_map(self) -> None:
-        world = self._simulation.world
+        world = self._shown = self._simulation.world
         self._map.publish(map_from_occupancy(world.occupancy, world.grid))
 
     def _publish_diagnostics(self) -> None:
-        touches = self._simulation.in_contact
-        values = {'world': self._simulation.world.name, 'contact': str(touches).lower(),
-                  'collisions': self._simulation.n_collisions, 'refused': self._n_refused,
-                  'stale': str(self._simulation.is_stale).lower(), 'ticks': self._n_ticks}
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.ERROR if touches else DiagnosticStatus.OK,
-            name=f'{self.get_fully_qualified_name().lstrip("/")}: robot',
-            message='the robot touches an obstacle or a wall' if touches else 'all well',
-            hardware_id='simulated robot',
-            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
+        status = status_from_simulation(
+            self.get_fully_qualified_name(), self._simulation, self._n_refused, self._n_ticks)
         self._peers.add_to(status)
         array = DiagnosticArray(status=[status])
         array.header.stamp = self._system_clock.now().to_msg()

@@ -28,6 +28,9 @@ class SimSettings:
     world: str = parameter(
         'open', 'path of a .yaml (map_server) or .map (MovingAI) file, or the bare name of one in '
         'config/worlds')
+    movers: str = parameter(
+        '', 'path of a .yaml file with what moves and what changes in the world, or the bare name '
+        'of one in config/movers; empty: nothing')
     rate: float = parameter(
         20.0, 'steps of the simulation, each with an odometry and a neighbourhood', unit='1/s',
         low=1.0, high=1000.0)
@@ -58,7 +61,7 @@ class SimSettings:
     noise_std: float = parameter(
         0.0, 'standard deviation of what encoders read, as a share of the travel', low=0.0,
         high=1.0)
-    seed: int = parameter(0, 'seed of slip and noise', low=0, high=2**63 - 1)
+    seed: int = parameter(0, 'seed of slip, noise and what moves at random', low=0, high=2**63 - 1)
     frame_id: str = parameter('odom', 'frame of odometry, neighbourhood and map')
     child_frame_id: str = parameter('base_footprint', "frame of the robot's body")
     cmd_vel_timeout: float = parameter(

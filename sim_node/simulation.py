@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -10,11 +11,16 @@ import numpy.typing as npt
 from sim_node.contacts import Contacts, Surroundings
 from sim_node.robot import Placement, Robot
 from sim_node.settings import SimSettings
+from world_maps.changes import Change, ChangingWorld
 from world_maps.clearance import Clearance
 from world_maps.mover import Mover
 from world_maps.movers import Disc, Movers
+from world_maps.movers_file import Script
 from world_maps.window import true_window
 from world_maps.world import World
+
+#: What it is called where the robot cannot stand there.
+_START: Final = 'the start (start_x, start_y)'
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,8 @@ class Simulation:
         Its ``world`` is not looked at: files are the caller's business.
     movers : sequence of Mover
         What moves in it.
+    changes : sequence of Change
+        What becomes of it.
 
     Raises
     ------
@@ -53,13 +61,13 @@ class Simulation:
 
     def __init__(
         self, world: World, parameters: SimSettings, movers: Sequence[Mover] = (),
+        changes: Sequence[Change] = (),
     ) -> None:
         """Put the robot at its start."""
-        self.world = world
         self.parameters = parameters
         self.movers = Movers(movers, world, parameters.seed)
-        self._clearance = Clearance(world, parameters.robot_radius)
-        self._check_placement(parameters.start, 'the start (start_x, start_y)')
+        self._changing = ChangingWorld(world, changes)
+        self._check_placement(parameters.start, _START, self._room_in(world))
         self.contacts = Contacts()
         self.robot = Robot(parameters.body, parameters.wheels, parameters.start)
         self.reset()
@@ -68,7 +76,7 @@ class Simulation:
         """
         Start anew: robot at the start, contacts forgotten, the same random numbers again.
 
-        What moves begins anew, too.
+        What moves and what changes begins anew, too.
 
         Raises
         ------
@@ -76,11 +84,21 @@ class Simulation:
             If the robot cannot stand at its start in this world; nothing is changed then.
 
         """
-        self.place(self.parameters.start, 'the start (start_x, start_y)')
+        clearance = self._room_in(self._changing.first)
+        self._check_placement(self.parameters.start, _START, clearance)
+        self._changing.reset()
+        self._clearance = clearance
+        self.place(self.parameters.start, _START)
         self._rng = np.random.default_rng(self.parameters.seed)
         self.movers.reset()
         self.contacts = Contacts()
-        self.seconds, self._n_walls = 0.0, 0
+        self.seconds, self._last_trial, self._n_walls = 0.0, -1, 0
+        self._update_world()
+
+    @property
+    def world(self) -> World:
+        """Return what is true now."""
+        return self._changing.world
 
     @property
     def in_contact(self) -> bool:
@@ -115,7 +133,7 @@ class Simulation:
             where it is then.
 
         """
-        self._check_placement(where, name)
+        self._check_placement(where, name, self._clearance)
         self.robot.place(where)
         self._at_wall = False
         self.contacts.touching.clear()
@@ -123,20 +141,42 @@ class Simulation:
         self._command = (0.0, 0.0)
         self._command_age = math.inf
 
-    def change(self, parameters: SimSettings, world: World | None = None) -> None:
+    def change(
+        self, parameters: SimSettings, world: World | None = None, script: Script | None = None,
+    ) -> None:
         """
         Take other parameters and, if given, another world; the robot stays where it is.
 
-        A robot that finds itself in an obstacle of the new world can only move out of it.
+        A robot that finds itself in an obstacle of the new world can only move out of it. What
+        moves begins anew in another world or with another seed, and is that of ``script``, if
+        that is given.
         """
         if parameters.seed != self.parameters.seed:
             self._rng = np.random.default_rng(parameters.seed)
+        if world is not None or script is not None or parameters.seed != self.movers.seed:
+            world = world or self._changing.first
+            script = script or Script(self.movers.movers, self._changing.changes)
+            self.movers = Movers(script.movers, world, parameters.seed)
+            self._changing = ChangingWorld(world, script.changes)
+            self.seconds = 0.0
         self.parameters = parameters
         self.robot.body, self.robot.wheels = parameters.body, parameters.wheels
         if world is not None or self._clearance.radius != parameters.robot_radius:
-            self.world = world or self.world
-            self._clearance = Clearance(self.world, parameters.robot_radius)
+            self._clearance = self._room_in(self.world)
             self._at_wall = self._clearance.at(*self.robot.truth[:2]) < 0.0
+            self._update_world()
+
+    def on_trial_end(self, number: int) -> None:
+        """Make the changes that come after a trial (0: a demonstration)."""
+        self._last_trial = number
+        self._update_world()
+
+    def _update_world(self) -> None:
+        if self._changing.update(self.seconds, self._last_trial, self._disc):
+            self._clearance = self._room_in(self.world)
+
+    def _room_in(self, world: World) -> Clearance:
+        return Clearance(world, self.parameters.robot_radius)
 
     def command(self, v: float, w: float) -> None:
         """
@@ -191,6 +231,7 @@ class Simulation:
         self._n_walls += at_wall and not self._at_wall
         moved = self._disc != before
         self._at_wall = at_wall or (self._at_wall and not moved)
+        self._update_world()
         return hit
 
     def local_grid(self) -> LocalGrid:
@@ -205,14 +246,14 @@ class Simulation:
     def _disc(self) -> Disc:
         return Disc(*self.robot.truth[:2], self.parameters.robot_radius)
 
-    def _check_placement(self, where: Placement, name: str) -> None:
+    def _check_placement(self, where: Placement, name: str, clearance: Clearance) -> None:
         x, y = where.x, where.y
         if not all(map(math.isfinite, where)):
             raise ValueError(f'{name} is ({x}, {y}) with yaw {where.yaw}, must be finite')
         if not self.world.grid.contains(*self.world.grid.cell_from_world(x, y)):
             raise ValueError(f'{name} is ({x:g}, {y:g}) m, outside the world {self.world.name}, '
                              f'{self._extent()}')
-        if self._clearance.at(x, y) < 0.0:
+        if clearance.at(x, y) < 0.0:
             raise ValueError(
                 f'{name} is ({x:g}, {y:g}) m, where a robot of radius '
                 f'{self.parameters.robot_radius:g} m touches an obstacle or wall of the world '

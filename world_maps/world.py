@@ -154,22 +154,44 @@ def find_world(name: str) -> Path:
         If there is no world of that bare name; the message lists those that there are.
 
     """
+    return config_file(name, 'worlds', ('.yaml', '.yml', '.map'))
+
+
+def config_file(name: str, folder: str, suffixes: tuple[str, ...]) -> Path:
+    """
+    Return a file that is given by path, or by bare name from a folder of ``config``.
+
+    Parameters
+    ----------
+    name : str
+        A path, if it has one of the suffixes or a slash.
+    folder : str
+    suffixes : tuple of str
+        Of the files that can be read.
+
+    Raises
+    ------
+    WorldError
+        If there is none of that bare name; the message lists those that there are.
+
+    """
     path = Path(name)
-    if path.suffix in ('.yaml', '.yml', '.map') or os.sep in name:
+    if path.suffix in suffixes or os.sep in name:
         return path
-    folders = world_folders()
-    for folder in folders:
-        if (folder / f'{name}.yaml').is_file():
-            return folder / f'{name}.yaml'
-    known = sorted({file.stem for folder in folders for file in folder.glob('*.yaml')})
-    raise WorldError(path, 'there is no world of that name, give the path of a .yaml or .map '
-                           f'file or one of: {", ".join(known) or "(none installed)"}')
+    folders = config_folders(folder)
+    for where in folders:
+        if (where / f'{name}.yaml').is_file():
+            return where / f'{name}.yaml'
+    known = sorted({file.stem for where in folders for file in where.glob('*.yaml')})
+    kinds = ' or '.join(suffix for suffix in suffixes if suffix != '.yml')
+    raise WorldError(path, f'there is no file of that name in config/{folder}, give the path of a '
+                           f'{kinds} file or one of: {", ".join(known) or "(none installed)"}')
 
 
-def world_folders() -> list[Path]:
-    """Return the folders that hold worlds: beside the sources, else in the ament prefixes."""
+def config_folders(name: str) -> list[Path]:
+    """Return the folders of a name in ``config``: beside the sources, else in ament prefixes."""
     prefixes = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) + [sys.prefix]
-    beside = Path(__file__).resolve().parent.parent / 'config' / 'worlds'
-    shares = [Path(prefix) / 'share' / _PACKAGE / 'config' / 'worlds'
+    beside = Path(__file__).resolve().parent.parent / 'config' / name
+    shares = [Path(prefix) / 'share' / _PACKAGE / 'config' / name
               for prefix in prefixes if prefix]
     return [folder for folder in (beside, *shares) if folder.is_dir()]

@@ -1,5 +1,6 @@
-"""The field and its prototypes as RViz draws them: one list of lines, one list of spheres."""
+"""What RViz draws: the field as lines, its prototypes as spheres, what moves as cylinders."""
 
+from collections.abc import Sequence
 import math
 from typing import Final
 
@@ -16,6 +17,8 @@ from control_field.records import ControlField, Prototypes
 MAX_ARROWS: Final = 2500
 #: Where lines and spheres are drawn above the floor, [m].
 HEIGHT: Final = 0.02
+#: How high what moves is drawn, [m].
+_MOVER_HEIGHT: Final = 0.3
 _N_COLOURS: Final = 16
 #: From low to high: red, yellow, green.
 _RAMP: Final = ((0.84, 0.19, 0.15), (0.99, 0.88, 0.45), (0.10, 0.60, 0.31))
@@ -98,3 +101,35 @@ def _colour(share: float) -> ColorRGBA:
     red, green, blue = (
         low + (at - i) * (high - low) for low, high in zip(_RAMP[i], _RAMP[i + 1], strict=True))
     return ColorRGBA(r=red, g=green, b=blue, a=1.0)
+
+
+def markers_from_discs(
+    discs: Sequence[tuple[float, float, float] | None], frame_id: str,
+) -> MarkerArray:
+    """
+    Draw what moves.
+
+    Parameters
+    ----------
+    discs : sequence of (x, y, radius) or None, [m]
+        None for what is not there now.
+    frame_id : str
+
+    Returns
+    -------
+    MarkerArray
+        A cylinder each, with a zero stamp; those of what is not there are taken away.
+
+    """
+    markers = []
+    for number, disc in enumerate(discs):
+        marker = Marker(ns='movers', id=number, type=Marker.CYLINDER, action=Marker.DELETE)
+        marker.header.frame_id = frame_id
+        if disc is not None:
+            marker.action, marker.color = Marker.ADD, _colour(0.5)
+            marker.pose.orientation.w = 1.0
+            marker.pose.position = Point(x=disc[0], y=disc[1], z=0.5 * _MOVER_HEIGHT)
+            marker.scale.x = marker.scale.y = 2.0 * disc[2]
+            marker.scale.z = _MOVER_HEIGHT
+        markers.append(marker)
+    return MarkerArray(markers=markers)

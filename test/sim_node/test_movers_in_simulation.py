@@ -9,8 +9,10 @@ from control_field.grid import Grid
 from sim_node.robot import Placement
 from sim_node.settings import SimSettings
 from sim_node.simulation import Simulation
+from world_maps.changes import Change
 from world_maps.mover import Mover, Waypoint
 from world_maps.movers import Disc, gap_between
+from world_maps.movers_file import Script
 from world_maps.world import World
 
 TICK = 0.05
@@ -124,3 +126,43 @@ class TestRepeatable:
         assert math.isclose(simulation.seconds, 0.0)
         assert self.drive(simulation) == first == self.drive(make(*movers, seed=2))
         assert self.drive(make(*movers, seed=3)) != first
+
+
+class TestChanges:
+    CELLS = np.zeros((20, 20), dtype=bool)
+    CELLS[:, 8] = True
+
+    def make(self, **when):
+        world = World(Grid(20, 20, 0.25), np.zeros((20, 20), dtype=np.int8), 'here')
+        states = np.full((20, 20), 100, dtype=np.int8)
+        change = Change(self.CELLS, states, **when)
+        return Simulation(world, SimSettings(), changes=[change])
+
+    def test_a_door_that_closes_at_a_time_stops_the_robot(self):
+        simulation = run(self.make(at_time=2.0), 10.0, 0.2)
+        assert counts(simulation) == (0, 0, 1)
+        assert simulation.robot.truth.x == pytest.approx(2.0 - 0.105, abs=1e-5)
+
+    def test_it_closes_behind_the_robot_only(self):
+        simulation = run(self.make(at_time=7.0), 7.0, 0.2)  # at 2.025 m
+        assert not simulation.world.occupancy[3, 8]
+        assert simulation.world.occupancy.sum() == 19 * 100
+        run(simulation, 3.0, 0.2)
+        assert simulation.world.occupancy[3, 8] == 100
+        assert counts(simulation) == (0, 0, 0)
+
+    def test_at_a_trial_and_anew_after_a_reset(self):
+        simulation = self.make(at_trial=2)
+        simulation.on_trial_end(0)
+        assert not simulation.world.occupancy.any()
+        simulation.on_trial_end(1)
+        assert simulation.world.occupancy.any()
+        simulation.reset()
+        assert not simulation.world.occupancy.any()
+
+    def test_another_script_begins_anew(self):
+        simulation = run(self.make(at_time=1.0), 2.0)
+        assert simulation.world.occupancy.any()
+        simulation.change(simulation.parameters, None, Script((standing(1.0),)))
+        assert not simulation.world.occupancy.any()
+        assert simulation.local_grid().cells[1].tolist() == [0, 0, 100]

@@ -40,8 +40,8 @@ COMMANDS = [(0.22 * math.sin(n / 7), 2.0 * math.cos(n / 5)) for n in range(60)]
 class TestLockStep:
     def run_once(self, domain, folder):
         with ros_helpers.own_node(domain) as node, simulator(
-                node, folder, lockstep=True, world='task1', slip=0.05, noise_std=0.02,
-                heading_drift=0.0175, seed=5) as peer:
+                node, folder, lockstep=True, world='task1', movers='crossing', slip=0.05,
+                noise_std=0.02, heading_drift=0.0175, seed=5) as peer:
             first = peer.first_tick(Pose(0.0, 1.75, 0.9, 0.0))
             peer.drive(COMMANDS)
             # Stamps tell ticks apart: what is equal is a tick repeated for a late reader.

@@ -16,7 +16,7 @@ from control_field.grid import Grid
 from control_field.headings import N_HEADINGS, STEP_COL, STEP_ROW
 from control_field.local_grid import crop_neighbourhood, masks_from_neighbourhood
 from oracles import allowed_from_blocked
-from world_maps.world import find_world, load_world, save_world, World, world_folders, WorldError
+from world_maps.world import config_folders, find_world, load_world, save_world, World, WorldError
 
 YAML = """\
 image: {image}
@@ -354,5 +354,5 @@ class TestFindWorld:
         folder.mkdir(parents=True)
         save_world(folder / 'mine.yaml', World(Grid(1, 1, 1.0), np.zeros((1, 1), np.int8)))
         monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
-        assert folder in world_folders()
+        assert folder in config_folders('worlds')
         assert find_world('mine') == folder / 'mine.yaml'
