@@ -6,9 +6,10 @@ import json
 import math
 from typing import Any, Final
 
-from control_field.headings import heading_from_vector
+from control_field.headings import heading_from_vector, STEP_COL, STEP_ROW
 from control_field.learning.provenance import vector_at, Voices
-from control_field.records import Kind
+from control_field.local_grid import BLOCKED
+from control_field.records import ControlField, Kind
 from control_field.robot.limits import Limits
 from control_field_node.settings import Settings
 from episode_store.episode import Episode
@@ -128,11 +129,11 @@ def _explained_heading(moment: Moment) -> dict[str, Any] | None:
         return None
     field, cell, voices = heading.field, moment.cell, heading.voices
     x, y = vector_at(field, *cell)
+    index = heading_from_vector(x, y) if (x, y) != (0.0, 0.0) else -1
     return {
         'source': heading.source, 'revision': field.revision, 'vector': [x, y],
-        'coherence': float(field.coherence[cell]),
-        'heading': compass(heading_from_vector(x, y) if (x, y) != (0.0, 0.0) else -1),
-        'known': int(field.known[cell]),
+        'coherence': float(field.coherence[cell]), 'heading': compass(index),
+        'known': int(field.known[cell]), 'known_ahead': _known_ahead(field, cell, index),
         'q': {name: float(value) for name, value in zip(COMPASS, field.q[cell], strict=True)},
         'adds_up': voices is not None or heading.source == 'curious',
         'sum': list(voices.vector) if voices else None,
@@ -140,6 +141,14 @@ def _explained_heading(moment: Moment) -> dict[str, Any] | None:
             'heading': compass(voices.attraction), 'weight': voices.attraction_weight,
             'share': voices.attraction_share},
         'prototypes': [] if voices is None else _voices(moment, heading, voices)}
+
+
+def _known_ahead(field: ControlField, cell: tuple[int, int], heading: int) -> int | None:
+    """Return the remembered map where a heading leads; None if nowhere in the workspace."""
+    if heading < 0:
+        return None
+    row, col = cell[0] + int(STEP_ROW[heading]), cell[1] + int(STEP_COL[heading])
+    return int(field.known[row, col]) if field.grid.contains(row, col) else None
 
 
 def _voices(moment: Moment, heading: ExplainedHeading, voices: Voices) -> list[dict[str, Any]]:
@@ -268,6 +277,9 @@ def _heading_lines(about: dict[str, Any]) -> list[str]:
              f'{heading["coherence"]:.3f}')
     lines = [there, 'Q there: ' + '  '.join(
         f'{name} {q:+.3f}' for name, q in heading['q'].items())]
+    if 0 < (heading['known_ahead'] or 0) < BLOCKED:
+        lines.append(f'where that leads was blocked when it was seen last; it is in doubt by now '
+                     f'(confidence {heading["known_ahead"]} of 100), so the robot goes and looks')
     if heading['sum'] is None:
         return [*lines, _NO_SHARES[heading['source'] == 'curious']]
     return lines + _share_lines(heading)

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 import numpy as np
 import numpy.typing as npt
 
+from control_field.local_grid import BLOCKED
 from experience_cli.field_comparison import Comparison, Side, unit_vectors
 from experience_cli.figures import drawing
 
@@ -46,7 +47,7 @@ def _draw_side(axes: Axes, side: Side, colour: str) -> None:
     drawing.draw_frame(axes, field.grid, side.title)
     axes.set_title(side.title, loc='left', fontsize=11, fontweight='bold', color=colour)
     drawing.draw_basin(axes, field, side.parameters)
-    drawing.draw_cells(axes, field.grid, field.known == 100, drawing.WALL, 'known to be blocked')
+    drawing.draw_walls(axes, field)
     drawing.draw_field(axes, field)
     drawing.draw_sinks(axes, field.grid, side.certificate.sinks)
     xy = field.grid.world_from_cells(side.prototypes.cells)
@@ -58,11 +59,11 @@ def _draw_side(axes: Axes, side: Side, colour: str) -> None:
 def _draw_difference(axes: Axes, found: Comparison) -> None:
     grid = found.first.field.grid
     drawing.draw_frame(axes, grid, 'Where they differ')
-    walls = (found.first.field.known == 100) & (found.second.field.known == 100)
+    walls = (found.first.field.known == BLOCKED) & (found.second.field.known == BLOCKED)
     drawing.draw_cells(axes, grid, found.turned, _TINT, 'here they differ')
     drawing.draw_cells(axes, grid, walls, drawing.WALL)
     for side, colour in ((found.first, FIRST), (found.second, SECOND)):
-        only = (side.field.known == 100) & ~walls
+        only = (side.field.known == BLOCKED) & ~walls
         drawing.draw_cells(axes, grid, only, colour + '80')
         if only.any():
             axes.plot([], [], marker='s', linestyle='none', markersize=9, color=colour + '80',
@@ -81,7 +82,7 @@ def _arrows(
     grid = side.field.grid
     step = max(1, max(grid.shape) // 60)
     rows, cols = np.indices(grid.shape)
-    keep = cells & (side.headings >= 0) & (side.field.known != 100)
+    keep = cells & (side.headings >= 0) & (side.field.known != BLOCKED)
     keep &= (rows % step == 0) & (cols % step == 0)
     if not keep.any():
         return

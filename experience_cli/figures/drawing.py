@@ -14,9 +14,10 @@ from control_field.grid import Grid
 from control_field.headings import headings_from_vectors
 from control_field.kernels import compiled
 from control_field.learning.learner import Refresh
+from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
 from control_field.records import ControlField
-from control_field.robot.policy import rules_of
+from control_field.robot.policy import is_doubted, rules_of
 
 #: Colours that are told apart by most people, also in grey.
 WALL: Final = '#3b4252'
@@ -27,6 +28,7 @@ PATH: Final = '#d1495b'
 GOAL: Final = '#e9b44c'
 SINK: Final = '#8b1e3f'
 CUT: Final = '#5e6472'
+DOUBTED: Final = '#a7adba'
 BASIN: Final = '#e3f1e4'
 _UNSEEN: Final = '#eceff4'
 _FAINT: Final = '#d8dee9'
@@ -74,7 +76,7 @@ def draw_field(
     grid = field.grid
     rows, cols = np.indices(grid.shape)
     keep = ((field.vx != 0.0) | (field.vy != 0.0))
-    keep &= (field.known != 100) if blocked is None else ~blocked
+    keep &= (field.known != BLOCKED) if blocked is None else ~blocked
     step = max(1, max(grid.shape) // 60)
     keep &= (rows % step == 0) & (cols % step == 0)
     xy = grid.world_from_cells(np.stack([rows[keep], cols[keep]], axis=1))
@@ -153,9 +155,20 @@ def draw_sinks(axes: Axes, grid: Grid, sinks: npt.NDArray[np.integer[Any]]) -> N
 
 
 def draw_known(axes: Axes, field: ControlField) -> None:
-    """Draw the remembered map: blocked, free, never seen."""
+    """Draw the remembered map: blocked, in doubt, free, never seen."""
     draw_cells(axes, field.grid, field.known < 0, _UNSEEN, 'never seen')
-    draw_cells(axes, field.grid, field.known == 100, WALL, 'known to be blocked')
+    draw_walls(axes, field)
+
+
+def draw_walls(axes: Axes, field: ControlField) -> None:
+    """Draw the walls of the remembered map; those in doubt lighter, with a question mark."""
+    draw_cells(axes, field.grid, field.known == BLOCKED, WALL, 'known to be blocked')
+    in_doubt = is_doubted(field.known)
+    draw_cells(axes, field.grid, in_doubt, DOUBTED, 'was blocked when last seen, in doubt now')
+    if in_doubt.any() and max(field.grid.shape) <= 60:
+        xy = field.grid.world_from_cells(np.argwhere(in_doubt))
+        axes.plot(xy[:, 0], xy[:, 1], marker='$?$', color=WALL, linestyle='none', markersize=6,
+                  markeredgewidth=0.3, zorder=2.5)
 
 
 def draw_basin(axes: Axes, field: ControlField, parameters: Parameters) -> None:

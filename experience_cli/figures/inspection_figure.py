@@ -31,7 +31,7 @@ def inspection_figure(learnt_bag: LearntBag, relearner: Relearner) -> Figure:
     drawing.draw_frame(left, grid, f'Field after {newest.name} ({newest.kind})')
     drawing.draw_frame(right, grid, 'Remembered map and prototypes')
     drawing.draw_basin(left, refresh.field, relearner.parameters)
-    drawing.draw_cells(left, grid, refresh.field.known == 100, drawing.WALL, 'known to be blocked')
+    drawing.draw_walls(left, refresh.field)
     drawing.draw_field(left, refresh.field)
     drawing.draw_sinks(left, grid, refresh.certificate.sinks)
     drawing.draw_known(right, refresh.field)

@@ -1,7 +1,9 @@
 """What of a drive is not learnt is drawn and listed."""
 
+from dataclasses import replace
 from itertools import pairwise
 
+from matplotlib.colors import to_rgba
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.relearn import Relearner
 from episode_store.task_folder import episode_from_path, TaskFolder
+from experience_cli.figures import drawing
 from experience_cli.figures.inspection_figure import inspection_figure
 from experience_cli.main import main
 
@@ -49,6 +52,25 @@ def test_it_is_drawn_in_a_style_of_its_own(tmp_path, corners, spike, drawn):
             assert (in_loop & np.isfinite(path).all(axis=1)).sum() == 1
     [legend] = figure.legends
     assert drawn <= {text.get_text() for text in legend.get_texts()}
+
+
+def test_walls_in_doubt_are_drawn_as_such(tmp_path):
+    relearner = Relearner(GRID, Parameters())
+    learnt_bag = relearner.learn(Episode(record(tmp_path, CORNERS[:3])))
+    known = relearner.refresh.field.known.copy()
+    known[0, :3], known[1, :4] = 100, 60
+    relearner._learner.refresh = replace(
+        relearner.refresh, field=replace(relearner.refresh.field, known=known))
+    figure = inspection_figure(learnt_bag, relearner)
+    for axes in figure.axes:
+        masks = {tuple(image.get_cmap()(1.0)): int(image.get_array().sum())
+                 for image in axes.images}
+        assert masks[to_rgba(drawing.WALL)] == 3
+        assert masks[to_rgba(drawing.DOUBTED)] == 4
+        assert any(line.get_marker() == '$?$' and len(line.get_xydata()) == 4
+                   for line in axes.lines)
+    [legend] = figure.legends
+    assert any('in doubt' in text.get_text() for text in legend.get_texts())
 
 
 def test_show_lists_every_loop_and_counts_the_steps_that_are_left(tmp_path, capsys):

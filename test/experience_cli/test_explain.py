@@ -1,5 +1,6 @@
 """`experience explain`: what it shows adds up, and comes from where it says."""
 
+from dataclasses import replace
 from itertools import pairwise
 import json
 import math
@@ -194,6 +195,20 @@ def test_a_curious_trial_is_told_from_one_that_follows_the_prototypes(task, expl
     shown = explain(episode.name, 6.0)
     assert (shown['course']['source'], shown['course']['prototypes']) == ('curious', [])
     assert 'to look around' in explain(episode.name, 6.0, '--bags', 'bags')
+
+
+def test_a_doubted_wall_ahead_is_called_so(task, explain):
+    refresh = relearn(task.episodes()[:2])[0].refresh
+    assert explain(SECOND, 3.0)['course']['known_ahead'] in (-1, 0)
+    field = replace(refresh.field, known=np.full_like(refresh.field.known, 40))
+    messages = {'/control_field': serialize_message(cloud_from_field(field)), '/prototypes':
+                serialize_message(cloud_from_prototypes(refresh.prototypes, field.grid))}
+    episode = rewritten(task, 3, lambda topic, type_name, message: [
+        (topic, type_name, messages.get(topic, message))])
+    assert explain(episode.name, 3.0)['course']['known_ahead'] == 40
+    said = 'in doubt by now (confidence 40 of 100)'
+    assert said in explain(episode.name, 3.0, '--bags', 'bags')
+    assert said not in explain(SECOND, 3.0, '--bags', 'bags')
 
 
 def commanded(task, asked, applied):
