@@ -9,6 +9,8 @@ from control_field.kernels.decision import Decision, new_trial, Options, Transit
 from control_field.kernels.interpolation import Attraction, Centres, Sums, Window
 from control_field.kernels.repair import Flow
 from control_field.kernels.steps import Ground, Preference
+from control_field.kernels.visibility import Scanner
+from control_field.rays import rays_within
 
 
 class Scene:
@@ -264,7 +266,23 @@ class Scene:
     def for_see(self):
         return self.truth, self.row, self.col
 
+    def scanner(self):
+        reach = self.mask % 5
+        return Scanner(rays_within(reach), np.zeros((2 * reach + 1,) * 2, np.int8))
+
+    def for_state_at(self):
+        return self.truth, self.row - 1, self.col + 1
+
+    def for_look(self):
+        reach = 1 + self.mask % 4
+        return (self.truth, self.row, self.col, rays_within(reach),
+                np.zeros((2 * reach + 1,) * 2, np.int8))
+
+    def for_remember_cells(self):
+        cells = np.random.default_rng(self.seed).choice(np.array([0, 100, -1], np.int8), (5, 5))
+        return self.known, self.fixed, self.row, self.col, cells
+
     def for_run_trial(self):
         trial = new_trial(self.ground, self.headings, self.goal, self.q, self.cost)
         return (self.truth, (self.row, self.col), trial, self.options, 60, self.rng(),
-                np.zeros((90, 9), np.int32))
+                np.zeros((90, 9), np.int32), self.scanner())

@@ -13,7 +13,7 @@ from typing import Any
 import numba
 
 from control_field.kernels import (
-    decision, interpolation, local_search, repair, rollout, seen, steps)
+    decision, interpolation, local_search, repair, rollout, seen, steps, visibility)
 
 
 def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
@@ -46,7 +46,8 @@ def _jit(function: types.FunctionType) -> Callable[..., Any]:
 
 
 #: A module comes after those that it calls.
-_ALL = _compile(steps, seen, rollout, local_search, decision, interpolation, repair)
+_ALL = _compile(
+    steps, seen, visibility, rollout, local_search, decision, interpolation, repair)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:

@@ -12,6 +12,7 @@ from control_field.kernels.seen import mark_local_grid
 from control_field.kernels.steps import (
     _BLOCKED, allowed_steps, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, least_chosen,
     next_highest, remember_local_grid, StepRules, window_values)
+from control_field.kernels.visibility import look, remember_cells, Scanner
 from control_field.records import Kind
 
 #: Columns of a log of decisions.
@@ -259,7 +260,7 @@ def see(truth: CellMap, row: int, col: int) -> int:
 
 def run_trial(
     truth: CellMap, start: tuple[int, int], trial: TrialState, options: Options, step_limit: int,
-    rng: np.random.Generator, log: IntMap,
+    rng: np.random.Generator, log: IntMap, scanner: Scanner,
 ) -> tuple[int, int, int, float, int]:
     """
     Run a trial on the grid, without a robot.
@@ -270,6 +271,8 @@ def run_trial(
         0 free, 100 blocked.
     log : ndarray of int32, shape (k, 9)
         Filled with rows of `LOGGED`; what does not fit is not logged.
+    scanner : Scanner
+        How far the robot sees.
 
     Returns
     -------
@@ -287,6 +290,9 @@ def run_trial(
             return 0, step, n_rows, length, n_reinforcements
         if step == step_limit:
             break
+        if scanner.rays.shape[0]:
+            look(truth, row, col, scanner.rays, scanner.shown)
+            remember_cells(trial.ground.known, trial.seen, row, col, scanner.shown)
         blocked = see(truth, row, col)
         decision = decide(row, col, blocked, 0, trial, options, rng)
         n_rows = write_decision(log, n_rows, row, col, decision, blocked, step)

@@ -1,85 +1,36 @@
-"""
-What can be seen from a cell; plain Python or compiled, as `kernels` says.
+"""What can be seen from a cell, and what is remembered of it; plain Python or compiled."""
 
-A ray is the cells that a straight line from the middle of the robot's cell leads through, one
-after another; it ends in the first occupied one. What no ray comes to lies behind something.
-"""
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from control_field.kernels.steps import _BLOCKED, _UNKNOWN, BoolMap, CellMap
 
-#: Rows and columns from the robot's cell, shape (n_rays, n_cells, 2).
+#: Rows and columns from the robot's cell.
 Rays = npt.NDArray[np.int16]
-#: Lines through each cell on the edge of what is seen. They leave it an odd number of eighths of
-#: a cell beside its middle, so that none of them leads through a corner of any cell.
-_LINES = (-0.375, -0.125, 0.125, 0.375)
 
 
-def rays_within(reach: int, radius: float = np.inf) -> Rays:
+class Scanner(NamedTuple):
     """
-    Return the rays to all sides of a cell; those along a side are a quarter turn of each other.
+    How far a robot sees.
 
     Parameters
     ----------
-    reach : int, [cells]
-        From the robot's cell to the edge of what is seen; 0: no rays.
-    radius : float, [cells]
-        Cells whose middle lies farther away are not seen.
-
-    Returns
-    -------
-    ndarray of int16, shape (n_rays, n_cells, 2)
-        Cells that lie too far away are (0, 0), the robot's own.
+    rays : ndarray of int16, shape (n_rays, n_cells, 2)
+        Of `rays.rays_within`; none: it sees the cells around it.
+    shown : ndarray of int8, shape (n, n)
+        Takes what is seen.
 
     """
-    edge = np.arange(-reach, reach + 1)[:, np.newaxis] + np.array(_LINES)
-    slopes = edge.reshape(-1, 1, 1) / (reach + 0.5)
-    cols = np.arange(reach + 1)[:, np.newaxis]
-    # In each column a ray that rises by less than a cell is in one row, or in two.
-    rows = np.rint(slopes * (cols + np.array([-0.5, 0.5]))).astype(np.int16)
-    one_side = np.stack([rows, np.broadcast_to(cols, rows.shape)], axis=-1).reshape(
-        len(slopes), -1, 2)[:, 1:]
-    row, col = one_side[..., 0], one_side[..., 1]
-    sides = [one_side, np.stack([col, -row], axis=-1), -one_side, np.stack([-col, row], axis=-1)]
-    rays = np.concatenate(sides).astype(np.int16) if reach else np.zeros((0, 0, 2), np.int16)
-    rays[np.hypot(rays[..., 0], rays[..., 1]) > radius] = 0
-    return rays
 
-
-def visible_cells(window: CellMap, rays: Rays) -> CellMap:
-    """
-    Return what is seen of the cells around the robot's; the nine in the middle always are.
-
-    Parameters
-    ----------
-    window : ndarray of int8, shape (n, n)
-        Their true states, 0 or 100.
-    rays : ndarray of int16
-        Of `rays_within`.
-
-    Returns
-    -------
-    ndarray of int8, shape (n, n)
-        0 free, 100 blocked, -1 unknown.
-
-    """
-    middle = len(window) // 2
-    rows, cols = rays[..., 0] + middle, rays[..., 1] + middle
-    states = window[rows, cols]
-    ends = (states == _BLOCKED) & ((rows != middle) | (cols != middle))
-    is_open = np.cumsum(ends, axis=1) - ends == 0
-    seen = np.full_like(window, _UNKNOWN)
-    seen[rows[is_open], cols[is_open]] = states[is_open]
-    nine = slice(middle - 1, middle + 2)
-    seen[nine, nine] = window[nine, nine]
-    return seen
+    rays: Rays
+    shown: CellMap
 
 
 def look(truth: CellMap, row: int, col: int, rays: Rays, seen: CellMap) -> None:
     """
-    Write into ``seen`` what `visible_cells` returns; what lies outside of the map is blocked.
+    Write into ``seen`` what is seen from a cell; what lies outside of the map is blocked.
 
     Parameters
     ----------
@@ -87,7 +38,10 @@ def look(truth: CellMap, row: int, col: int, rays: Rays, seen: CellMap) -> None:
         0 free, 100 blocked.
     row, col : int
         The robot's cell.
+    rays : ndarray of int16, shape (n_rays, n_cells, 2)
+        Of `rays.rays_within`.
     seen : ndarray of int8, shape (n, n)
+        As `rays.visible_cells` returns it.
 
     """
     middle = seen.shape[0] // 2

@@ -9,9 +9,11 @@ from control_field.headings import headings_from_vectors
 from control_field.kernels import compiled
 from control_field.kernels.decision import LOGGED, new_trial, TrialState
 from control_field.kernels.steps import no_preference, plain_ground
+from control_field.kernels.visibility import Scanner
 from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
-from control_field.records import ControlField, Outcome, Trial
+from control_field.rays import rays_within
+from control_field.records import ControlField, local_grid_dtype, no_local_grids, Outcome, Trial
 from control_field.robot.policy import decisions_from_log, options_of, rules_of, trial_on
 
 #: Rows that a trial's log has room for at first.
@@ -57,13 +59,20 @@ class GridWorld:
     occupancy : ndarray of int8, shape (n_rows, n_cols)
         0 free, anything else blocked.
     parameters : Parameters
+    sight : int, [cells]
+        Side of the local grid: 3, or another odd number up to 61; then what lies behind something
+        is not seen.
 
     """
 
-    def __init__(self, occupancy: npt.NDArray[np.int8], parameters: Parameters) -> None:
+    def __init__(self, occupancy: npt.NDArray[np.int8], parameters: Parameters,
+                 sight: int = 3) -> None:
         self.truth = np.where(occupancy == 0, 0, 100).astype(np.int8)
         self.parameters = parameters
+        self.sight = sight
         self.rules = rules_of(parameters)
+        self._scanner = Scanner(rays_within(sight // 2 if sight > 3 else 0),
+                                np.zeros((sight, sight), dtype=np.int8))
 
     def cost_to(self, goal: tuple[int, int]) -> npt.NDArray[np.float64]:
         """Return the true least cost from every cell to the goal, in cells; inf without a way."""
@@ -74,6 +83,31 @@ class GridWorld:
     def local_grid(self, row: int, col: int) -> int:
         """Return the mask of the blocked neighbours of a cell."""
         return int(compiled.see(self.truth, row, col))
+
+    def local_grids(
+        self, cells: npt.NDArray[np.int32], stamps: npt.NDArray[np.float64],
+    ) -> npt.NDArray[np.void]:
+        """
+        Return what is seen along some cells beyond those around each; an empty table at sight 3.
+
+        Parameters
+        ----------
+        cells : ndarray of int32, shape (n, 2)
+        stamps : ndarray, shape (n,), [s]
+
+        Returns
+        -------
+        ndarray of `local_grid_dtype`, shape (n,)
+
+        """
+        if self.sight == 3:
+            return no_local_grids()
+        table = np.zeros(len(cells), dtype=local_grid_dtype(self.sight))
+        table['stamp'], table['row'], table['col'] = stamps, cells[:, 0], cells[:, 1]
+        for each in table:
+            compiled.look(self.truth, int(each['row']), int(each['col']),
+                          self._scanner.rays, each['cells'])
+        return table
 
     def trial(self, field: ControlField, start: tuple[int, int], seed: int, number: int = 1,
               ) -> tuple[Trial, float]:
@@ -112,7 +146,10 @@ class GridWorld:
                 break
             capacity *= 8
         rows = decisions_from_log(log[:n_rows], number, field.revision)
-        return Trial(rows, _OUTCOMES[outcome], number), float(length)
+        _, first = np.unique(rows['step'], return_index=True)
+        cells = np.stack([rows['row'], rows['col']], axis=1)[first]
+        seen = self.local_grids(cells, rows['stamp'][first])
+        return Trial(rows, _OUTCOMES[outcome], number, seen), float(length)
 
     def trials(self, field: ControlField, starts: npt.NDArray[np.integer], seed: int) -> Runs:
         """
@@ -159,7 +196,7 @@ class GridWorld:
             ground, state.headings, state.goal, state.q.copy(), state.cost.copy())
         result: tuple[int, int, int, float, int] = compiled.run_trial(
             self.truth, start, trial, options_of(parameters), parameters.step_limit,
-            np.random.default_rng(seed), log)
+            np.random.default_rng(seed), log, self._scanner)
         return result
 
     def flow_home(self, field: ControlField) -> npt.NDArray[np.bool_]:
