@@ -184,9 +184,10 @@ def demonstration_from_path(world: GridWorld, path: Path, episode: int) -> Demon
     if len(path) < 2:
         raise ValueError('a demonstration needs at least two cells')
     cells = np.array(path, dtype=np.int32)
-    local_grids = np.array([world.local_grid(row, col) for row, col in path], dtype=np.uint8)
-    return Demonstration(cells, np.arange(len(path), dtype=np.float64), local_grids,
-                         np.zeros(len(path), dtype=np.uint8), episode)
+    blocked = np.array([world.local_grid(row, col) for row, col in path], dtype=np.uint8)
+    stamps = np.arange(len(path), dtype=np.float64)
+    return Demonstration(cells, stamps, blocked, np.zeros(len(path), dtype=np.uint8), episode,
+                         world.local_grids(cells, stamps))
 
 
 def _shortest(world: GridWorld, start: Cell, goal: Cell, rng: np.random.Generator,
