@@ -34,6 +34,7 @@ class Memory:
         self.q = np.zeros((*grid.shape, 8))
         self.evidence = Evidence(grid.shape, parameters.map_memory)
         self.known = self.evidence.known  #: 1 to 99 where a wall is doubted
+        self.reach = 1  #: cells from the robot's to the edge of the widest local grid so far
         self.demonstrated = np.full(grid.shape, -1, dtype=np.int8)
         self.action = np.full(grid.shape, -1, dtype=np.int8)
         self.episode = np.zeros(grid.shape, dtype=np.int32)
@@ -119,6 +120,8 @@ class Memory:
             n = self._observe_wide(local_grids, n, before[i])
             self.evidence.observe(row, col, int(blocked[i]), int(unknown[i]))
         self._observe_wide(local_grids, n, len(local_grids))
+        if len(local_grids):
+            self.reach = max(self.reach, local_grids['cells'].shape[1] // 2)
         self.evidence.end()
         self.known = self.evidence.known
 
