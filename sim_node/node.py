@@ -47,7 +47,7 @@ _REPEATS: Final = 4
 _LOG_PERIOD: Final = 5.0
 
 PROGRAM: Final = Program(
-    'sim_node', 'a simulated robot on a map: odometry, 3x3 local grid, collisions, wheel slip.',
+    'sim_node', 'a simulated robot on a map: odometry, local grid, collisions, wheel slip.',
     '-p world:=task1 -p speed_factor:=2.0', names_of(SimSettings))
 
 
@@ -317,7 +317,8 @@ class SimNode(Node):
         robot, local_grid = self._simulation.robot, self._simulation.local_grid()
         frame_id = self._settings.frame_id
         self._local_grid.publish(grid_from_neighbourhood(
-            Neighbourhood(seconds, local_grid.row, local_grid.col, local_grid.cells, frame_id),
+            Neighbourhood(seconds, local_grid.row, local_grid.col, local_grid.cells, frame_id,
+                          local_grid.fine),
             self._simulation.world.grid))
         place, yaw = robot.variances
         pose = Pose(seconds, *robot.odometry, robot.speed, robot.turn_rate, frame_id)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 import math
 from typing import Final
 
+from control_field.local_grid import is_local_grid_size, MAX_SIDE, SUBDIVISIONS
 from control_field.parameters import check_fields, parameter
 from sim_node.robot import Body, Placement, Wheels
 
@@ -61,6 +62,15 @@ class SimSettings:
     noise_std: float = parameter(
         0.0, 'standard deviation of what encoders read, as a share of the travel', low=0.0,
         high=1.0)
+    sight_cells: int = parameter(
+        3, 'side of the local grid, odd; from 5 on what stands behind something is not seen',
+        unit='cells', low=3, high=MAX_SIDE)
+    sight_range: float = parameter(
+        0.0, 'what lies farther away is not seen, but for the cells around the robot; 0 for no '
+        'limit', unit='m', low=0.0, high=1000.0)
+    sight_subdivision: int = parameter(
+        1, 'finer cells along a side of each cell of the local grid: they show where in a cell '
+        'something is; 1, 3 or 5', low=SUBDIVISIONS[0], high=SUBDIVISIONS[-1])
     seed: int = parameter(0, 'seed of slip, noise and what moves at random', low=0, high=2**63 - 1)
     frame_id: str = parameter('odom', 'frame of odometry, neighbourhood and map')
     child_frame_id: str = parameter('base_footprint', "frame of the robot's body")
@@ -79,6 +89,10 @@ class SimSettings:
         for name in ('world', 'frame_id', 'child_frame_id'):
             if not getattr(self, name).strip():
                 raise ValueError(f'{name} is empty, must be a name')
+        if not is_local_grid_size(self.sight_cells):
+            raise ValueError(f'sight_cells is {self.sight_cells}, must be odd')
+        if self.sight_subdivision not in SUBDIVISIONS:
+            raise ValueError(f'sight_subdivision is {self.sight_subdivision}, must be 1, 3 or 5')
 
     @property
     def is_stamped(self) -> bool:

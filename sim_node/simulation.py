@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 from sim_node.contacts import Contacts, Surroundings
 from sim_node.robot import Placement, Robot
+from sim_node.seen import seen_from
 from sim_node.settings import SimSettings
 from world_maps.changes import Change, ChangingWorld
 from world_maps.clearance import Clearance
 from world_maps.mover import Mover
 from world_maps.movers import Disc, Movers
 from world_maps.movers_file import Script
-from world_maps.window import true_window
 from world_maps.world import World
 
 #: What it is called where the robot cannot stand there.
@@ -26,7 +26,7 @@ _START: Final = 'the start (start_x, start_y)'
 @dataclass(frozen=True)
 class LocalGrid:
     """
-    The 3x3 neighbourhood as a robot gets it.
+    The neighbourhood as a robot gets it.
 
     Its sensors are where the robot truly is, but the robot places what they see by its odometry:
     ``cells`` is cut out around the true cell, ``row, col`` is the cell of the odometry. Without
@@ -36,6 +36,7 @@ class LocalGrid:
     row: int
     col: int
     cells: npt.NDArray[np.int8]
+    fine: npt.NDArray[np.int8] | None = None  #: the same in finer cells, if it has them
 
 
 class Simulation:
@@ -235,12 +236,11 @@ class Simulation:
         return hit
 
     def local_grid(self) -> LocalGrid:
-        """Return the 3x3 neighbourhood as the robot gets it."""
+        """Return the neighbourhood as the robot gets it."""
         cell = self.world.grid.cell_from_world
         truth, odometry = self.robot.truth, self.robot.odometry
-        return LocalGrid(
-            *cell(odometry.x, odometry.y),
-            true_window(self.world, self.movers.discs, *cell(truth.x, truth.y)))
+        return LocalGrid(*cell(odometry.x, odometry.y), *seen_from(
+            self.world, self.movers.discs, *cell(truth.x, truth.y), self.parameters))
 
     @property
     def _disc(self) -> Disc:
