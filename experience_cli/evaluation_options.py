@@ -7,8 +7,8 @@ from typing import Final
 from experience_cli.argument_types import change, count, distance, point, speed
 
 _METHODS: Final = (
-    'ours, q_learning, sarsa, dyna_q, prioritised_sweeping (each also with +demo: taught the same '
-    'demonstration), nearest_prototype, eq7, replanner')
+    'ours, q_learning, sarsa, dyna_q, dyna_q+, prioritised_sweeping (each also with +demo: taught '
+    'the same demonstration), nearest_prototype, eq7, replanner, forgetting_replanner')
 
 
 def add_task_options(add: Callable[..., object]) -> None:

@@ -21,9 +21,10 @@ SHORTCUT: Final = ((2,), (2, 17))
 _N_ATTEMPTS: Final = 1000
 
 
-def walled_world(*gaps: int, size: int = WALLED_SIZE, row: int = WALL_ROW) -> Occupancy:
-    """Return a square workspace with a wall across it that is open at some columns."""
-    cells = np.full((size, size), FREE, dtype=np.int8)
+def walled_world(*gaps: int, n_rows: int = WALLED_SIZE, n_cols: int = WALLED_SIZE,
+                 row: int = WALL_ROW) -> Occupancy:
+    """Return a workspace with a wall across it that is open at some columns."""
+    cells = np.full((n_rows, n_cols), FREE, dtype=np.int8)
     cells[row] = BLOCKED
     cells[row, list(gaps)] = FREE
     return cells

@@ -13,7 +13,7 @@ _WITH_DEMONSTRATION: Final = '+demo'
 #: Every name that `make_method` takes, the own method first.
 METHODS: Final = (
     'ours', *(name + ending for name in KINDS for ending in ('', _WITH_DEMONSTRATION)),
-    'nearest_prototype', 'eq7', 'replanner')
+    'nearest_prototype', 'eq7', 'replanner', 'forgetting_replanner')
 
 
 def make_method(name: str, task: Task, rng: np.random.Generator) -> Method:
@@ -35,6 +35,6 @@ def make_method(name: str, task: Task, rng: np.random.Generator) -> Method:
         return equation_7(task, rng)
     if name == 'nearest_prototype':
         return NearestPrototype(task)
-    if name == 'replanner':
-        return Replanner(task, rng)
+    if name in ('replanner', 'forgetting_replanner'):
+        return Replanner(task, rng, name != 'replanner')
     raise ValueError(f'there is no method {name}, there are: {", ".join(METHODS)}')

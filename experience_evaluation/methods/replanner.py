@@ -1,4 +1,4 @@
-"""The honest opponent: an optimistic replanner that knows the goal and keeps its map."""
+"""The honest opponent: an optimistic replanner that knows the goal, and keeps its map or not."""
 
 import time
 
@@ -10,6 +10,7 @@ from control_field.kernels import compiled
 from control_field.kernels.interpolation import Sums
 from control_field.kernels.steps import plain_ground
 from control_field.learning.grid_world import GridWorld, Runs
+from control_field.local_grid import BLOCKED, UNKNOWN
 from control_field.records import Demonstration
 from control_field.robot.policy import rules_of
 from experience_evaluation.environment import Environment
@@ -29,12 +30,17 @@ class Replanner:
     task : Task
     rng : numpy.random.Generator
         Of the starts.
+    forgets : bool
+        Whether walls that it has not seen for ``map_memory`` trials become unseen again, and all
+        that it does not see in a run where no way is left on its map.
 
     """
 
-    def __init__(self, task: Task, rng: np.random.Generator) -> None:
+    def __init__(self, task: Task, rng: np.random.Generator, forgets: bool = False) -> None:
         self.task = task
         self._rng = rng
+        self._forgets = forgets
+        self._age = np.zeros(task.grid.shape, dtype=np.int64)
         self._rules = rules_of(task.parameters)
         self.known = np.full(task.grid.shape, -1, dtype=np.int8)
 
@@ -49,7 +55,12 @@ class Replanner:
         """Drive to the goal from a random start (or the fixed one), keeping what is seen."""
         del number
         start, began = self.task.random_start(environment, self._rng), time.perf_counter()
-        _, n_steps, _ = self._run(environment, self.known, start)
+        seen = np.zeros(self.known.shape, dtype=np.bool_)
+        _, n_steps, _ = self._run(environment, self.known, start, seen)
+        self._age = np.where(seen, 0, self._age + 1)
+        memory = self.task.parameters.map_memory
+        if self._forgets and memory:
+            self.known[(self.known == BLOCKED) & (self._age > memory)] = UNKNOWN
         return Practice(n_steps, 0, 0, time.perf_counter() - began)
 
     def _cost(self, known: Known) -> npt.NDArray[np.float64]:
@@ -61,8 +72,9 @@ class Replanner:
         return headings
 
     def _run(self, environment: Environment, known: Known, start: tuple[int, int],
-             headings: npt.NDArray[np.int8] | None = None) -> tuple[int, int, float]:
-        """Run once, writing what is seen into ``known``."""
+             seen: npt.NDArray[np.bool_], headings: npt.NDArray[np.int8] | None = None,
+             ) -> tuple[int, int, float]:
+        """Run once, writing what is seen into ``known``, and where into ``seen``."""
         (row, col), length = start, 0.0
         world, limit = environment.world, self.task.parameters.step_limit
         if headings is None:
@@ -71,6 +83,10 @@ class Replanner:
             if (row, col) == self.task.goal:
                 return 0, step, length
             if compiled.remember_local_grid(known, row, col, world.local_grid(row, col), 0):
+                headings = self._headings(known)
+            seen[max(0, row - 1):row + 2, max(0, col - 1):col + 2] = True
+            if headings[row, col] < 0 and self._forgets:
+                known[(known == BLOCKED) & ~seen] = UNKNOWN
                 headings = self._headings(known)
             heading = int(headings[row, col])
             if heading < 0:
@@ -88,7 +104,8 @@ class Replanner:
         del seed
         headings = self._headings(self.known)
         table = np.array([
-            self._run(environment, self.known.copy(), (int(row), int(col)), headings)
+            self._run(environment, self.known.copy(), (int(row), int(col)),
+                      np.zeros(self.known.shape, dtype=np.bool_), headings)
             for row, col in starts], dtype=np.float64).reshape(-1, 3)
         return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
                     np.zeros(len(table), dtype=np.int64), table[:, 2])

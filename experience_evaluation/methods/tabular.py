@@ -1,4 +1,4 @@
-"""Q-learning, Sarsa, Dyna-Q and prioritised sweeping on the cells, for comparison."""
+"""Q-learning, Sarsa, Dyna-Q, Dyna-Q+ and prioritised sweeping on the cells, for comparison."""
 
 import time
 from typing import Final
@@ -16,10 +16,14 @@ from experience_evaluation.methods.method import Notes, Practice, Task
 #: Share of random actions, and backups after every step of the methods that plan.
 EPSILON: Final = 0.1
 N_PLANNING: Final = 10
+#: What a blocked step earns, and how much Dyna-Q+ is drawn to what it has not tried for long.
+BLOCKED_REWARD: Final = -1.0
+KAPPA: Final = 1e-3
 #: How often a demonstration is replayed, last step first.
 _N_REPLAYS: Final = 20
 KINDS: Final = {'q_learning': kernels.Q_LEARNING, 'sarsa': kernels.SARSA,
-                'dyna_q': kernels.DYNA_Q, 'prioritised_sweeping': kernels.SWEEPING}
+                'dyna_q': kernels.DYNA_Q, 'dyna_q+': kernels.DYNA_Q_PLUS,
+                'prioritised_sweeping': kernels.SWEEPING}
 
 
 class TabularMethod:
@@ -46,15 +50,13 @@ class TabularMethod:
         self._rng = rng
         self._with_demonstration = with_demonstration
         n_places = task.grid.n_rows * task.grid.n_cols
-        self._tables = kernels.Tables(
-            np.zeros((n_places, 8)), np.full((n_places, 8), -1, dtype=np.int64),
-            np.zeros(n_places * 8, dtype=np.int64), np.zeros(1, dtype=np.int64))
+        self._tables = kernels.new_tables(n_places)
         self._tie_break = rng.random((n_places, 8))
         parameters = task.parameters
         self._settings = kernels.Settings(
             kind, task.grid.n_cols, self._place(task.goal),
             0b01010101 if parameters.moves == 4 else 0b11111111, float(parameters.learning_rate),
-            float(parameters.discount), EPSILON, N_PLANNING)
+            float(parameters.discount), EPSILON, N_PLANNING, BLOCKED_REWARD, KAPPA)
 
     @property
     def q(self) -> npt.NDArray[np.float64]:

@@ -15,7 +15,7 @@ Places = npt.NDArray[np.int64]
 Queue = list[tuple[float, int]]
 #: Least change that prioritised sweeping follows up.
 _THRESHOLD = 1e-4
-Q_LEARNING, SARSA, DYNA_Q, SWEEPING = 0, 1, 2, 3
+Q_LEARNING, SARSA, DYNA_Q, SWEEPING, DYNA_Q_PLUS = 0, 1, 2, 3, 4
 _Kernel = TypeVar('_Kernel', bound=Callable[..., Any])
 
 
@@ -26,7 +26,7 @@ class Settings(NamedTuple):
     Parameters
     ----------
     kind : int
-        `Q_LEARNING`, `SARSA`, `DYNA_Q` or `SWEEPING`.
+        `Q_LEARNING`, `SARSA`, `DYNA_Q`, `SWEEPING` or `DYNA_Q_PLUS`.
     n_cols : int
         Places in a row.
     goal : int
@@ -39,6 +39,10 @@ class Settings(NamedTuple):
         Share of random actions.
     n_planning : int
         Backups after every step of the methods that plan.
+    blocked_reward : float
+        What a blocked step earns.
+    kappa : float
+        Of Dyna-Q+: a step not tried for tau steps is planned with ``kappa * sqrt(tau)`` more.
 
     """
 
@@ -50,6 +54,8 @@ class Settings(NamedTuple):
     discount: float
     epsilon: float
     n_planning: int
+    blocked_reward: float
+    kappa: float
 
 
 class Tables(NamedTuple):
@@ -62,9 +68,14 @@ class Tables(NamedTuple):
     model : ndarray of int64, shape (n_places, 8)
         Where each action led, -1 before it was tried.
     order : ndarray of int64, shape (8 * n_places,)
-        ``place * 8 + action`` in the order in which they were first tried.
+        ``place * 8 + action`` of what is planned with: in the order in which they were first
+        tried; of Dyna-Q+ all actions of a place from its first visit on.
     n_seen : ndarray of int64, shape (1,)
         How many those are.
+    tried : ndarray of int64, shape (n_places, 8)
+        At which step each action was tried last; of those that were not, 0.
+    clock : ndarray of int64, shape (1,)
+        Steps so far.
 
     """
 
@@ -72,6 +83,15 @@ class Tables(NamedTuple):
     model: Places
     order: Places
     n_seen: Places
+    tried: Places
+    clock: Places
+
+
+def new_tables(n_places: int) -> Tables:
+    """Return the tables of somebody who has learnt nothing."""
+    return Tables(np.zeros((n_places, 8)), np.full((n_places, 8), -1, dtype=np.int64),
+                  np.zeros(n_places * 8, dtype=np.int64), np.zeros(1, dtype=np.int64),
+                  np.zeros((n_places, 8), dtype=np.int64), np.zeros(1, dtype=np.int64))
 
 
 class Step(NamedTuple):
@@ -123,22 +143,32 @@ def _most(row: Values, mask: int) -> float:
 def _target(place: int, then: int, tables: Tables, settings: Settings) -> float:
     """Return what a step is worth: the best value ahead, discounted, or the goal's reward."""
     if then == settings.goal:
-        return 1.0 if then != place else -1.0
-    reward = -1.0 if then == place else 0.0
+        return 1.0 if then != place else settings.blocked_reward
+    reward = settings.blocked_reward if then == place else 0.0
     return reward + settings.discount * _most(tables.q[then], settings.mask)
 
 
 @_compiled
 def _back_up(pair: int, tables: Tables, settings: Settings) -> None:
-    """Back up a step that the model remembers."""
+    """
+    Back up a step that the model remembers.
+
+    Of Dyna-Q+ (Sutton and Barto 2018, section 8.3): with a bonus for what was not tried for long;
+    what was never tried is taken to lead back to where it began, without a reward.
+    """
     place, action = pair // 8, pair % 8
-    target = _target(place, tables.model[place, action], tables, settings)
+    if tables.model[place, action] >= 0:
+        target = _target(place, tables.model[place, action], tables, settings)
+    else:
+        target = settings.discount * _most(tables.q[place], settings.mask)
+    if settings.kind == DYNA_Q_PLUS:
+        target += settings.kappa * np.sqrt(float(tables.clock[0] - tables.tried[place, action]))
     tables.q[place, action] += settings.learning_rate * (target - tables.q[place, action])
 
 
 @_compiled
 def plan(tables: Tables, settings: Settings, rng: np.random.Generator) -> None:
-    """Dyna-Q: back up steps remembered at random."""
+    """Dyna-Q and Dyna-Q+: back up steps remembered at random."""
     for _ in range(settings.n_planning):
         _back_up(tables.order[int(rng.random() * tables.n_seen[0])], tables, settings)
 
@@ -168,12 +198,19 @@ def push(tables: Tables, queue: Queue, place: int, action: int, settings: Settin
 
 
 @_compiled
-def note(tables: Tables, step: Step) -> None:
+def note(tables: Tables, step: Step, settings: Settings) -> None:
     """Write a step into the model."""
-    if tables.model[step.place, step.action] < 0:
+    model = tables.model[step.place]
+    if settings.kind == DYNA_Q_PLUS and (model < 0).all():
+        for action in range(8):
+            if settings.mask >> action & 1:
+                tables.order[tables.n_seen[0]] = step.place * 8 + action
+                tables.n_seen[0] += 1
+    elif settings.kind != DYNA_Q_PLUS and model[step.action] < 0:
         tables.order[tables.n_seen[0]] = step.place * 8 + step.action
         tables.n_seen[0] += 1
-    tables.model[step.place, step.action] = step.then
+    model[step.action] = step.then
+    tables.tried[step.place, step.action] = tables.clock[0]
 
 
 @_compiled
@@ -182,17 +219,17 @@ def learn_step(
 ) -> None:
     """Learn one step."""
     place, action, then, then_action = step
-    note(tables, step)
+    note(tables, step, settings)
     if settings.kind == SWEEPING:
         push(tables, queue, place, action, settings)
         sweep(tables, queue, settings)
         return
     target = _target(place, then, tables, settings)
     if settings.kind == SARSA and then != settings.goal:
-        reward = -1.0 if then == place else 0.0
+        reward = settings.blocked_reward if then == place else 0.0
         target = reward + settings.discount * tables.q[then, then_action]
     tables.q[place, action] += settings.learning_rate * (target - tables.q[place, action])
-    if settings.kind == DYNA_Q:
+    if settings.kind in (DYNA_Q, DYNA_Q_PLUS):
         plan(tables, settings, rng)
 
 
@@ -227,7 +264,7 @@ def run_episode(
     """
     Run an episode, epsilon-greedy, and learn at every step.
 
-    A blocked step earns -1 and leaves the robot where it is, the goal earns +1.
+    A blocked step earns what the settings say and leaves the robot where it is, the goal earns +1.
 
     Parameters
     ----------
@@ -247,6 +284,7 @@ def run_episode(
         if place == settings.goal:
             return step, n_bumps, n_rewards
         then = place
+        tables.clock[0] += 1
         if allowed[place] >> action & 1:
             then = place + STEP_ROW[action] * settings.n_cols + STEP_COL[action]
         else:
@@ -259,6 +297,51 @@ def run_episode(
         action = then_action if settings.kind == SARSA else _choose(
             tables.q[place], mask, settings.epsilon, rng)
     return step_limit, n_bumps, n_rewards
+
+
+@_compiled
+def run_steps(
+    allowed: Places, tables: Tables, start: int, settings: Settings, rng: np.random.Generator,
+    n_steps: int, place: int,
+) -> tuple[int, Places]:
+    """
+    Learn for so many steps, one episode after another, epsilon-greedy; for off-policy methods.
+
+    Parameters
+    ----------
+    allowed : ndarray of int64, shape (n_places,)
+        Mask of the steps that the true world allows.
+    start : int
+        Where every episode begins.
+    n_steps : int
+    place : int
+        Where the robot is.
+
+    Returns
+    -------
+    place : int
+        Where it is afterwards.
+    n_arrived : ndarray of int64, shape (n_steps,)
+        How often it has reached the goal by each step.
+
+    """
+    queue = [(0.0, 0)]
+    queue.pop()
+    n_arrived = np.zeros(n_steps, dtype=np.int64)
+    n = 0
+    for step in range(n_steps):
+        action = _choose(tables.q[place], settings.mask, settings.epsilon, rng)
+        then = place
+        tables.clock[0] += 1
+        if allowed[place] >> action & 1:
+            then = place + STEP_ROW[action] * settings.n_cols + STEP_COL[action]
+        learn_step(tables, queue, Step(place, action, then, action), settings, rng)
+        if then == settings.goal:
+            n += 1
+            then = start
+        place = then
+        n_arrived[step] = n
+    return place, n_arrived
 
 
 @_compiled

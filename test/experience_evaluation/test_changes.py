@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.changing_mazes import dyna_q, dyna_q_plus, Maze, MAZES, oracle, ours
 from control_field.grid import Grid
+from control_field.parameters import Parameters
 from experience_evaluation.experiment import Change, Experiment, run_seed
 from experience_evaluation.methods.registry import METHODS
 
@@ -75,3 +77,46 @@ def test_what_a_method_drives_on_is_not_told_of_a_change():
                          for changes, n_trials in (((), 2), (((2, (2,)),), 3)))
         for name in ('basin', 'hidden_neurons'):
             np.testing.assert_equal(after.at_changes[0][name], before.after[-1][name])
+
+
+def test_who_forgets_finds_the_way_that_opened_again_and_who_does_not_never_will():
+    keeping, forgetting = (
+        run_seed(experiment((1, ()), (3, (8,)), method=method), 0).at_changes[1]['success']
+        for method in ('replanner', 'forgetting_replanner'))
+    assert keeping < 0.6
+    assert forgetting == 1.0
+
+
+def test_a_wall_is_forgotten_after_as_many_trials_as_are_asked_for():
+    def known(n_trials):
+        return run_seed(experiment((1, ()), first=range(SIZE), n_trials=n_trials, spread=False,
+                                   method='forgetting_replanner', parameters=Parameters(
+                                       map_memory=2)), 0).field['known']
+
+    assert (known(2)[SIZE // 2] == 100).any()  # seen in the second trial
+    changes = (1, ()), (2, range(SIZE))
+    last = run_seed(experiment(*changes, first=range(SIZE), n_trials=6, spread=False,
+                               method='forgetting_replanner', parameters=Parameters(
+                                   map_memory=2)), 0).field['known']
+    assert not (last[SIZE // 2] == 100).any()
+
+
+def test_dyna_q_plus_tries_what_it_has_not_tried_for_long():
+    def n_arrived(run):
+        return np.mean([run(MAZES['blocking maze'], seed)[-1] for seed in range(3)])
+
+    assert n_arrived(dyna_q_plus) > 150 > 110 > n_arrived(dyna_q)
+
+
+@pytest.mark.parametrize(('name', 'arrived'), [('blocking maze', 225), ('shortcut maze', 487)])
+def test_who_knows_everything_bounds_what_can_be_reached_in_the_mazes_of_the_book(name, arrived):
+    assert oracle(MAZES[name], 0)[-1] == arrived
+
+
+def test_without_a_teacher_ours_learns_from_the_first_success_and_finds_the_new_gap():
+    maze = Maze(((8,), (0,)), (400, 400), 0.0)
+    arrived = ours(maze, 0)
+    assert len(arrived) == 800
+    assert (np.diff(arrived) >= 0).all()
+    assert arrived[-1] - arrived[-101] >= 5  # the shortest way has 16 steps
+    np.testing.assert_array_equal(arrived, ours(maze, 0))

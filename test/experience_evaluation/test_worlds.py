@@ -159,7 +159,7 @@ def test_doors_shut_and_open_and_walls_stay():
 
 
 def test_gaps_of_a_wall_and_a_block_are_where_they_are_said_to_be():
-    wall = walled_world(2, 5, size=8, row=3)
+    wall = walled_world(2, 5, n_rows=8, n_cols=8, row=3)
     assert (wall != 0).sum() == 6
     assert wall[3, 2] == wall[3, 5] == 0
     assert np.argwhere(with_block(np.zeros((5, 5), np.int8), (0, 2), 1) != 0).tolist() == [
