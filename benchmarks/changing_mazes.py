@@ -118,7 +118,8 @@ class OwnRun:
         """Run until the steps are used up."""
         self._worlds = [environment.world for environment in self.maze.environments(
             self.parameters)]
-        learner = Learner(Grid(*self._worlds[0].truth.shape, 1.0), self.parameters)
+        n_rows, n_cols = self._worlds[0].truth.shape
+        learner = Learner(Grid(n_rows, n_cols, 1.0), self.parameters)
         shown = self._explore()
         learner.add_demonstration(shown)
         number = 2

@@ -3,6 +3,10 @@
 import argparse
 from collections.abc import Callable
 import math
+from typing import Final
+
+#: Of a local grid, as `control_field.local_grid` has it: that imports NumPy.
+_MAX_SIDE: Final = 61
 
 
 def count(low: int, high: int) -> Callable[[str], int]:
@@ -36,6 +40,15 @@ def change(text: str) -> tuple[int, str]:
             f'{text!r} is no change of the world, write it as K:FILE: a number of trials and the '
             f'world after them')
     return int(number), world
+
+
+def sight(text: str) -> int:
+    """Return the side of a local grid, [cells]."""
+    value = count(3, _MAX_SIDE)(text)
+    if value % 2 == 0:
+        raise argparse.ArgumentTypeError(
+            f'{text!r} is no side of a local grid: the robot is in its middle, so it must be odd')
+    return value
 
 
 def distance(text: str) -> float:

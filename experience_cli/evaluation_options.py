@@ -4,7 +4,7 @@ from collections.abc import Callable
 import math
 from typing import Final
 
-from experience_cli.argument_types import change, count, distance, point, speed
+from experience_cli.argument_types import change, count, distance, point, sight, speed
 
 _METHODS: Final = (
     'ours, q_learning, sarsa, dyna_q, dyna_q+, prioritised_sweeping (each also with +demo: taught '
@@ -19,6 +19,9 @@ def add_task_options(add: Callable[..., object]) -> None:
     add('--change', metavar='K:FILE', type=change, action='append', default=[],
         help='from trial K + 1 on the world is another one of the same size; may be given several '
         'times, K growing')
+    add('--sight', metavar='N', type=sight, default=3,
+        help='side of the local grid, an odd number of cells up to 61; what lies behind something '
+        'is not seen (default: 3)')
     add('--goal', metavar='X,Y', type=point, help='[m]; with --demo-bag the end of the drive')
     add('--demo-start', metavar='X,Y', type=point, action='append', default=[],
         help='[m]; once for every demonstration; trials with fixed starts start at the first')

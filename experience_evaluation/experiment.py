@@ -78,6 +78,8 @@ class Experiment:
         Numbers of trials after which it is judged; after every trial if not given.
     changes : tuple of Change
         What becomes of the world, in the order of the trials.
+    sight : int, [cells]
+        Side of the local grid of robot and teacher.
 
     """
 
@@ -95,13 +97,16 @@ class Experiment:
     demo_steps: int | None = None
     judged_after: tuple[int, ...] | None = None
     changes: tuple[Change, ...] = ()
+    sight: int = 3
 
     def environments(self) -> list[Environment]:
         """Return what is true at first, and after each change."""
-        first = Environment(GridWorld(self.occupancy, self.parameters), self.goal)
-        return [first, *(
-            Environment(GridWorld(change.occupancy, self.parameters), self.goal, first.reachable)
-            for change in self.changes)]
+        first, *worlds = [
+            GridWorld(occupancy, self.parameters, self.sight) for occupancy in (
+                self.occupancy, *(change.occupancy for change in self.changes))]
+        at_first = Environment(first, self.goal)
+        return [at_first, *(
+            Environment(world, self.goal, at_first.reachable) for world in worlds)]
 
     def n_changes(self, number: int) -> int:
         """Return how often the world has changed before a trial, counted from 1."""
@@ -203,7 +208,7 @@ def _seconds(act: Callable[[Demonstration], None], demonstration: Demonstration)
 
 def has_demonstration(experiment: Experiment, seed: int) -> bool:
     """Return whether the teacher finds a way with this seed."""
-    world = GridWorld(experiment.occupancy, experiment.parameters)
+    world = experiment.environments()[0].world
     try:
         _demonstrations(experiment, world, np.random.default_rng(seed).spawn(2)[0])
     except NoWayError:

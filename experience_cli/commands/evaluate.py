@@ -160,7 +160,7 @@ def _experiment(arguments: argparse.Namespace) -> Experiment:
         arguments.starts == 'spread', arguments.teacher, arguments.method, parameters,
         demonstrations, arguments.start_radius, arguments.demo_steps,
         _judged_after(arguments.trials, arguments.judge_every),
-        read_changes(arguments.change, world.grid, arguments.trials))
+        read_changes(arguments.change, world.grid, arguments.trials), arguments.sight)
     _check_places(experiment)
     check_changes(experiment)
     return experiment

@@ -50,6 +50,10 @@ class Replanner:
         for (row, col), blocked, unknown in zip(
                 cells, demonstration.blocked, demonstration.unknown, strict=True):
             compiled.remember_local_grid(self.known, row, col, int(blocked), int(unknown))
+        seen = np.zeros(self.known.shape, dtype=np.bool_)
+        for grid in demonstration.local_grids:
+            compiled.remember_cells(self.known, seen, int(grid['row']), int(grid['col']),
+                                    grid['cells'])
 
     def practise(self, environment: Environment, number: int) -> Practice:
         """Drive to the goal from a random start (or the fixed one), keeping what is seen."""
@@ -82,9 +86,8 @@ class Replanner:
         for step in range(limit):
             if (row, col) == self.task.goal:
                 return 0, step, length
-            if compiled.remember_local_grid(known, row, col, world.local_grid(row, col), 0):
+            if self._look(world, known, seen, row, col):
                 headings = self._headings(known)
-            seen[max(0, row - 1):row + 2, max(0, col - 1):col + 2] = True
             if headings[row, col] < 0 and self._forgets:
                 known[(known == BLOCKED) & ~seen] = UNKNOWN
                 headings = self._headings(known)
@@ -94,6 +97,16 @@ class Replanner:
             length += float(STEP_LENGTH[heading])
             row, col = row + int(STEP_ROW[heading]), col + int(STEP_COL[heading])
         return 0 if (row, col) == self.task.goal else 2, limit, length
+
+    @staticmethod
+    def _look(world: GridWorld, known: Known, seen: npt.NDArray[np.bool_], row: int, col: int,
+              ) -> bool:
+        """Remember what is seen from a cell; return whether that is anything new."""
+        changed = compiled.remember_local_grid(known, row, col, world.local_grid(row, col), 0)
+        compiled.mark_local_grid(seen, row, col, 0)
+        for grid in world.local_grids(np.array([[row, col]], dtype=np.int32), np.zeros(1)):
+            changed += compiled.remember_cells(known, seen, row, col, grid['cells'])
+        return bool(changed)
 
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the first step of the shortest way on the map as it is."""

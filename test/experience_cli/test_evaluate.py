@@ -286,6 +286,7 @@ def test_a_drive_is_said_with_what_was_dropped_of_it(capsys):
 
 @pytest.mark.parametrize(('arguments', 'hint'), [
     (['--goal', '1,2,3'], 'X,Y'), (['--goal', 'nan,1'], 'X,Y'), (['--trials', '-1'], '-1'),
+    (['--sight', '4'], 'must be odd'), (['--sight', '63'], '3 to 61'),
     (['--change', 'a.map'], 'K:FILE'), (['--change', '-1:a.map'], 'K:FILE'),
     (['--seeds', '0'], "'0'"), (['--jobs', 'many'], 'many'), (['--start-radius', '-1'], '0 m'),
 ])

@@ -108,6 +108,14 @@ def test_dyna_q_plus_tries_what_it_has_not_tried_for_long():
     assert n_arrived(dyna_q_plus) > 150 > 110 > n_arrived(dyna_q)
 
 
+@pytest.mark.parametrize('method', ['ours', 'replanner'])
+def test_who_sees_farther_knows_more_from_the_same_demonstration(method):
+    near, far = (run_seed(experiment(n_trials=0, method=method, sight=sight), 0).field['known']
+                 for sight in (3, 9))
+    assert (far == -1).sum() < (near == -1).sum()
+    assert (far[near != -1] == near[near != -1]).all()
+
+
 @pytest.mark.parametrize(('name', 'arrived'), [('blocking maze', 225), ('shortcut maze', 487)])
 def test_who_knows_everything_bounds_what_can_be_reached_in_the_mazes_of_the_book(name, arrived):
     assert oracle(MAZES[name], 0)[-1] == arrived
