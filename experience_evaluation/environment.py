@@ -64,4 +64,4 @@ class Environment:
         """Return the true world for a robot with other parameters."""
         if parameters == self.world.parameters:
             return self.world
-        return GridWorld(self.world.truth, parameters, self.world.sight)
+        return self.world.with_parameters(parameters)

@@ -13,7 +13,8 @@ from typing import Any
 import numba
 
 from control_field.kernels import (
-    decision, interpolation, local_search, repair, rollout, seen, steps, visibility)
+    decision, interpolation, local_search, moving_world, repair, rollout, seen, steps, visibility,
+    waiting)
 
 
 def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
@@ -47,7 +48,8 @@ def _jit(function: types.FunctionType) -> Callable[..., Any]:
 
 #: A module comes after those that it calls.
 _ALL = _compile(
-    steps, seen, visibility, rollout, local_search, decision, interpolation, repair)
+    steps, seen, visibility, rollout, local_search, decision, waiting, moving_world, interpolation,
+    repair)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:

@@ -42,7 +42,7 @@ class Runs:
 
 
 @dataclass(frozen=True, eq=False)
-class _Ready:
+class Ready:
     """What runs on one field start from; ``truthful``: no wall is remembered that is not there."""
 
     state: TrialState
@@ -73,6 +73,10 @@ class GridWorld:
         self.rules = rules_of(parameters)
         self._scanner = Scanner(rays_within(sight // 2 if sight > 3 else 0),
                                 np.zeros((sight, sight), dtype=np.int8))
+
+    def with_parameters(self, parameters: Parameters) -> 'GridWorld':
+        """Return the same world for a robot with other parameters."""
+        return GridWorld(self.truth, parameters, self.sight)
 
     def cost_to(self, goal: tuple[int, int]) -> npt.NDArray[np.float64]:
         """Return the true least cost from every cell to the goal, in cells; inf without a way."""
@@ -169,13 +173,13 @@ class GridWorld:
         return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
                     table[:, 4].astype(np.int64), table[:, 3])
 
-    def _ready(self, field: ControlField) -> _Ready:
+    def _ready(self, field: ControlField) -> Ready:
         """Return what every run on a field starts from."""
         truthful = not ((field.known == BLOCKED) & (self.truth == 0)).any()
-        return _Ready(trial_on(field, field.known.copy(), self.parameters), truthful,
+        return Ready(trial_on(field, field.known.copy(), self.parameters), truthful,
                       self.flow_lengths(field))
 
-    def _run_known(self, ready: _Ready, start: tuple[int, int], seed: int,
+    def _run_known(self, ready: Ready, start: tuple[int, int], seed: int,
                    log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
         """Run one trial; where the flow comes home by itself, its outcome is known beforehand."""
         length = float(ready.flow_lengths[start])
@@ -188,7 +192,7 @@ class GridWorld:
                 return 0, n_steps, 0, length, 0
         return self._run(ready, start, seed, log)
 
-    def _run(self, ready: _Ready, start: tuple[int, int], seed: int,
+    def _run(self, ready: Ready, start: tuple[int, int], seed: int,
              log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
         state, parameters = ready.state, self.parameters
         ground = state.ground._replace(known=state.ground.known.copy())

@@ -8,7 +8,8 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import (
-    compiled, decision, interpolation, local_search, repair, rollout, seen, visibility)
+    compiled, decision, interpolation, local_search, moving_world, repair, rollout, seen,
+    visibility, waiting)
 from control_field.kernels import steps as kernels
 from control_field.kernels.interpolation import Sums
 from control_field.kernels.steps import no_preference, StepRules
@@ -17,7 +18,9 @@ from kernel_scenes import Scene
 from strategies import few, knowns, rules, seeds, steady
 
 BODY = StepRules(False, False, 8)
-MODULES = (kernels, seen, visibility, rollout, local_search, decision, interpolation, repair)
+MODULES = (
+    kernels, seen, visibility, rollout, local_search, decision, waiting, moving_world,
+    interpolation, repair)
 
 
 def same(first, second):

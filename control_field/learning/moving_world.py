@@ -1,0 +1,67 @@
+"""Trials on a grid world in which things move, without a robot."""
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.kernels import compiled
+from control_field.kernels.decision import new_trial
+from control_field.kernels.moving_world import Moving, Pace
+from control_field.learning.grid_world import GridWorld, Ready
+from control_field.parameters import Parameters
+from control_field.robot.policy import options_of
+
+
+class MovingWorld(GridWorld):
+    """
+    A true map with what moves in it.
+
+    Each trial begins at a tick of the movers that its seed draws, so that it meets them elsewhere
+    than the last one did. The robot never drives into what moves (its collision monitor is taken
+    to be perfect); a mover that runs into the robot stands there, and is counted.
+
+    Parameters
+    ----------
+    occupancy : ndarray of int8, shape (n_rows, n_cols)
+        0 free, anything else blocked.
+    parameters : Parameters
+    moving : Moving
+    pace : Pace
+    sight : int, [cells]
+        As in `GridWorld`; what moves is seen in the cells around the robot only.
+
+    Attributes
+    ----------
+    n_mover_contacts : int
+        How often a mover ran into the robot, in all trials so far.
+
+    """
+
+    def __init__(
+        self, occupancy: npt.NDArray[np.int8], parameters: Parameters, moving: Moving, pace: Pace,
+        sight: int = 3,
+    ) -> None:
+        super().__init__(occupancy, parameters, sight)
+        self.moving, self.pace = moving, pace
+        self.n_mover_contacts = 0
+
+    def with_parameters(self, parameters: Parameters) -> 'MovingWorld':
+        """Return the same world for a robot with other parameters."""
+        return MovingWorld(self.truth, parameters, self.moving, self.pace, self.sight)
+
+    def _run_known(self, ready: Ready, start: tuple[int, int], seed: int,
+                   log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+        return self._run(ready, start, seed, log)
+
+    def _run(self, ready: Ready, start: tuple[int, int], seed: int,
+             log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+        state, rng = ready.state, np.random.default_rng(seed)
+        known = state.ground.known.copy()
+        trial = new_trial(state.ground._replace(known=known), state.headings, state.goal,
+                          state.q.copy(), state.cost.copy())
+        begin = int(rng.integers(max(len(self.moving.places) // 2, 1)))
+        scene = compiled.new_scene(self.moving, self.truth, known, start, begin)
+        result: tuple[int, int, int, float, int] = compiled.run_moving_trial(
+            scene, self.pace, trial, options_of(self.parameters), self.parameters.step_limit,
+            rng, log, self._scanner)
+        self.n_mover_contacts += int(scene.counts[1])
+        return result
