@@ -149,7 +149,8 @@ class TrialControl:
         if self.run is None:
             return self.ended
         if self.pause is None:
-            return self._status(self.run, State.RUNNING, reason=self.run.waiting)
+            doing = self.run.waiting or self.run.policy.doubt
+            return self._status(self.run, State.RUNNING, reason=doing)
         return self._status(
             self.run, State.PAUSED, reason=self.pause.reason.sentence_with(self.pause.detail),
             stop_reason=self.pause.reason)

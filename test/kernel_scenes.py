@@ -7,6 +7,7 @@ import numpy as np
 from control_field.kernels import compiled, interpolation, moving_world, steps
 from control_field.kernels.decision import Decision, new_trial, Options, Transition
 from control_field.kernels.interpolation import Attraction, Centres, Sums, Window
+from control_field.kernels.last_resort import new_flood
 from control_field.kernels.moving_world import Moving, Pace
 from control_field.kernels.repair import Flow
 from control_field.kernels.steps import Ground, Preference
@@ -49,7 +50,7 @@ class Scene:
         self.window = Window(float(rng.choice([1.0, 2.5, 6.0])), 2.0, True)
         self.options = Options(
             bool(rng.integers(2)), self.window.radius, 2.0, int(rng.integers(1, 5)),
-            int(rng.integers(0, 40)), 0.5, 0.9)
+            int(rng.integers(0, 40)), 0.5, 0.9, bool(rng.integers(2)))
         self.transition = Transition(self.row, self.col, self.heading, self.row, self.col, -1.0)
         self.fixed = rng.random(shape) < 0.3
         self.shown = rng.integers(0, 8, shape).astype(np.uint8)
@@ -86,8 +87,17 @@ class Scene:
     def for_note_cells(self):
         return self.shown, self.row - 1, self.col - 2, self.known
 
-    def for_mark_local_grid(self):
-        return self.fixed, self.row, self.col, self.mask
+    def for_new_flood(self):
+        return (self.known.shape,)
+
+    def for_is_shut_off(self):
+        return (self.ground, new_flood(self.known.shape), self.row, self.col, self.goal,
+                self.mask % 20)
+
+    def for_doubt_unseen(self):
+        return self.ground, self.cost, self.fixed, self.goal
+
+    for_doubt_unseen_by_cells = for_doubt_unseen
 
     def for_plain_ground(self):
         return self.known, self.rules
@@ -240,6 +250,19 @@ class Scene:
 
     def for_backup(self):
         return self.q, self.known, self.transition, 0.5, 0.9, self.rules
+
+    def for_take_in(self):
+        return self.trial(), self.row, self.col, self.mask, self.mask >> 3
+
+    def for_take_in_cells(self):
+        return self.trial(), self.row, self.col, self.known
+
+    def for_take_in_cell(self):
+        return self.trial(), self.row, self.col, bool(self.mask & 1)
+
+    def for_rehearsed_step(self):
+        heading = int(self.headings[self.row, self.col])
+        return self.row, self.col, heading, self.trial(), self.options
 
     def for_choose(self):
         allowed = steps.allowed_steps(self.known, self.row, self.col, self.rules)

@@ -33,7 +33,7 @@ def occupancies(states=(0, 0, 0, 100), low=1, high=8):
 #: True maps, mostly free.
 worlds = occupancies()
 #: Remembered maps.
-knowns = occupancies((0, 0, -1, -1, 100))
+knowns = occupancies((0, 0, -1, -1, 60, 100))
 
 
 @st.composite

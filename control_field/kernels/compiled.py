@@ -13,8 +13,11 @@ from typing import Any
 import numba
 
 from control_field.kernels import (
-    decision, interpolation, local_search, moving_world, repair, rollout, seen, steps, visibility,
-    waiting)
+    decision, interpolation, last_resort, local_search, moving_world, repair, rollout, seen, steps,
+    visibility, waiting)
+
+#: What is compiled under the name of a kernel that plain Python has in NumPy expressions.
+_INSTEAD = {'doubt_unseen': last_resort.doubt_unseen_by_cells}
 
 
 def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
@@ -29,7 +32,8 @@ def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
         namespace.update({k: v for k, v in vars(module).items() if k not in compiled})
         for name, function in list(vars(module).items()):
             if isinstance(function, types.FunctionType) and function.__module__ == module.__name__:
-                rebound = types.FunctionType(function.__code__, namespace, name,
+                source = _INSTEAD.get(name, function)
+                rebound = types.FunctionType(source.__code__, namespace, name,
                                              function.__defaults__)
                 rebound.__module__ = module.__name__
                 rebound.__qualname__ = f'{name}_{digest}'
@@ -48,8 +52,8 @@ def _jit(function: types.FunctionType) -> Callable[..., Any]:
 
 #: A module comes after those that it calls.
 _ALL = _compile(
-    steps, seen, visibility, rollout, local_search, decision, waiting, moving_world, interpolation,
-    repair)
+    steps, seen, visibility, rollout, local_search, last_resort, decision, waiting, moving_world,
+    interpolation, repair)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:

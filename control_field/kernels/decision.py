@@ -6,13 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_ROW
+from control_field.kernels.last_resort import doubt_unseen, Flood, is_shut_off, new_flood
 from control_field.kernels.local_search import rehearse_locally
 from control_field.kernels.rollout import flow_reaches
-from control_field.kernels.seen import mark_local_grid
 from control_field.kernels.steps import (
-    _BLOCKED, allowed_steps, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, least_chosen,
-    next_highest, remember_local_grid, StepRules, window_values)
-from control_field.kernels.visibility import look, remember_cells, Scanner
+    _BLOCKED, _UNKNOWN, allowed_steps, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap,
+    least_chosen, next_highest, StepRules, window_values)
+from control_field.kernels.visibility import look, Scanner
 from control_field.records import Kind
 
 #: Columns of a log of decisions.
@@ -20,6 +20,8 @@ LOGGED = ('row', 'col', 'action', 'next_row', 'next_col', 'reward', 'kind', 'blo
 
 _FIELD, _BLOCKED_KIND, _AVOID = int(Kind.FIELD), int(Kind.BLOCKED), int(Kind.AVOID)
 _EXPLORE, _DETOUR = int(Kind.EXPLORE), int(Kind.DETOUR)
+#: Cells that the search for any way at all looks at for every backup of rehearsal.
+_LOOKED_AT = 4
 
 
 class Options(NamedTuple):
@@ -40,6 +42,8 @@ class Options(NamedTuple):
         Backups that one decision may spend on rehearsing around the robot.
     learning_rate, discount : float
         Of eq. 6.
+    doubts : bool
+        Whether remembered walls are doubted where no way is left.
 
     """
 
@@ -50,6 +54,7 @@ class Options(NamedTuple):
     n_backups: int
     learning_rate: float
     discount: float
+    doubts: bool
 
 
 class TrialState(NamedTuple):
@@ -74,6 +79,10 @@ class TrialState(NamedTuple):
         Mask of the blocked actions whose avoidance has earned its reward.
     seen : ndarray of bool, shape (n_rows, n_cols)
         What was seen in this trial: there the remembered map is not in doubt.
+    flood : Flood
+        The search whether a way to the goal is left.
+    n_doubted : ndarray of int64, shape (1,)
+        How many remembered walls were doubted because none was.
 
     """
 
@@ -86,6 +95,8 @@ class TrialState(NamedTuple):
     entered: IntMap
     punished: npt.NDArray[np.uint8]
     seen: BoolMap
+    flood: Flood
+    n_doubted: npt.NDArray[np.int64]
 
 
 class Transition(NamedTuple):
@@ -131,7 +142,8 @@ def new_trial(
     return TrialState(
         ground, headings, goal, q, cost, np.zeros((rows, cols, 8), dtype=np.int32),
         np.zeros((rows, cols), dtype=np.int32), np.zeros((rows, cols), dtype=np.uint8),
-        np.zeros((rows, cols), dtype=np.bool_))
+        np.zeros((rows, cols), dtype=np.bool_), new_flood((rows, cols)),
+        np.zeros(1, dtype=np.int64))
 
 
 def backup(
@@ -148,6 +160,60 @@ def backup(
             ahead = q[next_row, next_col, heading]
             first = False
     q[row, col, action] += learning_rate * (reward + discount * ahead - q[row, col, action])
+
+
+def take_in(trial: TrialState, row: int, col: int, blocked: int, unknown: int) -> None:
+    """Take a 3x3 local grid into the map of a trial; what it shows is not in doubt any more."""
+    take_in_cell(trial, row, col, False)
+    for heading in range(8):
+        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
+        if 0 <= r < trial.seen.shape[0] and 0 <= c < trial.seen.shape[1] and (
+                not unknown >> heading & 1):
+            take_in_cell(trial, r, c, blocked >> heading & 1 == 1)
+
+
+def take_in_cell(trial: TrialState, row: int, col: int, occupied: bool) -> None:
+    """Take in how a cell is seen; what was doubted until now no longer counts as longer."""
+    known = trial.ground.known
+    if 0 < known[row, col] < _BLOCKED:
+        trial.ground.factor[row, col] = 1.0
+    if known[row, col] == _BLOCKED and not occupied:
+        trial.flood.ends[:] = 0
+    known[row, col] = _BLOCKED if occupied else 0
+    trial.seen[row, col] = True
+
+
+def take_in_cells(trial: TrialState, row: int, col: int, cells: CellMap) -> None:
+    """Take a wide local grid into the map of a trial, -1 where it shows nothing; compiled."""
+    top, left = row - cells.shape[0] // 2, col - cells.shape[1] // 2
+    for r in range(max(top, 0), min(top + cells.shape[0], trial.seen.shape[0])):
+        for c in range(max(left, 0), min(left + cells.shape[1], trial.seen.shape[1])):
+            if cells[r - top, c - left] != _UNKNOWN:
+                take_in_cell(trial, r, c, cells[r - top, c - left] == _BLOCKED)
+    take_in_cell(trial, row, col, False)
+
+
+def rehearsed_step(
+    row: int, col: int, field_heading: int, trial: TrialState, options: Options,
+) -> int:
+    """
+    Return the step of least cost to go, mended around the robot; -1: no way is left.
+
+    Before that every wall that this trial has not seen itself is doubted, so that the robot goes
+    and looks. Then only what it sees can leave no way.
+    """
+    rehearse_locally(trial.ground, trial.cost, row, col, trial.goal, options.n_backups)
+    heading = best_step(trial.ground, trial.cost, row, col, field_heading)
+    if not options.doubts or (heading >= 0 and not is_shut_off(
+            trial.ground, trial.flood, row, col, trial.goal, _LOOKED_AT * options.n_backups)):
+        return heading
+    n_doubted = doubt_unseen(trial.ground, trial.cost, trial.seen, trial.goal)
+    if n_doubted == 0:
+        return -1
+    trial.n_doubted[0] += n_doubted
+    trial.flood.ends[:] = 0
+    rehearse_locally(trial.ground, trial.cost, row, col, trial.goal, options.n_backups)
+    return best_step(trial.ground, trial.cost, row, col, field_heading)
 
 
 def choose(
@@ -167,8 +233,7 @@ def choose(
                             trial.goal[1], trial.ground.rules) >= 0):
         return field_heading, _FIELD
     if options.rehearsed:
-        rehearse_locally(trial.ground, trial.cost, row, col, trial.goal, options.n_backups)
-        heading = best_step(trial.ground, trial.cost, row, col, field_heading)
+        heading = rehearsed_step(row, col, field_heading, trial, options)
         if heading >= 0 and counts[row, col, heading] < 4 * limit:
             return heading, _DETOUR if free else _AVOID
         if heading < 0:
@@ -191,8 +256,7 @@ def decide(
     ``blocked`` and ``unknown`` are the masks of the local grid.
     """
     known, rules = trial.ground.known, trial.ground.rules
-    remember_local_grid(known, row, col, blocked, unknown)
-    mark_local_grid(trial.seen, row, col, unknown)
+    take_in(trial, row, col, blocked, unknown)
     trial.entered[row, col] += 1
     field_heading = int(trial.headings[row, col])
     allowed = allowed_steps(known, row, col, rules)
@@ -292,7 +356,7 @@ def run_trial(
             break
         if scanner.rays.shape[0]:
             look(truth, row, col, scanner.rays, scanner.shown)
-            remember_cells(trial.ground.known, trial.seen, row, col, scanner.shown)
+            take_in_cells(trial, row, col, scanner.shown)
         blocked = see(truth, row, col)
         decision = decide(row, col, blocked, 0, trial, options, rng)
         n_rows = write_decision(log, n_rows, row, col, decision, blocked, step)

@@ -14,8 +14,7 @@ import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.decision import decide, n_rewards, Options, TrialState, write_decision
-from control_field.kernels.steps import (
-    _BLOCKED, CellMap, FloatMap, is_occupied, step_allowed)
+from control_field.kernels.steps import _BLOCKED, CellMap, FloatMap, is_occupied, step_allowed
 from control_field.kernels.visibility import look, remember_cells, Scanner
 from control_field.kernels.waiting import comes_into_the_way
 

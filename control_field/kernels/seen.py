@@ -1,4 +1,4 @@
-"""What was seen in one episode; plain Python or compiled, as `kernels` says."""
+"""What the local grids of one episode show of every cell; compiled, as `kernels` says."""
 
 from typing import Final
 
@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.kernels.steps import BoolMap, CellMap
+from control_field.kernels.steps import CellMap
 
 SeenMap = npt.NDArray[np.uint8]
 
@@ -40,12 +40,3 @@ def note_cells(shown: SeenMap, top: int, left: int, cells: CellMap) -> None:
         for col in range(cells.shape[1]):
             if cells[row, col] >= 0:
                 note_cell(shown, top + row, left + col, cells[row, col] != 0)
-
-
-def mark_local_grid(seen: BoolMap, row: int, col: int, unknown: int) -> None:
-    """Mark what a 3x3 local grid shows, the robot's own cell among it, whatever is there."""
-    seen[row, col] = True
-    for heading in range(8):
-        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-        if 0 <= r < seen.shape[0] and 0 <= c < seen.shape[1] and not unknown >> heading & 1:
-            seen[r, c] = True

@@ -195,7 +195,8 @@ class GridWorld:
     def _run(self, ready: Ready, start: tuple[int, int], seed: int,
              log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
         state, parameters = ready.state, self.parameters
-        ground = state.ground._replace(known=state.ground.known.copy())
+        ground = state.ground._replace(
+            known=state.ground.known.copy(), factor=state.ground.factor.copy())
         trial = new_trial(
             ground, state.headings, state.goal, state.q.copy(), state.cost.copy())
         result: tuple[int, int, int, float, int] = compiled.run_trial(

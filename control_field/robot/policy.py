@@ -9,14 +9,14 @@ import numpy.typing as npt
 
 from control_field.headings import headings_from_vectors, STEP_COL, STEP_ROW
 from control_field.kernels.decision import (
-    decide, LOGGED, n_rewards, new_trial, Options, Transition, TrialState, write_decision,
+    decide, LOGGED, n_rewards, new_trial, Options, take_in, Transition, TrialState, write_decision,
     write_row)
-from control_field.kernels.seen import mark_local_grid
-from control_field.kernels.steps import allowed_steps, Ground, remember_local_grid, StepRules
+from control_field.kernels.steps import allowed_steps, Ground, StepRules
 from control_field.kernels.visibility import remember_cells
 from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
+from control_field.words import counted
 
 #: Backups that one decision may spend on rehearsing around the robot: about 10 ms in Python.
 N_ONLINE_BACKUPS: Final = 400
@@ -107,7 +107,7 @@ def options_of(parameters: Parameters) -> Options:
     return Options(
         parameters.profile == 'full' and parameters.rehearsal, float(parameters.effective_window),
         float(parameters.power), parameters.oscillation_limit, N_ONLINE_BACKUPS,
-        float(parameters.learning_rate), float(parameters.discount))
+        float(parameters.learning_rate), float(parameters.discount), parameters.map_memory > 0)
 
 
 def trial_on(
@@ -208,7 +208,7 @@ class TrialPolicy:
         self.field = field
         self.state = trial_on(field, known, self._parameters)._replace(
             counts=state.counts, entered=state.entered, punished=state.punished,
-            seen=state.seen)
+            seen=state.seen, n_doubted=state.n_doubted)
 
     def at_goal(self, row: int, col: int) -> bool:
         """Return whether a cell is the goal."""
@@ -254,7 +254,7 @@ class TrialPolicy:
         rows = self._publish(log[:n], unknown, stamp)
         self.n_reinforcements += n_rewards(decision)
         if decision.heading < 0:
-            return self._give_up('no way to the goal is left on the remembered map', rows)
+            return self._give_up(self._no_way(), rows)
         self.n_steps += 1
         return Choice(int(decision.heading), Kind(decision.kind), '', rows)
 
@@ -270,8 +270,17 @@ class TrialPolicy:
             Its local grid, see `remember_cells`.
 
         """
-        if self.field.grid.contains(row, col):
-            remember_cells(self.state.ground.known, self.state.seen, row, col, cells)
+        if not self.field.grid.contains(row, col):
+            return
+        state, reach = self.state, len(cells) // 2
+        around = (slice(max(row - reach, 0), row + reach + 1),
+                  slice(max(col - reach, 0), col + reach + 1))
+        before = state.ground.known[around].copy()
+        remember_cells(state.ground.known, state.seen, row, col, cells)
+        after = state.ground.known[around]
+        state.ground.factor[around][is_doubted(before) & ~is_doubted(after)] = 1.0
+        if ((before == BLOCKED) & (after == 0)).any():
+            state.flood.ends[:] = 0  # a way may have opened
 
     def taught(self, row: int, col: int, heading: int, blocked: int, unknown: int,
                stamp: float) -> npt.NDArray[np.void]:
@@ -284,8 +293,7 @@ class TrialPolicy:
             The row to publish.
 
         """
-        remember_local_grid(self.state.ground.known, row, col, blocked, unknown)
-        mark_local_grid(self.state.seen, row, col, unknown)
+        take_in(self.state, row, col, blocked, unknown)
         self.n_steps += 1
         log = self._empty_log()
         n = write_row(log, 0, Transition(row, col, heading, row + STEP_ROW[heading],
@@ -296,6 +304,22 @@ class TrialPolicy:
     def allowed(self, row: int, col: int) -> int:
         """Return the mask of the steps that local grid and remembered map allow from a cell."""
         return int(allowed_steps(self.state.ground.known, row, col, self.state.ground.rules))
+
+    @property
+    def doubt(self) -> str:
+        """Say which walls are doubted because no way was left; empty while there is one."""
+        n = int(self.state.n_doubted[0])
+        return '' if not n else (
+            f'no way is left on the remembered map: the robot doubts the {counted(n, "wall")} '
+            f'that it has not seen in this trial and goes to look')
+
+    def _no_way(self) -> str:
+        """Say why no step is left to try."""
+        n = int(self.state.n_doubted[0])
+        if not self._options.doubts:
+            return 'no way to the goal is left on the remembered map'
+        doubted = f', {counted(n, "doubted wall")} among it' if n else ''
+        return f'no way to the goal is left: this trial has seen what is closed{doubted}'
 
     @staticmethod
     def _empty_log() -> npt.NDArray[np.int32]:

@@ -10,7 +10,7 @@ from control_field.kernels.steps import allowed_steps, remember_local_grid, Step
 from control_field.local_grid import (
     BLOCKED, crop_neighbourhood, FREE, masks_from_neighbourhood, UNKNOWN)
 from oracles import allowed_from_blocked, neighbourhood_from_masks
-from strategies import knowns, masks, steady
+from strategies import knowns, masks, occupancies, steady
 
 
 @given(masks, masks)
@@ -42,7 +42,7 @@ def test_another_shape_is_refused():
         masks_from_neighbourhood(np.zeros((3, 4), np.int8))
 
 
-@given(knowns, st.integers(-3, 10), st.integers(-3, 10))
+@given(occupancies((0, 0, -1, 100)), st.integers(-3, 10), st.integers(-3, 10))
 @steady
 def test_the_crop_is_the_map_with_walls_around_it(occupancy, row, col):
     around = np.pad(occupancy, 15, constant_values=BLOCKED)

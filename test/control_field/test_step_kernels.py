@@ -8,9 +8,10 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import (
-    compiled, decision, interpolation, local_search, moving_world, repair, rollout, seen,
-    visibility, waiting)
+    compiled, decision, interpolation, last_resort, local_search, moving_world, repair, rollout,
+    seen)
 from control_field.kernels import steps as kernels
+from control_field.kernels import visibility, waiting
 from control_field.kernels.interpolation import Sums
 from control_field.kernels.steps import no_preference, StepRules
 from control_field.learning.interpolation import interpolate
@@ -19,7 +20,7 @@ from strategies import few, knowns, rules, seeds, steady
 
 BODY = StepRules(False, False, 8)
 MODULES = (
-    kernels, seen, visibility, rollout, local_search, decision, waiting, moving_world,
+    kernels, seen, visibility, rollout, local_search, last_resort, decision, waiting, moving_world,
     interpolation, repair)
 
 
@@ -83,6 +84,8 @@ def naively_allowed(known, row, col, heading, rule):
             return False
         if known[r, c] == 100 or (keep_out and known[r, c] == -1):
             return False
+        if h != heading and known[r, c] > 0:
+            return False  # no diagonal step passes beside what is doubted
     return True
 
 
