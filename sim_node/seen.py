@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from control_field.local_grid import cells_from_fine
+from control_field.local_grid import BLOCKED, cells_from_fine, UNKNOWN
 from control_field.rays import rays_within, visible_cells
 from sim_node.settings import SimSettings
 from world_maps.movers import Disc
@@ -34,6 +34,7 @@ class Seen(NamedTuple):
 
 def seen_from(
     world: World, discs: Iterable[Disc | None], row: int, col: int, settings: SimSettings,
+    tick: int = 0,
 ) -> Seen:
     """
     Return what is seen from the middle of a cell.
@@ -49,6 +50,8 @@ def seen_from(
     row, col : int
         The robot's cell.
     settings : SimSettings
+    tick : int
+        What is shown wrongly in a tick is the same however often one looks.
 
     """
     reach, k = settings.sight_cells // 2, settings.sight_subdivision
@@ -59,4 +62,8 @@ def seen_from(
         seen = visible_cells(window, rays_within(len(window) // 2, radius))
         seen[nine, nine] = window[nine, nine]
         window = seen
+    if settings.sight_flips:
+        rng = np.random.default_rng([settings.seed, tick])
+        wrong = (rng.random(window.shape) < settings.sight_flips) & (window != UNKNOWN)
+        window[wrong] = BLOCKED - window[wrong]
     return Seen(cells_from_fine(window, k), window if k > 1 else None)

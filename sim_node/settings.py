@@ -71,7 +71,11 @@ class SimSettings:
     sight_subdivision: int = parameter(
         1, 'finer cells along a side of each cell of the local grid: they show where in a cell '
         'something is; 1, 3 or 5', low=SUBDIVISIONS[0], high=SUBDIVISIONS[-1])
-    seed: int = parameter(0, 'seed of slip, noise and what moves at random', low=0, high=2**63 - 1)
+    sight_flips: float = parameter(
+        0.0, 'share of the cells it sees that are shown wrongly, at random in each tick: free as '
+        'occupied, and the other way round', low=0.0, high=0.5)
+    seed: int = parameter(
+        0, 'seed of slip, noise, wrong cells and what moves at random', low=0, high=2**63 - 1)
     frame_id: str = parameter('odom', 'frame of odometry, neighbourhood and map')
     child_frame_id: str = parameter('base_footprint', "frame of the robot's body")
     cmd_vel_timeout: float = parameter(

@@ -93,7 +93,8 @@ class Simulation:
         self._rng = np.random.default_rng(self.parameters.seed)
         self.movers.reset()
         self.contacts = Contacts()
-        self.seconds, self._last_trial, self._n_walls = 0.0, -1, 0
+        self.seconds, self._last_trial = 0.0, -1
+        self._n_ticks = self._n_walls = 0
         self._update_world()
 
     @property
@@ -225,6 +226,7 @@ class Simulation:
             v, w, seconds, Surroundings(self._clearance, discs), self._rng)
         self._command_age += seconds
         self.seconds += seconds
+        self._n_ticks += 1
         held = self.movers.advance(seconds, self._disc)
         at_mover = self.contacts.on_tick(
             (before, self._disc), discs, self.movers.discs, hit, held)
@@ -240,7 +242,8 @@ class Simulation:
         cell = self.world.grid.cell_from_world
         truth, odometry = self.robot.truth, self.robot.odometry
         return LocalGrid(*cell(odometry.x, odometry.y), *seen_from(
-            self.world, self.movers.discs, *cell(truth.x, truth.y), self.parameters))
+            self.world, self.movers.discs, *cell(truth.x, truth.y), self.parameters,
+            self._n_ticks))
 
     @property
     def _disc(self) -> Disc:

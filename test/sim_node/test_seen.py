@@ -93,3 +93,19 @@ def test_the_simulation_sees_what_moves_now():
 def test_what_it_cannot_see_by_is_refused(name, value):
     with pytest.raises(ValueError, match=name):
         replace(SimSettings(), **{name: value})
+
+
+def test_a_share_of_the_cells_is_shown_wrongly_the_same_in_a_tick_and_a_run():
+    def run():
+        simulation, shown = Simulation(world_with((3, 3)), SimSettings(sight_flips=0.1)), []
+        for _ in range(300):
+            simulation.tick(0.05)
+            shown.append(simulation.local_grid().cells)
+            np.testing.assert_array_equal(shown[-1], simulation.local_grid().cells)
+        return np.array(shown), true_window(simulation.world, (), 3, 2)
+
+    shown, truth = run()
+    wrong = shown != truth
+    assert wrong.any(axis=0).all()
+    assert 0.07 < wrong.mean() < 0.13
+    np.testing.assert_array_equal(shown, run()[0])
