@@ -251,7 +251,7 @@ class Scene:
     def for_backup(self):
         return self.q, self.known, self.transition, 0.5, 0.9, self.rules
 
-    def for_take_in(self):
+    def for_take_in_local_grid(self):
         return self.trial(), self.row, self.col, self.mask, self.mask >> 3
 
     def for_take_in_cells(self):

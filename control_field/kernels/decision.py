@@ -162,7 +162,7 @@ def backup(
     q[row, col, action] += learning_rate * (reward + discount * ahead - q[row, col, action])
 
 
-def take_in(trial: TrialState, row: int, col: int, blocked: int, unknown: int) -> None:
+def take_in_local_grid(trial: TrialState, row: int, col: int, blocked: int, unknown: int) -> None:
     """Take a 3x3 local grid into the map of a trial; what it shows is not in doubt any more."""
     take_in_cell(trial, row, col, False)
     for heading in range(8):
@@ -256,7 +256,7 @@ def decide(
     ``blocked`` and ``unknown`` are the masks of the local grid.
     """
     known, rules = trial.ground.known, trial.ground.rules
-    take_in(trial, row, col, blocked, unknown)
+    take_in_local_grid(trial, row, col, blocked, unknown)
     trial.entered[row, col] += 1
     field_heading = int(trial.headings[row, col])
     allowed = allowed_steps(known, row, col, rules)

@@ -13,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
-from control_field.kernels.decision import decide, n_rewards, Options, TrialState, write_decision
+from control_field.kernels.decision import (
+    decide, n_rewards, Options, take_in_cells, TrialState, write_decision)
 from control_field.kernels.steps import _BLOCKED, CellMap, FloatMap, is_occupied, step_allowed
-from control_field.kernels.visibility import look, remember_cells, Scanner
+from control_field.kernels.visibility import look, Scanner
 from control_field.kernels.waiting import comes_into_the_way
 
 Whole = npt.NDArray[np.int64]
@@ -310,7 +311,7 @@ def run_moving_trial(
             return 2, step, n_rows, length, n_reinforcements
         if scanner.rays.shape[0]:
             look(scene.truth, row, col, scanner.rays, scanner.shown)
-            remember_cells(trial.ground.known, trial.seen, row, col, scanner.shown)
+            take_in_cells(trial, row, col, scanner.shown)
         decision = decide(row, col, blocked, 0, trial, options, rng)
         n_rows = write_decision(log, n_rows, row, col, decision, blocked, step)
         n_reinforcements += n_rewards(decision)

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from control_field.headings import headings_from_vectors, STEP_COL, STEP_ROW
 from control_field.kernels.decision import (
-    decide, LOGGED, n_rewards, new_trial, Options, take_in, Transition, TrialState, write_decision,
-    write_row)
+    decide, LOGGED, n_rewards, new_trial, Options, take_in_local_grid, Transition, TrialState,
+    write_decision, write_row)
 from control_field.kernels.steps import allowed_steps, Ground, StepRules
 from control_field.kernels.visibility import remember_cells
 from control_field.local_grid import BLOCKED
@@ -293,7 +293,7 @@ class TrialPolicy:
             The row to publish.
 
         """
-        take_in(self.state, row, col, blocked, unknown)
+        take_in_local_grid(self.state, row, col, blocked, unknown)
         self.n_steps += 1
         log = self._empty_log()
         n = write_row(log, 0, Transition(row, col, heading, row + STEP_ROW[heading],
