@@ -7,101 +7,27 @@ are moved in MovingAI maps too. Each row says what was asked for.
 
 import argparse
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from benchmarks.changing_mazes import MAZES, RUNNERS
+from benchmarks.changing_tasks import (
+    blocking_tasks, doors_tasks, HELD_OUT, held_out_tasks, moved_tasks, N_AFTER, N_EACH, N_SHUT,
+    N_TURNS, obstacle_tasks, sealed_tasks, shortcut_tasks)
 from benchmarks.evaluation_tables import write_section
-from benchmarks.how_good import DOC, median, Target, tasks_on
+from benchmarks.how_good import at, DOC, median, Target, tasks_on
 from benchmarks.own_tasks import own_tasks, Tasks
-from control_field.grid import Grid
-from control_field.learning.grid_world import GridWorld
-from control_field.parameters import Parameters
-from experience_evaluation.changing_worlds import (
-    BLOCKING, moved_obstacles, SHORTCUT, WALL_ROW, WALLED_SIZE, walled_world, with_block)
-from experience_evaluation.experiment import Change, Experiment, LearningCurve, Row
-from experience_evaluation.teachers import demonstration_from_path, detour_path
-from experience_evaluation.workers import run_all
-from experience_evaluation.worlds import Occupancy
+from experience_evaluation.experiment import LearningCurve, Row
+from experience_evaluation.workers import run, run_all
 
-#: Trials before the first change, which show (nearly) all there is, and after the last one.
-N_BEFORE: Final = 10
-N_AFTER: Final = 10
-#: How long a way stays shut that opens again, [trials].
-N_SHUT: Final = 3
-#: How far what stands on the shown way reaches to every side, [cells].
-BLOCK_REACH: Final = 1
+#: Runs of the mazes of Sutton and Barto.
+N_RUNS: Final = 30
 #: Worlds in which obstacles are moved: of our own, and by the name of a map.
 MOVED: Final = ('random, 10 %, 32 x 32', 'rooms of 3, 32 x 32', 'maze of width 4, 32 x 32')
 MOVED_MAPS: Final = ('random-32-32-10', 'room-32-32-4', 'maze-32-32-4')
-
-
-def walled_tasks(n_seeds: int, first: Sequence[int], *changes: tuple[int, Sequence[int]],
-                 least_col: int = 0, margin: int = 2, **options: object) -> Tasks:
-    """
-    Return an experiment a seed on a square with a wall across it.
-
-    Parameters
-    ----------
-    n_seeds : int
-    first : sequence of int
-        Columns of the gaps at first.
-    *changes : tuple of (int, sequence of int)
-        Numbers of trials, and the gaps after them.
-    least_col : int
-        Start and goal are drawn from this column on, on either side of the wall.
-    margin : int, [cells]
-        How far from the wall they are at least.
-    options : object
-        More of the experiment.
-
-    """
-    tasks = []
-    for seed in range(n_seeds):
-        rng = np.random.default_rng(seed)
-        start = int(rng.integers(WALL_ROW - margin)), int(rng.integers(least_col, WALLED_SIZE))
-        goal = (int(rng.integers(WALL_ROW + margin, WALLED_SIZE)),
-                int(rng.integers(least_col, WALLED_SIZE)))
-        experiment = Experiment(
-            Grid(WALLED_SIZE, WALLED_SIZE, 1.0), walled_world(*first), goal, [start],
-            (changes[-1][0] if changes else 0) + N_AFTER,
-            changes=tuple(Change(after, walled_world(*gaps)) for after, gaps in changes))
-        tasks.append((replace(experiment, **options), seed))  # type: ignore[arg-type]
-    return tasks
-
-
-def obstacle_tasks(n_seeds: int, spread: bool) -> Tasks:
-    """
-    Return an experiment a seed in which something stands on the shown way for some trials.
-
-    It is so large that nobody who goes round it sees its middle.
-    """
-    tasks = []
-    for experiment, seed in walled_tasks(n_seeds, range(WALLED_SIZE), margin=5, spread=spread):
-        world = GridWorld(experiment.occupancy, experiment.parameters)
-        path = detour_path(world, experiment.demo_starts[0], experiment.goal,
-                             np.random.default_rng(seed))
-        blocked = with_block(experiment.occupancy, path[len(path) // 2], BLOCK_REACH)
-        tasks.append((replace(
-            experiment, demonstrations=(demonstration_from_path(world, path, 1),),
-            n_trials=N_BEFORE + N_SHUT + N_AFTER,
-            changes=(Change(N_BEFORE, blocked),
-                     Change(N_BEFORE + N_SHUT, experiment.occupancy))), seed))
-    return tasks
-
-
-def moved_tasks(tasks: Tasks) -> Tasks:
-    """Return the tasks with a tenth of the obstacles moved after some trials."""
-    def moved(experiment: Experiment, seed: int) -> Occupancy:
-        return moved_obstacles(experiment.occupancy, 0.1, np.random.default_rng([seed, 1]),
-                               experiment.goal, experiment.demo_starts[0])
-
-    return [(replace(experiment, n_trials=N_BEFORE + N_AFTER,
-                     changes=(Change(N_BEFORE, moved(experiment, seed)),)), seed)
-            for experiment, seed in tasks]
 
 
 def rows_since(curve: LearningCurve, change: int, n: int) -> list[Row]:
@@ -134,8 +60,7 @@ def collided(name: str, curves: Sequence[LearningCurve]) -> Target:
 def blocking_rows(n_seeds: int, n_jobs: int) -> list[Target]:
     """Measure the blocking maze: the gap shuts, and another opens that was a wall."""
     name = 'blocking maze, spread starts'
-    curves = run_all(
-        walled_tasks(n_seeds, BLOCKING[0], (N_BEFORE, BLOCKING[1])), n_jobs, name)
+    curves = run_all(blocking_tasks(n_seeds), n_jobs, name)
     return [
         median(f'{name}, success, worst trial after the change', worst_of(curves, 0, 'success'),
                0.99),
@@ -146,16 +71,12 @@ def blocking_rows(n_seeds: int, n_jobs: int) -> list[Target]:
 
 def shortcut_rows(n_seeds: int, n_jobs: int) -> list[Target]:
     """Measure the shortcut maze: a gap opens where start and goal are."""
-    change = (N_BEFORE, SHORTCUT[1])
     rows = []
     for name, n, must, options in (
-            ('spread starts', 5, 0.95, {}),
-            ('fixed starts, prefer_shorter', 10, 0.90,
-             {'spread': False, 'parameters': Parameters(prefer_shorter=True)}),
-            ('spread starts, prefer_shorter', 5, float('nan'),
-             {'parameters': Parameters(prefer_shorter=True)})):
-        curves = run_all(walled_tasks(n_seeds, SHORTCUT[0], change, least_col=13, **options),
-                         n_jobs, name)
+            ('spread starts', 5, 0.95, (True, False)),
+            ('fixed starts, prefer_shorter', 10, 0.90, (False, True)),
+            ('spread starts, prefer_shorter', 5, float('nan'), (True, True))):
+        curves = run_all(shortcut_tasks(n_seeds, *options), n_jobs, name)
         rows += [median(f'shortcut maze, {name}, SPL of the field after {n} trials',
                         after(curves, 0, 'field_success_spl', n), must)]
     return rows
@@ -166,9 +87,7 @@ def sealed_rows(n_seeds: int, n_jobs: int) -> list[Target]:
     rows = []
     for name, spread in (('spread', True), ('fixed', False)):
         what = f'all shut for {N_SHUT} trials, then open, {name} starts'
-        curves = run_all(walled_tasks(
-            n_seeds, BLOCKING[0], (N_BEFORE, ()), (N_BEFORE + N_SHUT, BLOCKING[0]),
-            spread=spread), n_jobs, what)
+        curves = run_all(sealed_tasks(n_seeds, spread), n_jobs, what)
         rows += [median(f'{what}, success in the first trial', after(curves, 1, 'success', 0),
                         0.99), collided(what, curves)]
     return rows
@@ -205,6 +124,51 @@ def moved_rows(
         collided(what, curves)]
 
 
+def doors_rows(n_seeds: int, n_jobs: int) -> list[Target]:
+    """Measure rooms of which a third of the doors is shut, every few trials others."""
+    what = 'doors shut and open'
+    curves = run_all(doors_tasks(n_seeds), n_jobs, what)
+    turns = range(N_TURNS)
+    first, last = ([after(curves, turn, metric, n) for turn in turns]
+                   for metric, n in (('success', 0), ('field_success', N_EACH)))
+    return [
+        median(f'{what}, success in the first trial after a change, worst change',
+               min(first, key=np.median), 0.99),
+        median(f'{what}, field_success after {N_EACH} trials, worst change',
+               min(last, key=np.median), float('nan')), collided(what, curves)]
+
+
+def sight_rows(n_seeds: int, n_jobs: int) -> list[Target]:
+    """Measure what seeing farther is worth, on kinds of worlds that nothing was tuned on."""
+    rows = []
+    for name in HELD_OUT:
+        for sight, must in ((3, float('nan')), (15, 0.95)):
+            curves = run_all(held_out_tasks(name, sight, n_seeds), n_jobs, name)
+            rows.append(median(f'{name}, 32 x 32, sight {sight} x {sight}, field_success after 3 '
+                               f'trials', at(curves, 3, 'field_success'), must))
+    return rows
+
+
+def maze_rows(n_jobs: int) -> list[Target]:
+    """Measure the mazes of Sutton and Barto: how often the goal was reached, of N_RUNS runs."""
+    keys = [(name, who, seed) for name in MAZES for who in RUNNERS for seed in range(N_RUNS)]
+    reached = dict(run(_reached, keys, n_jobs, print))
+    rows = []
+    for name, maze in MAZES.items():
+        for who in RUNNERS:
+            values = [reached[index] for index, key in enumerate(keys) if key[:2] == (name, who)]
+            rows.append(Target(
+                f'Sutton and Barto, {name}, {who}, goals reached, mean of {N_RUNS} runs',
+                float(np.mean(values)), maze.must if who == 'ours' else float('nan'),
+                spread=f'{min(values)} to {max(values)}, standard deviation '
+                       f'{np.std(values):.1f}'))
+    return rows
+
+
+def _reached(name: str, who: str, seed: int) -> int:
+    return int(RUNNERS[who](MAZES[name], seed)[-1])
+
+
 Measure = Callable[[int, int], list[Target]]
 
 
@@ -212,7 +176,8 @@ def measures_of(folder: Path | None) -> dict[str, Measure]:
     """Return what is measured, by name: callables of the number of seeds and of jobs."""
     measures: dict[str, Measure] = {
         'blocking': blocking_rows, 'shortcut': shortcut_rows, 'sealed': sealed_rows,
-        'obstacle': obstacle_rows}
+        'obstacle': obstacle_rows, 'doors': doors_rows, 'sight': sight_rows,
+        'mazes of the book': lambda n_seeds, n_jobs: maze_rows(n_jobs)}
     for name in MOVED:
         measures[f'moved, {name}'] = partial(moved_rows, name, partial(own_tasks, name))
     for path in () if folder is None else (folder / f'{name}.map' for name in MOVED_MAPS):
