@@ -138,7 +138,7 @@ def doors_rows(n_seeds: int, n_jobs: int) -> list[Target]:
                min(last, key=np.median), float('nan')), collided(what, curves)]
 
 
-def sight_rows(n_seeds: int, n_jobs: int) -> list[Target]:
+def held_out_rows(n_seeds: int, n_jobs: int) -> list[Target]:
     """Measure what seeing farther is worth, on kinds of worlds that nothing was tuned on."""
     rows = []
     for name in HELD_OUT:
@@ -176,7 +176,7 @@ def measures_of(folder: Path | None) -> dict[str, Measure]:
     """Return what is measured, by name: callables of the number of seeds and of jobs."""
     measures: dict[str, Measure] = {
         'blocking': blocking_rows, 'shortcut': shortcut_rows, 'sealed': sealed_rows,
-        'obstacle': obstacle_rows, 'doors': doors_rows, 'sight': sight_rows,
+        'obstacle': obstacle_rows, 'doors': doors_rows, 'sight': held_out_rows,
         'mazes of the book': lambda n_seeds, n_jobs: maze_rows(n_jobs)}
     for name in MOVED:
         measures[f'moved, {name}'] = partial(moved_rows, name, partial(own_tasks, name))
