@@ -32,6 +32,7 @@ def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
         namespace.update({k: v for k, v in vars(module).items() if k not in compiled})
         for name, function in list(vars(module).items()):
             if isinstance(function, types.FunctionType) and function.__module__ == module.__name__:
+                assert name not in compiled, f'two kernels are called {name}'
                 source = _INSTEAD.get(name, function)
                 rebound = types.FunctionType(source.__code__, namespace, name,
                                              function.__defaults__)

@@ -14,7 +14,7 @@ from learner_node.settings import Settings
 from ros_helpers import ROOT
 
 LAUNCH = ROOT / 'launch/demo.launch.py'
-TOPICS = {'map', 'neighbourhood', 'markers', 'control_field', 'prototypes', 'odom'}
+TOPICS = {'map', 'neighbourhood', 'markers', 'movers', 'control_field', 'prototypes', 'odom'}
 
 
 def strings_of_calls(function):
