@@ -281,6 +281,7 @@ def _side_json(side: Side) -> dict[str, Any]:
         'basin': certificate.basin if judged else None,
         'proven': certificate.proven if judged else None, 'sinks': certificate.sinks.tolist(),
         'fidelity': None if math.isnan(certificate.fidelity) else certificate.fidelity,
+        'doubted': certificate.doubted.tolist(), 'leaning': certificate.leaning,
         'known_cells': int((side.field.known >= 0).sum())}
 
 

@@ -83,6 +83,9 @@ def certificate_values(refresh: Refresh) -> dict[str, str]:
         'coherence_min': f'{certificate.coherence_min:.4f}',
         'known_free_cells': str(certificate.n_free), 'reachable': str(certificate.n_reachable),
         'sinks': ' '.join(f'({row},{col})' for row, col in certificate.sinks.tolist()),
+        'confirmed': f'{certificate.confirmed:.4f}', 'oldest': str(certificate.oldest),
+        'doubted': ' '.join(f'({row},{col})' for row, col in certificate.doubted.tolist()),
+        'leaning': f'{certificate.leaning:.4f}',
         'pushed': str(refresh.pushed).lower(), 'not_pushed_because': refresh.reason}
 
 

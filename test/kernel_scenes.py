@@ -196,6 +196,9 @@ class Scene:
     def for_flow_lengths(self):
         return self.known, self.headings, *self.goal, self.rules
 
+    def for_most_ahead(self):
+        return self.headings, self.state, self.entered, *self.goal
+
     def for_n_crossing(self):
         return self.headings, self.state, *self.goal
 

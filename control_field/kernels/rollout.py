@@ -4,7 +4,7 @@ import numpy as np
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.steps import (
-    best_step, BoolMap, CellMap, FloatMap, Ground, is_occupied, step_allowed, StepRules)
+    best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, is_occupied, step_allowed, StepRules)
 
 
 def flow_reaches(
@@ -159,6 +159,40 @@ def flow_lengths(
             if np.isnan(length[first_row, first_col]):
                 length[first_row, first_col] = np.inf
     return length
+
+
+def most_ahead(
+    headings: CellMap, state: CellMap, value: IntMap, goal_row: int, goal_col: int,
+) -> IntMap:
+    """
+    Return the greatest value on the flow home from each cell, its own and the goal's among them.
+
+    Parameters
+    ----------
+    state : ndarray of int8
+        Of `flow_basin`; other cells than those of 1 keep their own value.
+    value : ndarray of int32, shape (n_rows, n_cols)
+
+    """
+    rows, cols = headings.shape
+    most = value.copy()
+    is_done = np.zeros((rows, cols), dtype=np.bool_)
+    is_done[goal_row, goal_col] = True
+    path = np.empty((rows * cols, 2), dtype=np.int64)
+    for first_row in range(rows):
+        for first_col in range(cols):
+            n, row, col = 0, first_row, first_col
+            while state[row, col] == 1 and not is_done[row, col]:
+                path[n, 0], path[n, 1] = row, col
+                n += 1
+                heading = headings[row, col]
+                row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+            for i in range(n - 1, -1, -1):
+                r, c = path[i, 0], path[i, 1]
+                most[r, c] = max(most[r, c], most[row, col])
+                is_done[r, c] = True
+                row, col = r, c
+    return most
 
 
 def n_crossing(headings: CellMap, state: CellMap, goal_row: int, goal_col: int) -> FloatMap:

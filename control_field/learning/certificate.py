@@ -1,6 +1,9 @@
 """What a field is worth, checked exhaustively on the grid."""
 
+import dataclasses
 from dataclasses import dataclass
+import math
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +12,13 @@ from control_field.headings import headings_from_vectors
 from control_field.kernels import compiled
 from control_field.kernels.steps import no_preference, plain_ground, StepRules
 from control_field.records import ControlField
+from control_field.robot.policy import is_doubted
 from control_field.words import counted
+
+#: Ground seen in so many episodes, the last ones, counts as confirmed.
+RECENT: Final = 10
+#: Age of ground that was never seen, [episodes].
+NEVER: Final = 2**31 - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +46,16 @@ class Certificate:
         Known free cells from which the remembered map allows a way to the goal.
     coherence_min : float
         Least coherence over them.
+    confirmed : float
+        Share of the basin whose whole way home was seen in the last `RECENT` episodes; NaN where
+        nobody says when it was seen.
+    oldest : int, [episodes]
+        How long ago the ground was seen that was not seen for longest of all that the basin
+        stands on; `NEVER` if some of it never was, -1 where nobody says.
+    doubted : ndarray of int32, shape (k, 2)
+        Cells ``(row, col)`` in doubt: occupied when they were seen last, which is a while ago.
+    leaning : float
+        Share of the basin whose way home leads through such cells: it has no other.
 
     """
 
@@ -48,6 +67,11 @@ class Certificate:
     n_free: int
     n_reachable: int
     coherence_min: float
+    confirmed: float = float('nan')
+    oldest: int = -1
+    doubted: npt.NDArray[np.int32] = dataclasses.field(
+        default_factory=lambda: np.zeros((0, 2), dtype=np.int32))
+    leaning: float = 0.0
 
     @property
     def n_reached(self) -> int:
@@ -63,6 +87,9 @@ class Certificate:
         if self.n_reached == n:
             which = 'the only place' if n == 1 else f'all {n} places'
         rest = f' There is no way to it from {cut_off} more.' if cut_off else ''
+        if self.leaning:
+            rest = (f' From {round(self.leaning * self.n_reached)} of them only if what is in '
+                    f'doubt is no longer in the way.{rest}')
         return f'From {which} seen so far the robot gets to the goal.{rest}'
 
     def numbers(self) -> str:
@@ -70,7 +97,16 @@ class Certificate:
         return (f'basin {self.basin:.1%} of {counted(self.n_reachable, "known free cell")} '
                 f'({self.proven:.1%} over seen ground only), {counted(len(self.sinks), "sink")}, '
                 f'fidelity {self.fidelity:.1%}, {counted(self.n_prototypes, "prototype")}, '
-                f'coherence at least {self.coherence_min:.2f}')
+                f'coherence at least {self.coherence_min:.2f}{self._age()}')
+
+    def _age(self) -> str:
+        """Return how old the ground is, and what is in doubt, in numbers."""
+        text = ('' if math.isnan(self.confirmed) else
+                f', {self.confirmed:.1%} of the basin seen in the last {RECENT} episodes')
+        if len(self.doubted):
+            text += (f', {counted(len(self.doubted), "cell")} in doubt ({self.leaning:.1%} of the '
+                     f'basin lean on them)')
+        return text
 
 
 def fidelity_of(
@@ -97,7 +133,7 @@ def fidelity_of(
 def certify(
     field: ControlField, demonstrated: npt.NDArray[np.int8], n_prototypes: int, rules: StepRules,
     reachable: npt.NDArray[np.bool_] | None = None,
-    planned: npt.NDArray[np.int8] | None = None,
+    planned: npt.NDArray[np.int8] | None = None, age: npt.NDArray[np.int32] | None = None,
 ) -> Certificate:
     """
     Check a field from every cell of its own remembered map.
@@ -113,6 +149,8 @@ def certify(
         Cells with a way to the goal, if the caller knows them already.
     planned : ndarray of int8, shape (n_rows, n_cols), optional
         The remembered map with doubted walls as walls, where the field was to keep around them.
+    age : ndarray of int32, shape (n_rows, n_cols), optional
+        How many episodes ago each cell was seen last, -1 where it never was.
 
     """
     planned = field.known if planned is None else planned
@@ -127,7 +165,7 @@ def certify(
     proven = compiled.flow_basin(
         planned, headings, *field.goal, rules._replace(unknown_is_blocked=True))
     at_end = compiled.flow_ends(planned, headings, state, judged, rules)
-    away = judged.copy()
+    away, home = judged.copy(), judged & (state == 1)
     away[field.goal] = False
     return Certificate(
         basin=float((state[judged] == 1).mean()) if n else 0.0,
@@ -135,4 +173,22 @@ def certify(
         sinks=np.argwhere(at_end).astype(np.int32),
         fidelity=fidelity_of(headings, demonstrated, planned, rules),
         n_prototypes=n_prototypes, n_free=int((field.known == 0).sum()), n_reachable=n,
-        coherence_min=float(field.coherence[away].min()) if away.any() else 0.0)
+        coherence_min=float(field.coherence[away].min()) if away.any() else 0.0,
+        **_evidence(field, headings, state, home, age))
+
+
+def _evidence(
+    field: ControlField, headings: npt.NDArray[np.int8], state: npt.NDArray[np.int8],
+    home: npt.NDArray[np.bool_], age: npt.NDArray[np.int32] | None,
+) -> dict[str, Any]:
+    """Return what the certificate says of the age of the ground, and of what is in doubt."""
+    doubted = is_doubted(field.known)
+    found: dict[str, Any] = {'doubted': np.argwhere(doubted).astype(np.int32)}
+    if doubted.any() and home.any():
+        leans = compiled.most_ahead(headings, state, doubted.astype(np.int32), *field.goal)
+        found['leaning'] = float(leans[home].mean())
+    if age is not None and home.any():
+        since = np.where(age < 0, NEVER, age).astype(np.int32)
+        oldest = compiled.most_ahead(headings, state, since, *field.goal)[home]
+        found['oldest'], found['confirmed'] = int(oldest.max()), float((oldest < RECENT).mean())
+    return found

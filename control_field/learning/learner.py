@@ -129,7 +129,8 @@ class Learner:
 
     def _certify(self, composition: Composition) -> Certificate:
         return certify(composition.field, self.memory.demonstrated, len(composition.prototypes),
-                       rules_of(self.parameters), composition.reachable, composition.planned)
+                       rules_of(self.parameters), composition.reachable, composition.planned,
+                       self.memory.evidence.age)
 
     def explores(self, spread: bool) -> bool:
         """

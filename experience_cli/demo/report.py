@@ -127,7 +127,8 @@ class TaskReport:
             'certificate': {
                 'basin': certificate.basin, 'proven': certificate.proven,
                 'sinks': certificate.sinks.tolist(), 'fidelity': certificate.fidelity,
-                'prototypes': certificate.n_prototypes}}
+                'prototypes': certificate.n_prototypes, 'confirmed': certificate.confirmed,
+                'doubted': certificate.doubted.tolist(), 'leaning': certificate.leaning}}
 
     def problems(self) -> Iterator[str]:
         """Yield a sentence for each way in which it falls short of the paper's result."""
