@@ -1,4 +1,4 @@
-"""The 3x3 neighbourhood of a real robot: from its newest scan or costmap and its poses."""
+"""The neighbourhood of a real robot: from its newest scan or costmap and its poses."""
 
 from bisect import bisect_left
 from collections import deque
@@ -7,15 +7,15 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from control_field.local_grid import FREE, UNKNOWN
+from control_field.local_grid import cells_from_fine, FREE, UNKNOWN
 from control_field.poses import Placement
 from msgs_bridge.messages.neighbourhoods import Neighbourhood, occupancy_from_map
 from msgs_bridge.messages.poses import (
     check_frame, FRAME_OWNERS, Pose, pose_from_odometry, seconds_from_stamp)
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.local_grid_from_costmap import neighbourhood_from_costmap
-from msgs_bridge.sensing.local_grid_from_scan import (
-    bounded, neighbourhood_from_scan, scan_from_message)
+from msgs_bridge.sensing.local_grid_from_scan import bounded, neighbourhood_from_scan
+from msgs_bridge.sensing.scan import scan_from_message
 from neighbourhood_node.settings import NeighbourhoodSettings
 
 #: Poses that are remembered: scans come later than the odometry of their time.
@@ -116,7 +116,11 @@ class NeighbourhoodMaker:
         if not self.grid.contains(*cell):
             raise ValueError(f'odom: the robot is outside the workspace of {self.grid.n_rows} x '
                              f'{self.grid.n_cols} cells, at ({pose.x:.2f}, {pose.y:.2f}) m')
-        return Neighbourhood(pose.stamp, *cell, self._cells(cell, pose), self.grid.frame_id)
+        cells, k = self._cells(cell, pose), self.settings.sight_subdivision
+        if k == 1:
+            return Neighbourhood(pose.stamp, *cell, cells, self.grid.frame_id)
+        return Neighbourhood(
+            pose.stamp, *cell, cells_from_fine(cells, k), self.grid.frame_id, cells)
 
     def problem(self, now: float) -> str:
         """Return why nothing is known at a time, empty if something is."""
@@ -136,7 +140,9 @@ class NeighbourhoodMaker:
 
     def _cells(self, cell: tuple[int, int], pose: Pose) -> Cells:
         if self.problem(pose.stamp):
-            return bounded(np.full((3, 3), UNKNOWN, dtype=np.int8), cell, self.grid)
+            n, k = self.settings.sight_cells, self.settings.sight_subdivision
+            nothing = bounded(np.full((n, n), UNKNOWN, dtype=np.int8), cell, self.grid)
+            return nothing.repeat(k, axis=0).repeat(k, axis=1)
         # A scan may come before the odometry of its time: then its pose is known better later.
         then = self._poses.nearest(self._stamp) if self.settings.source == 'scan' else None
         made_of = cell, then, self.settings, self.laser
@@ -150,10 +156,11 @@ class NeighbourhoodMaker:
             costmap, values = self._read
             return neighbourhood_from_costmap(
                 costmap, values, cell, grid, lethal=settings.lethal_threshold,
-                radius=settings.robot_radius, seen_share=settings.seen_share)
+                radius=settings.robot_radius, seen_share=settings.seen_share,
+                extent=settings.extent)
         return neighbourhood_from_scan(
             self._read, Placement(then.x, then.y, then.yaw), self.laser, cell, grid,
-            settings.body)
+            settings.body, settings.extent)
 
 
 def without_robot(cells: Cells) -> Cells:
@@ -161,9 +168,11 @@ def without_robot(cells: Cells) -> Cells:
     Return a neighbourhood whose middle is not blocked, as the robot stands there.
 
     Walls beside it and inflation reach into that cell at this width. A blocked middle would say
-    that something has come in, and keep the robot standing.
+    that something has come in, and keep the robot standing. Of finer cells it is the one in the
+    middle that is not blocked.
     """
-    if cells[1, 1] not in (FREE, UNKNOWN):
+    middle = len(cells) // 2
+    if cells[middle, middle] not in (FREE, UNKNOWN):
         cells = cells.copy()
-        cells[1, 1] = FREE
+        cells[middle, middle] = FREE
     return cells

@@ -30,7 +30,7 @@ _DIAGNOSTICS_PERIOD: Final = 1.0
 _SILENCE: Final = 2.0
 
 PROGRAM: Final = Program(
-    'neighbourhood_node', 'makes the 3x3 local grid of a robot from its laser scan or a costmap.',
+    'neighbourhood_node', 'makes the local grid of a robot from its laser scan or a costmap.',
     '-p source:=costmap -r costmap:=local_costmap/costmap', names_of(NeighbourhoodSettings))
 
 #: Number of costmaps recognised when they come through another subscription.

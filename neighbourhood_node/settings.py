@@ -5,9 +5,10 @@ import math
 from typing import Final
 
 from control_field.grid import Grid
+from control_field.local_grid import is_local_grid_size, MAX_SIDE, SUBDIVISIONS
 from control_field.parameters import check_fields, parameter
 from msgs_bridge.sensing.laser_mount import Mount
-from msgs_bridge.sensing.local_grid_from_scan import Body
+from msgs_bridge.sensing.local_grid_from_scan import Body, Extent
 
 #: Settings that topics and cells are made from: they hold from start to end.
 FIXED: Final = ('source', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y')
@@ -41,6 +42,15 @@ class NeighbourhoodSettings:
     timeout: float = parameter(
         0.5, 'age of scan or costmap, by its stamp, from which nothing is known', unit='s',
         low=0.05, high=60.0)
+    sight_cells: int = parameter(
+        3, 'side of the neighbourhood, odd; from 5 on what is seen farther away is remembered, '
+        'while decisions go by the 3 x 3 in its middle', unit='cells', low=3, high=MAX_SIDE)
+    sight_range: float = parameter(
+        0.0, 'what lies farther away is not looked at, but for the cells around the robot; 0: as '
+        'far as scan or costmap show anything', unit='m', low=0.0, high=1000.0)
+    sight_subdivision: int = parameter(
+        1, 'finer cells along a side of each cell of the neighbourhood: they show where in a cell '
+        'something is; 1, 3 or 5', low=SUBDIVISIONS[0], high=SUBDIVISIONS[-1])
     robot_radius: float = parameter(0.105, 'radius of the body', unit='m', low=0.0, high=2.0)
     seen_share: float = parameter(
         0.5, 'share of a cell that must be seen before it is called free', low=0.01, high=1.0)
@@ -76,6 +86,10 @@ class NeighbourhoodSettings:
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
         check_fields(self)
+        if not is_local_grid_size(self.sight_cells):
+            raise ValueError(f'sight_cells is {self.sight_cells}, must be odd')
+        if self.sight_subdivision not in SUBDIVISIONS:
+            raise ValueError(f'sight_subdivision is {self.sight_subdivision}, must be 1, 3 or 5')
         if self.laser.problem:
             raise ValueError(f'laser_roll and laser_pitch: {self.laser.problem}')
 
@@ -90,6 +104,11 @@ class NeighbourhoodSettings:
         """Return where the laser sits on the robot."""
         return Mount(self.laser_x, self.laser_y, self.laser_yaw, self.laser_z, self.laser_roll,
                      self.laser_pitch)
+
+    @property
+    def extent(self) -> Extent:
+        """Return how much a neighbourhood shows."""
+        return Extent(self.sight_cells, self.sight_subdivision, self.sight_range or math.inf)
 
     @property
     def body(self) -> Body:

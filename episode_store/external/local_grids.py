@@ -16,8 +16,8 @@ from episode_store.rosbag2.reader import RawMessages
 from msgs_bridge.messages.cdr import LASER_SCAN, struct_from_cdr
 from msgs_bridge.messages.cdr_write import neighbourhood_to_cdr
 from msgs_bridge.sensing.laser_mount import Mount
-from msgs_bridge.sensing.local_grid_from_scan import (
-    Body, bounded, neighbourhood_from_scan, Scan, scan_from_message)
+from msgs_bridge.sensing.local_grid_from_scan import Body, bounded, neighbourhood_from_scan
+from msgs_bridge.sensing.scan import Scan, scan_from_message
 
 #: Age from which a scan tells nothing any more, [s]; that of `neighbourhood_node`.
 _TIMEOUT: Final = 0.5

@@ -1,15 +1,16 @@
-"""The 3x3 neighbourhood from a larger OccupancyGrid, such as Nav2's local costmap."""
+"""The neighbourhood from a larger OccupancyGrid, such as Nav2's local costmap."""
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.local_grid import BLOCKED, FREE, UNKNOWN
+from control_field.rays import rays_within, visible_cells
 from msgs_bridge.messages.poses import check_frame
-from msgs_bridge.sensing.local_grid_from_scan import bounded, corner_of
+from msgs_bridge.sensing.local_grid_from_scan import bounded, corner_of, Extent, NINE
 
 #: How much of a costmap's cell may lie over an edge before it counts on the other side.
 _OVERLAP: Final = 1e-3
@@ -17,13 +18,16 @@ _OVERLAP: Final = 1e-3
 
 def neighbourhood_from_costmap(
     costmap: Grid, values: npt.NDArray[np.int8], cell: tuple[int, int], grid: Grid, *,
-    lethal: int = 65, radius: float = 0.0, seen_share: float = 0.5, name: str = 'costmap',
+    lethal: int = 65, radius: float = 0.0, seen_share: float = 0.5, extent: Extent = NINE,
+    name: str = 'costmap',
 ) -> npt.NDArray[np.int8]:
     """
-    Return what a costmap shows of a cell and the eight around it.
+    Return what a costmap shows of a cell and those around it.
 
     A cell is blocked when one of the costmap's cells is lethal that overlaps it, or that the
     robot's disc would touch on the cell's centre; free when enough of it is known; else unknown.
+    Beyond the nine in the middle, which are the same for every extent, what lies behind something
+    is unknown, for many a costmap is free where nobody has looked.
 
     Parameters
     ----------
@@ -42,8 +46,14 @@ def neighbourhood_from_costmap(
         Of the robot's disc; 0 where the costmap is inflated and ``lethal`` is below 100.
     seen_share : float, 0 to 1
         Share of a cell that must be known before it is called free.
+    extent : Extent
+        How much to look at.
     name : str
         What an error calls it.
+
+    Returns
+    -------
+    ndarray of int8, shape (n * k, n * k)
 
     Raises
     ------
@@ -54,55 +64,86 @@ def neighbourhood_from_costmap(
     check_frame(costmap.frame_id, grid.frame_id, name)
     if values.shape != costmap.shape:
         raise ValueError(f'{name}: shape is {values.shape}, must be {costmap.shape}')
-    cells = np.full((3, 3), UNKNOWN, dtype=np.int8)
-    low_x, low_y = corner_of(cell, grid)
-    for row in range(3):
-        for col in range(3):
-            x, y = low_x + col * grid.resolution, low_y + row * grid.resolution
-            cells[row, col] = _state(costmap, values, x, y, grid.resolution, lethal, radius,
-                                     seen_share)
-    return bounded(cells, cell, grid)
+    n, k = extent.n, extent.k
+    squares = _Squares(*corner_of(cell, grid, n), grid.resolution / k, n * k)
+    # A disc on the centre of a cell is what one on the centre of its middle finer cell is.
+    cells = squares.states(costmap, values, lethal, 0.0 if k > 1 else radius, seen_share)
+    if k > 1 and radius > 0.0:
+        middles = _Squares(squares.x, squares.y, grid.resolution, n)
+        cells[k // 2::k, k // 2::k][middles.touched(costmap, values, lethal, radius)] = BLOCKED
+    cells = _bounded(cells, cell, grid, k)
+    if n > 3:
+        nine = slice((n // 2 - 1) * k, (n // 2 + 2) * k)
+        seen = visible_cells(cells, rays_within(n * k // 2, extent.radius / squares.side))
+        seen[nine, nine] = cells[nine, nine]
+        cells = seen
+    return cells
 
 
-def _state(
-    costmap: Grid, values: npt.NDArray[np.int8], x: float, y: float, side: float, lethal: int,
-    radius: float, seen_share: float,
-) -> int:
-    """Return the state of the square whose lower left corner is ``(x, y)``."""
-    reach = max(radius, side / 2.0)
-    rows, low_y, high_y = _spans(y + side / 2.0, reach, costmap.origin_y, costmap.n_rows,
-                                 costmap.resolution)
-    cols, low_x, high_x = _spans(x + side / 2.0, reach, costmap.origin_x, costmap.n_cols,
-                                 costmap.resolution)
-    part = values[rows, cols]
-    across, along = _overlap(low_x, high_x, side), _overlap(low_y, high_y, side)
-    shared = along[:, np.newaxis] * across
-    apart = np.hypot(_gap(low_x, high_x), _gap(low_y, high_y)[:, np.newaxis])
-    least = _OVERLAP * costmap.resolution
-    overlaps = (along > least)[:, np.newaxis] & (across > least)
-    if ((part >= lethal) & (overlaps | (apart < radius - least))).any():
-        return BLOCKED
-    known = float(shared[part != UNKNOWN].sum()) / (side * side)
-    return FREE if known >= seen_share - 1e-9 else UNKNOWN
+def _bounded(
+    cells: npt.NDArray[np.int8], cell: tuple[int, int], grid: Grid, k: int,
+) -> npt.NDArray[np.int8]:
+    """Return finer cells with what lies outside the workspace blocked."""
+    if k == 1:
+        return bounded(cells, cell, grid)
+    fine = Grid(grid.n_rows * k, grid.n_cols * k, grid.resolution / k)
+    return bounded(cells, (cell[0] * k + k // 2, cell[1] * k + k // 2), fine)
 
 
-def _spans(
-    centre: float, reach: float, origin: float, n_cells: int, resolution: float,
-) -> tuple[slice, npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return which cells of an axis lie within reach, and from where to where, from ``centre``."""
-    first = math.floor((centre - reach - origin) / resolution)
-    last = math.ceil((centre + reach - origin) / resolution)
-    first, last = min(max(first, 0), n_cells), min(max(last, 0), n_cells)
-    low = origin + resolution * np.arange(first, last, dtype=np.float64) - centre
-    return slice(first, last), low, low + resolution
+class _Squares(NamedTuple):
+    """``n`` x ``n`` squares: the lower left corner and the side of each, [m]."""
 
+    x: float
+    y: float
+    side: float
+    n: int
 
-def _overlap(
-    low: npt.NDArray[np.float64], high: npt.NDArray[np.float64], side: float,
-) -> npt.NDArray[np.float64]:
-    """Return the length that spans share with the one of length ``side`` around 0."""
-    shared: npt.NDArray[np.float64] = np.minimum(high, side / 2.0) - np.maximum(low, -side / 2.0)
-    return np.maximum(shared, 0.0)
+    def states(
+        self, costmap: Grid, values: npt.NDArray[np.int8], lethal: int, radius: float,
+        seen_share: float,
+    ) -> npt.NDArray[np.int8]:
+        """Return their states."""
+        rows, along = self._overlaps(self.y, costmap.origin_y, costmap.n_rows, costmap.resolution)
+        cols, across = self._overlaps(self.x, costmap.origin_x, costmap.n_cols, costmap.resolution)
+        part = values[rows, cols]
+        known = along @ (part != UNKNOWN) @ across.T / self.side ** 2
+        cells = np.where(known >= seen_share - 1e-9, FREE, UNKNOWN).astype(np.int8)
+        least = _OVERLAP * costmap.resolution
+        holds = (along > least).astype(np.float64) @ (part >= lethal) @ (across > least).T
+        cells[holds > 0.0] = BLOCKED
+        if radius > self.side / 2.0:
+            cells[self.touched(costmap, values, lethal, radius)] = BLOCKED
+        return cells
+
+    def touched(
+        self, costmap: Grid, values: npt.NDArray[np.int8], lethal: int, radius: float,
+    ) -> npt.NDArray[np.bool_]:
+        """Return on the centre of which squares a disc would touch a lethal cell."""
+        at = np.argwhere(values >= lethal)
+        low = np.array([costmap.origin_y, costmap.origin_x]) + at * costmap.resolution
+        corner, width = np.array([self.y, self.x]), self.n * self.side
+        near = ((low + costmap.resolution > corner - radius)
+                & (low < corner + width + radius)).all(axis=1)
+        centres = corner[:, np.newaxis] + (np.arange(self.n) + 0.5) * self.side
+        touched = np.zeros((self.n, self.n), dtype=np.bool_)
+        for y, x in low[near].tolist():
+            gap_y, gap_x = (_gap(at - centre, at - centre + costmap.resolution)
+                            for at, centre in zip((y, x), centres, strict=True))
+            touched |= np.hypot(gap_y[:, np.newaxis], gap_x) < radius - _OVERLAP * (
+                costmap.resolution)
+        return touched
+
+    def _overlaps(
+        self, low: float, origin: float, n_cells: int, resolution: float,
+    ) -> tuple[slice, npt.NDArray[np.float64]]:
+        """Return which cells of an axis lie within, and what each square shares with each."""
+        first = math.floor((low - origin) / resolution)
+        last = math.ceil((low + self.n * self.side - origin) / resolution)
+        first, last = min(max(first, 0), n_cells), min(max(last, 0), n_cells)
+        begins = origin + resolution * np.arange(first, last, dtype=np.float64)
+        squares = (low + self.side * np.arange(self.n, dtype=np.float64))[:, np.newaxis]
+        shared = np.minimum(begins + resolution, squares + self.side) - np.maximum(begins, squares)
+        return slice(first, last), np.maximum(shared, 0.0)
 
 
 def _gap(

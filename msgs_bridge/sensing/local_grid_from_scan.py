@@ -1,63 +1,29 @@
 """
-The 3x3 neighbourhood from a laser scan: geometry, with poses and scan passed in.
+The neighbourhood from a laser scan: geometry, with poses and scan passed in.
 
 A cell is *blocked* when a return lies in it, or so near its centre that the robot's disc would
 touch it there; *free* when enough of its area lies in front of the returns and near to a ray
-(rays that are far apart show nothing of what is between them); else *unknown*. Ranges mean what
-REP-117 says: +inf is free up to the greatest range, -inf is something too near to measure, NaN and
-whatever lies outside the limits of the sensor says nothing.
+(rays that are far apart show nothing of what is between them); else *unknown*.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from control_field.grid import Grid
-from control_field.local_grid import BLOCKED, FREE, UNKNOWN
+from control_field.local_grid import BLOCKED, FREE, middle_of, UNKNOWN
 from control_field.poses import Placement
-from msgs_bridge.messages.poses import seconds_from_stamp
 from msgs_bridge.sensing.laser_mount import Mount
+from msgs_bridge.sensing.scan import Floats, Scan
 
-#: Longest scan, and how many more or fewer ranges than its angles say a scan may have: drivers
-#: differ by one, and some by as many as the motor's speed makes it.
-MAX_RANGES: Final = 100_000
-_SLACK: Final = 0.02
-#: Points looked at along a side of a cell.
+#: Points looked at along a side of a cell, of the nine around the robot and of those beyond.
 _N_POINTS: Final = 5
-#: Cells around the nine, so that what lies beside them can explain a return as well.
+_N_FAR: Final = 3
+#: Cells around those looked at, so that what lies beside them can explain a return as well.
 _RIM: Final = 2
-
-Floats = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Scan:
-    """
-    A laser scan that was checked.
-
-    Parameters
-    ----------
-    stamp : float, [s]
-        Of the first ray.
-    angle_min : float, [rad]
-        Of the first ray, in the laser's frame.
-    angle_increment : float, [rad]
-        From ray to ray, not 0; negative for a laser that turns clockwise.
-    reach : ndarray of float64, shape (n,), [m]
-        How far each ray is known to be free; 0 where it says nothing.
-    is_return : ndarray of bool, shape (n,)
-        Whether the ray ended at something, at ``reach``.
-
-    """
-
-    stamp: float
-    angle_min: float
-    angle_increment: float
-    reach: Floats
-    is_return: npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -82,65 +48,35 @@ class Body:
     seen_share: float = 0.5
 
 
-def scan_from_message(msg: Any, zero_is_no_return: bool = False, name: str = 'scan') -> Scan:
+class Extent(NamedTuple):
     """
-    Read a LaserScan message.
+    How much a local grid shows.
 
     Parameters
     ----------
-    msg : LaserScan
-        What arrived.
-    zero_is_no_return : bool
-        Whether the driver writes 0 where REP-117 wants +inf.
-    name : str
-        What an error calls it.
-
-    Raises
-    ------
-    ValueError
-        If an angle is not finite, the increment is 0 or turns more than once, the number of
-        ranges is not what the angles say, or a limit is no distance; the message names it.
+    n : int, [cells]
+        Its side, odd.
+    k : int
+        Finer cells along a side of each cell, odd.
+    radius : float, [m]
+        What lies farther away is not seen, but for the cells around the robot's.
 
     """
-    with np.errstate(invalid='ignore'):  # a signalling NaN is one like any other
-        ranges = np.asarray(msg.ranges, dtype=np.float64)
-    _check_angles(name, msg, len(ranges))
-    low, high = float(msg.range_min), float(msg.range_max)
-    if not (0.0 <= low < math.inf and low < high):
-        raise ValueError(f'{name}: ranges reach from {low} to {high} m, must be 0 or more, '
-                         f'and the first below the second')
-    try:
-        stamp = seconds_from_stamp(msg.header.stamp)
-    except ValueError as error:
-        raise ValueError(f'{name}: {error}') from None
-    clear = np.isposinf(ranges) | (zero_is_no_return & (ranges == 0.0))
-    near = np.isneginf(ranges)
-    valid = (ranges >= low) & (ranges <= high) & np.isfinite(ranges)
-    reach = np.select([clear, near, valid], [np.full_like(ranges, high), low, ranges], 0.0)
-    return Scan(stamp, float(msg.angle_min), float(msg.angle_increment), reach, near | valid)
+
+    n: int = 3
+    k: int = 1
+    radius: float = math.inf
 
 
-def _check_angles(name: str, msg: Any, n_ranges: int) -> None:
-    first, last, step = float(msg.angle_min), float(msg.angle_max), float(msg.angle_increment)
-    if not all(map(math.isfinite, (first, last, step))) or step == 0.0:
-        raise ValueError(f'{name}: angles are {first} to {last} by {step} rad, must be finite '
-                         f'and by more than 0')
-    if not 1 <= n_ranges <= MAX_RANGES:
-        raise ValueError(f'{name}: has {n_ranges} ranges, must have 1 to {MAX_RANGES}')
-    expected, slack = (last - first) / step + 1.0, max(2.0, _SLACK * n_ranges)
-    if abs(n_ranges - expected) > slack:
-        raise ValueError(f'{name}: has {n_ranges} ranges, must have {expected:.0f} by its angles '
-                         f'({first:g} to {last:g} by {step:g} rad)')
-    if (n_ranges - 1 - slack) * abs(step) > math.tau:
-        raise ValueError(f'{name}: turns by {(n_ranges - 1) * abs(step):.3f} rad, must be at most '
-                         f'{math.tau:.3f}')
+NINE: Final = Extent()
 
 
 def neighbourhood_from_scan(
     scan: Scan, robot: Placement, laser: Mount, cell: tuple[int, int], grid: Grid, body: Body,
+    extent: Extent = NINE,
 ) -> npt.NDArray[np.int8]:
     """
-    Return what a scan shows of a cell and the eight around it.
+    Return what a scan shows of a cell and those around it.
 
     Parameters
     ----------
@@ -156,11 +92,15 @@ def neighbourhood_from_scan(
         The workspace; what lies outside it is blocked.
     body : Body
         The robot's size, and how far the scan is trusted.
+    extent : Extent
+        How much to look at; the nine in the middle are the same for every ``n``.
 
     Returns
     -------
-    ndarray of int8, shape (3, 3)
-        0 free, 100 blocked, -1 unknown; row 0 at the lowest y.
+    ndarray of int8, shape (n * k, n * k)
+        0 free, 100 blocked, -1 unknown; row 0 at the lowest y. Finer cells make up what one cell
+        would be: where that is free they all are but for returns, and where it is blocked by a
+        return near its centre, the one in the middle is.
 
     Raises
     ------
@@ -170,10 +110,39 @@ def neighbourhood_from_scan(
     """
     if laser.problem:
         raise ValueError(laser.problem)
-    eye = _Eye.of(scan, robot, laser)
-    cells = np.where(_seen(scan, robot, eye, cell, grid, body), FREE, UNKNOWN).astype(np.int8)
-    cells[_hit(scan, robot, eye, cell, grid, body)] = BLOCKED
-    return bounded(cells, cell, grid)
+    look = _Look(scan, robot, _Eye.of(scan, robot, laser), body)
+    cells = bounded(look.at(_patch(cell, grid, 3), _N_POINTS), cell, grid)
+    if extent.n > 3:
+        near, scan = cells, _within(scan, extent.radius)
+        look = _Look(scan, robot, _Eye.of(scan, robot, laser), body)
+        cells = bounded(look.at(_patch(cell, grid, extent.n), _N_FAR), cell, grid)
+        middle_of(cells)[:] = near
+    if extent.k == 1:
+        return cells
+    fine = look.finer(cells, _patch(cell, grid, extent.n), extent.k)
+    outside = bounded(np.full_like(cells, FREE), cell, grid) == BLOCKED
+    fine[outside.repeat(extent.k, axis=0).repeat(extent.k, axis=1)] = BLOCKED
+    return fine
+
+
+def _within(scan: Scan, radius: float) -> Scan:
+    """Return a scan that shows nothing beyond a distance [m]."""
+    return replace(scan, reach=np.minimum(scan.reach, radius),
+                   is_return=scan.is_return & (scan.reach <= radius))
+
+
+class _Patch(NamedTuple):
+    """A square of ``n`` x ``n`` cells: its lower left corner and the side of a cell, [m]."""
+
+    x: float
+    y: float
+    side: float
+    n: int
+
+
+def _patch(cell: tuple[int, int], grid: Grid, n: int) -> _Patch:
+    """Return the square of cells around one."""
+    return _Patch(*corner_of(cell, grid, n), grid.resolution, n)
 
 
 class _Eye(NamedTuple):
@@ -209,36 +178,77 @@ def bounded(
     cells: npt.NDArray[np.int8], cell: tuple[int, int], grid: Grid,
 ) -> npt.NDArray[np.int8]:
     """Return a neighbourhood with what lies outside the workspace blocked."""
-    rows = np.arange(cell[0] - 1, cell[0] + 2)[:, np.newaxis]
-    cols = np.arange(cell[1] - 1, cell[1] + 2)[np.newaxis, :]
+    reach = len(cells) // 2
+    rows = np.arange(cell[0] - reach, cell[0] + reach + 1)[:, np.newaxis]
+    cols = np.arange(cell[1] - reach, cell[1] + reach + 1)[np.newaxis, :]
     inside = (rows >= 0) & (rows < grid.n_rows) & (cols >= 0) & (cols < grid.n_cols)
     return np.where(inside, cells, BLOCKED).astype(np.int8)
 
 
-def corner_of(cell: tuple[int, int], grid: Grid) -> tuple[float, float]:
-    """Return the lower left corner of the nine cells around one, [m]."""
-    return (grid.origin_x + (cell[1] - 1) * grid.resolution,
-            grid.origin_y + (cell[0] - 1) * grid.resolution)
+def corner_of(cell: tuple[int, int], grid: Grid, n: int = 3) -> tuple[float, float]:
+    """Return the lower left corner of the ``n`` x ``n`` cells around one, [m]."""
+    return (grid.origin_x + (cell[1] - n // 2) * grid.resolution,
+            grid.origin_y + (cell[0] - n // 2) * grid.resolution)
+
+
+class _Look(NamedTuple):
+    """A scan, with all that is needed to place it."""
+
+    scan: Scan
+    robot: Placement
+    eye: _Eye
+    body: Body
+
+    def at(self, patch: _Patch, n_points: int) -> npt.NDArray[np.int8]:
+        """Return the states of some cells, by so many points along a side of each."""
+        share = self.seen_shares(patch, n_points, patch.side / _N_POINTS)
+        cells = np.where(share >= self.body.seen_share, FREE, UNKNOWN).astype(np.int8)
+        deeper, held = self._returns_in(patch)
+        cells[held | _touched(deeper, patch, self.body.radius)] = BLOCKED
+        return cells
+
+    def finer(
+        self, cells: npt.NDArray[np.int8], patch: _Patch, k: int,
+    ) -> npt.NDArray[np.int8]:
+        """Divide cells into finer ones, k along a side; see `neighbourhood_from_scan`."""
+        finer = patch._replace(side=patch.side / k, n=patch.n * k)
+        seen = self.seen_shares(finer, 1, patch.side / _N_POINTS) > 0.0
+        _, held = self._returns_in(finer)
+        whole = cells.repeat(k, axis=0).repeat(k, axis=1)
+        fine = np.where(held, BLOCKED, np.where(seen | (whole == FREE), FREE, UNKNOWN)).astype(
+            np.int8)
+        hit = np.asarray(held.reshape(patch.n, k, patch.n, k).any(axis=(1, 3)))
+        hit[patch.n // 2, patch.n // 2] = True  # the robot's own, where it may be in the middle
+        fine[k // 2::k, k // 2::k][(cells == BLOCKED) & ~hit] = BLOCKED
+        return fine
+
+    def seen_shares(self, patch: _Patch, n_points: int, spacing: float) -> Floats:
+        """Return the share of each cell that lies in front of a return and near to a ray, [m]."""
+        (scan, robot, eye, body), n = self, patch.n * n_points
+        along = (np.arange(n) + 0.5) / n_points * patch.side
+        x, y = np.meshgrid(patch.x + along, patch.y + along)
+        across, along = np.einsum('ij,jkl->ikl', np.linalg.inv(eye.plane), [x - eye.x, y - eye.y])
+        distance = np.hypot(across, along)
+        ray, off = _ray_of(scan, np.arctan2(along, across))
+        is_seen = (ray >= 0) & (distance <= scan.reach[ray])
+        is_seen &= distance * off <= spacing
+        is_seen |= np.hypot(x - robot.x, y - robot.y) <= body.radius
+        share: Floats = is_seen.reshape(patch.n, n_points, patch.n, n_points).mean(axis=(1, 3))
+        return share
+
+    def _returns_in(self, patch: _Patch) -> tuple[Floats, npt.NDArray[np.bool_]]:
+        """Return the returns in and around some cells [m], and which cells hold one."""
+        (scan, robot, eye, body), side = self, patch.side
+        low = np.array([patch.x, patch.y])
+        points, rays = _returns(scan, eye)
+        own = np.hypot(*(points - (robot.x, robot.y)).T) <= body.radius
+        near = ((points > low - side) & (points < low + (patch.n + 1) * side)).all(axis=1) & ~own
+        points, rays = points[near], rays[near]
+        held = _holds((points - low) / side, rays, min(body.accuracy / side, 0.25), patch.n)
+        return points + body.accuracy * rays, held
 
 
 # What is free
-
-
-def _seen(
-    scan: Scan, robot: Placement, eye: _Eye, cell: tuple[int, int], grid: Grid, body: Body,
-) -> npt.NDArray[np.bool_]:
-    """Return which of the nine cells are seen enough: their points lie in front of a return."""
-    along = (np.arange(3 * _N_POINTS) + 0.5) / _N_POINTS * grid.resolution
-    low_x, low_y = corner_of(cell, grid)
-    x, y = np.meshgrid(low_x + along, low_y + along)
-    across, along = np.einsum('ij,jkl->ikl', np.linalg.inv(eye.plane), [x - eye.x, y - eye.y])
-    distance = np.hypot(across, along)
-    ray, off = _ray_of(scan, np.arctan2(along, across))
-    is_seen = (ray >= 0) & (distance <= scan.reach[ray])
-    is_seen &= distance * off <= grid.resolution / _N_POINTS
-    is_seen |= np.hypot(x - robot.x, y - robot.y) <= body.radius
-    share: Floats = is_seen.reshape(3, _N_POINTS, 3, _N_POINTS).mean(axis=(1, 3))
-    return share >= body.seen_share
 
 
 def _ray_of(scan: Scan, bearing: Floats) -> tuple[npt.NDArray[np.int64], Floats]:
@@ -256,21 +266,21 @@ def _ray_of(scan: Scan, bearing: Floats) -> tuple[npt.NDArray[np.int64], Floats]
 # What is blocked
 
 
-def _hit(
-    scan: Scan, robot: Placement, eye: _Eye, cell: tuple[int, int], grid: Grid, body: Body,
+def _touched(
+    points: Floats, patch: _Patch, radius: float,
 ) -> npt.NDArray[np.bool_]:
-    """Return which of the nine cells hold a return, or one so near that the disc touches it."""
-    side = grid.resolution
-    low = np.array(corner_of(cell, grid))
-    points, rays = _returns(scan, eye)
-    own = np.hypot(*(points - (robot.x, robot.y)).T) <= body.radius
-    near = ((points > low - side) & (points < low + 4 * side)).all(axis=1) & ~own
-    points, rays = points[near], rays[near]
-    deeper = points + body.accuracy * rays
-    centres = low + (np.stack(np.meshgrid(*[np.arange(3)] * 2), axis=-1) + 0.5) * side
-    apart = np.linalg.norm(centres[:, :, np.newaxis] - deeper, axis=-1)
-    blocked: npt.NDArray[np.bool_] = (apart < body.radius).any(axis=-1)
-    return blocked | _holds((points - low) / side, rays, min(body.accuracy / side, 0.25))
+    """Return in the centre of which cells a disc would touch one of some points, [m]."""
+    place = (points - (patch.x, patch.y)) / patch.side
+    reach = math.ceil(radius / patch.side + 0.5)
+    span = np.arange(-reach, reach + 1)
+    touched = np.zeros((patch.n, patch.n), dtype=np.bool_)
+    col, row = (np.floor(place[:, [i]]).astype(np.int64) + span for i in (0, 1))
+    off_x, off_y = (cells + 0.5 - place[:, [i]] for i, cells in enumerate((col, row)))
+    rows, cols = np.broadcast_arrays(row[:, :, np.newaxis], col[:, np.newaxis, :])
+    hit = np.hypot(off_y[:, :, np.newaxis], off_x[:, np.newaxis, :]) * patch.side < radius
+    hit &= (rows >= 0) & (rows < patch.n) & (cols >= 0) & (cols < patch.n)
+    touched[rows[hit], cols[hit]] = True
+    return touched
 
 
 def _returns(scan: Scan, eye: _Eye) -> tuple[Floats, Floats]:
@@ -282,9 +292,9 @@ def _returns(scan: Scan, eye: _Eye) -> tuple[Floats, Floats]:
     return places, rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
-def _holds(places: Floats, rays: Floats, slack: float) -> npt.NDArray[np.bool_]:
+def _holds(places: Floats, rays: Floats, slack: float, n: int) -> npt.NDArray[np.bool_]:
     """
-    Return which of the nine cells hold a return.
+    Return which of ``n`` x ``n`` cells hold a return.
 
     Near an edge a return belongs to the cell behind it, as seen along its ray. Near a corner it
     could belong to several: to one that is blocked anyway, or else to the one behind the edge
@@ -293,7 +303,7 @@ def _holds(places: Floats, rays: Floats, slack: float) -> npt.NDArray[np.bool_]:
     Parameters
     ----------
     places : ndarray, shape (n, 2)
-        ``x, y`` in cells from the lower left corner of the nine.
+        ``x, y`` in cells from their lower left corner.
     rays : ndarray, shape (n, 2)
         Directions.
     slack : float
@@ -307,16 +317,16 @@ def _holds(places: Floats, rays: Floats, slack: float) -> npt.NDArray[np.bool_]:
     at_corner = on_edge[:, 0] & on_edge[:, 1]
     on_edge &= ~at_corner[:, np.newaxis] | (off == off.min(axis=1, keepdims=True))
     col_row = np.where(on_edge, behind, np.floor(places)).astype(np.int64)
-    held = _marked(col_row[~at_corner])
+    held = _marked(col_row[~at_corner], n)
     col, row = edge[at_corner].T.astype(np.int64) + _RIM
     around = np.stack([held[row - i, col - j] for i in (0, 1) for j in (0, 1)])
     unexplained = ~np.any(around, axis=0)
-    both: npt.NDArray[np.bool_] = held | _marked(col_row[at_corner][unexplained])
+    both: npt.NDArray[np.bool_] = held | _marked(col_row[at_corner][unexplained], n)
     return both[_RIM:-_RIM, _RIM:-_RIM]
 
 
-def _marked(col_row: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-    """Return the nine cells and a rim around them, with these cells marked."""
-    held = np.zeros((3 + 2 * _RIM, 3 + 2 * _RIM), dtype=np.bool_)
+def _marked(col_row: npt.NDArray[np.int64], n: int) -> npt.NDArray[np.bool_]:
+    """Return ``n`` x ``n`` cells and a rim around them, with these cells marked."""
+    held = np.zeros((n + 2 * _RIM, n + 2 * _RIM), dtype=np.bool_)
     held[col_row[:, 1] + _RIM, col_row[:, 0] + _RIM] = True
     return held

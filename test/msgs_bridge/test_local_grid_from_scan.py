@@ -13,8 +13,8 @@ from control_field.local_grid import BLOCKED, FREE, UNKNOWN
 from control_field.poses import Placement
 from msgs_bridge.messages.poses import stamp_from_seconds
 from msgs_bridge.sensing.laser_mount import MAX_TILT, Mount, mount_from_transform
-from msgs_bridge.sensing.local_grid_from_scan import (
-    Body, neighbourhood_from_scan, Scan, scan_from_message)
+from msgs_bridge.sensing.local_grid_from_scan import Body, neighbourhood_from_scan
+from msgs_bridge.sensing.scan import Scan, scan_from_message
 
 GRID = Grid(20, 20, 0.25)
 CELL = (10, 10)
