@@ -108,6 +108,8 @@ def _demo(parser: argparse.ArgumentParser) -> None:
         help='which tasks, or names or files of worlds (1,2; with --attach 1)')
     add('--trials', type=int, default=6, metavar='N',
         help='how often the robot tries each task (%(default)s)')
+    add('--movers', default='', metavar='FILE',
+        help='who moves and what changes meanwhile: a file of doc/maps.md, or crossing or door')
     add('--profile', choices=('paper', 'full'),
         help="the paper's equations to the letter, or with what keeps their promise of success "
         f'from everywhere ({DEMO_DEFAULTS["profile"]})')

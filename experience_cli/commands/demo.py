@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 import shutil
 import sys
@@ -20,6 +21,8 @@ from experience_cli.demo.show_and_try import teach, try_it
 from experience_cli.errors import UserError
 from experience_cli.figures.paper_figures import draw_figures
 from experience_cli.terminal import Progress
+from world_maps.mover import Mover
+from world_maps.movers_file import find_movers, load_movers
 from world_maps.world import find_world, load_world, World
 
 #: A file that marks the folder as a demo's, which may be overwritten.
@@ -36,6 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     _fill_in(arguments)
     tasks = _checked_tasks(arguments)
     worlds = _load_worlds(tasks)
+    movers = _load_movers(arguments, worlds)
     for note in (note for world in worlds.values() for note in world.notes):
         print(f'experience demo: {note}', file=sys.stderr)
     if arguments.attach:
@@ -46,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     with own_domain() as environment:
         for task, world in tasks.items():
             _teach_and_try(task, world, arguments, out, environment)
-    return _report(list(tasks), worlds, arguments, out, began)
+    return _report(list(tasks), worlds, movers, arguments, out, began)
 
 
 def _fill_in(arguments: argparse.Namespace) -> None:
@@ -92,6 +96,20 @@ def _load_worlds(tasks: Mapping[str, str]) -> dict[str, World]:
         return {task: load_world(find_world(world)) for task, world in tasks.items()}
     except ValueError as error:
         raise UserError(str(error)) from None
+
+
+def _load_movers(
+    arguments: argparse.Namespace, worlds: Mapping[str, World],
+) -> tuple[Mover, ...]:
+    """Return who moves; what is named is the file then, wherever the simulator runs."""
+    if not arguments.movers:
+        return ()
+    try:
+        arguments.movers = str(find_movers(arguments.movers).resolve())
+        scripts = [load_movers(arguments.movers, world) for world in worlds.values()]
+    except ValueError as error:
+        raise UserError(str(error)) from None
+    return scripts[0].movers
 
 
 def _check_grids(tasks: Mapping[str, str], worlds: Mapping[str, World]) -> None:
@@ -159,15 +177,16 @@ def _teach_and_try(
         with DemoNode(int(domain) if domain else None, children.check) as node, progress:
             node.wait_for_peers()
             teach(node, progress)
-            try_it(node, world, arguments.trials, progress)
+            try_it(node, world, arguments.trials, progress, arguments.movers)
 
 
 def _report(
-    tasks: list[str], worlds: Mapping[str, World], arguments: argparse.Namespace, out: Path,
-    began: float,
+    tasks: list[str], worlds: Mapping[str, World], movers: tuple[Mover, ...],
+    arguments: argparse.Namespace, out: Path, began: float,
 ) -> int:
-    reports = [report_from_bags(TaskFolder(out / 'bags', task), worlds[task], arguments.seed)
-               for task in tasks]
+    reports = [replace(
+        report_from_bags(TaskFolder(out / 'bags', task), worlds[task], arguments.seed),
+        movers=movers) for task in tasks]
     write_report(out / 'report.json', reports, {
         'trials': arguments.trials, 'profile': arguments.profile, 'seed': arguments.seed,
         'realtime': arguments.realtime, 'seconds': round(time.monotonic() - began, 1)})

@@ -40,7 +40,7 @@ def attach(task: str, world: str, arguments: argparse.Namespace) -> int:
         else:
             node.set_parameter('sim_node', 'world', 'open')
             teach(node, progress)
-        try_it(node, world, arguments.trials, progress)
+        try_it(node, world, arguments.trials, progress, arguments.movers)
         progress.keep(f'the trials are over: {node.learner["prototypes"]} prototypes, '
                       f'basin {float(node.learner["basin"]):.1%}')
     return 0

@@ -22,10 +22,14 @@ def teach(node: Any, progress: Progress) -> None:
     progress.keep(said.removesuffix(NEXT).rstrip())
 
 
-def try_it(node: Any, world: str, n_trials: int, progress: Progress) -> None:
-    """Let the world of the task appear, and the trials run."""
+def try_it(
+    node: Any, world: str, n_trials: int, progress: Progress, movers: str = '',
+) -> None:
+    """Let the world of the task appear, and who moves in it, and the trials run."""
     revision = int(node.learner['revision'])
     node.set_parameter('sim_node', 'world', world)
+    if movers:
+        node.set_parameter('sim_node', 'movers', movers)
     node.ask('learner_node/run_trials')
     _watch(node, n_trials, max(revision, 1) + n_trials, progress)
 

@@ -6,6 +6,7 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_rgba
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,7 @@ from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.policy import is_doubted, rules_of
+from world_maps.mover import Mover
 
 #: Colours that are told apart by most people, also in grey.
 WALL: Final = '#3b4252'
@@ -28,6 +30,7 @@ PATH: Final = '#d1495b'
 GOAL: Final = '#e9b44c'
 SINK: Final = '#8b1e3f'
 CUT: Final = '#5e6472'
+MOVER: Final = '#7b4b94'
 DOUBTED: Final = '#a7adba'
 BASIN: Final = '#e3f1e4'
 _UNSEEN: Final = '#eceff4'
@@ -136,6 +139,17 @@ def draw_cut_out(
     if len(left_out):
         axes.plot(left_out[:, 0], left_out[:, 1], marker='+', color=CUT, linestyle='none',
                   markersize=9, markeredgewidth=1.6, label='pose far off, left out', zorder=3)
+
+
+def draw_movers(axes: Axes, movers: Sequence[Mover]) -> None:
+    """Draw the ways of those who move, with a disc where each begins."""
+    for number, mover in enumerate(mover for mover in movers if mover.waypoints):
+        way = [point[:2] for point in mover.waypoints]
+        if mover.mode == 'loop':
+            way.append(way[0])
+        axes.plot(*zip(*way, strict=True), color=MOVER, linestyle=':', linewidth=1.6, zorder=3,
+                  label='' if number else 'who moves')
+        axes.add_patch(Circle(way[0], mover.radius, color=MOVER, alpha=0.5, zorder=3))
 
 
 def draw_goal(axes: Axes, field: ControlField) -> None:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from experience_cli.demo.report import TaskReport
 from experience_cli.figures.drawing import (
     DEMONSTRATED, draw_cells, draw_field, draw_frame, draw_goal, draw_history, draw_legend,
-    draw_path, draw_prototypes, new_figure, WALL)
+    draw_movers, draw_path, draw_prototypes, new_figure, WALL)
 from experience_cli.figures.learning_figures import before_and_after_figure, learning_figure
 from experience_cli.output import write_output
 
@@ -84,6 +84,7 @@ def final_figure(number: str, report: TaskReport) -> Figure:
     if report.trials:
         last = report.trials[-1]
         draw_path(axes, last.path, f'trial {last.trial}')
+    draw_movers(axes, report.movers)
     draw_goal(axes, refresh.field)
     draw_legend(figure)
     return figure

@@ -10,8 +10,9 @@ import pytest
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import TaskFolder
 from experience_cli.demo.report import report_from_bags, report_lines
-from experience_cli.figures.paper_figures import figures_of
+from experience_cli.figures.paper_figures import figures_of, final_figure
 from sample_helpers import rewritten, sample_copy
+from world_maps.movers_file import find_movers, load_movers
 from world_maps.world import find_world, load_world
 
 WORLD = load_world(find_world('task1'))
@@ -51,6 +52,16 @@ def test_a_third_tasks_picture_has_no_number_of_the_papers(task):
               for name, figure in figures_of(reports) if not name.startswith('learning')}
     assert titles.pop('figure_mine') == 'Final control field of mine'
     assert titles == {f'figure_{number}': f'Figure {number}' for number in range(2, 8)}
+
+
+def test_who_moves_is_drawn_and_what_they_meet_is_no_shortcoming(task):
+    movers = load_movers(find_movers('crossing'), WORLD).movers
+    report = replace(report_from_bags(task, WORLD, 0), movers=movers)
+    report.trials[-1].__dict__['collisions'] = 1
+    assert not list(report.problems())
+    figure = final_figure('', report)
+    assert len(figure.axes[0].patches) == 5
+    assert 'who moves' in figure.axes[0].get_legend_handles_labels()[1]
 
 
 def test_what_was_learnt_is_drawn_and_counted(task):

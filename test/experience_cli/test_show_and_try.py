@@ -89,6 +89,13 @@ def test_every_trial_is_said_once_with_its_bag(said):
     assert 'trial 2 (task1/0003)' in second
 
 
+def test_who_moves_comes_with_the_world(said):
+    robot = Robot(revision=1)
+    try_it(robot, 'task1', 2, Progress('task1', said), '/crossing.yaml')
+    assert robot.asked[:2] == [
+        ('sim_node', 'world', 'task1'), ('sim_node', 'movers', '/crossing.yaml')]
+
+
 @pytest.mark.parametrize(('revision', 'taught'), [(0, True), (3, False)])
 def test_nodes_that_run_are_taught_unless_they_know_the_way(
     monkeypatch, capsys, revision, taught,
@@ -97,7 +104,8 @@ def test_nodes_that_run_are_taught_unless_they_know_the_way(
     monkeypatch.setattr(attaching, 'DemoNode', lambda *_: robot)
     if revision:
         monkeypatch.setattr(attaching, 'try_it', lambda *_: None)
-    assert attach('task1', 'task1', argparse.Namespace(trials=2, namespace='')) == 0
+    assert attach('task1', 'task1', argparse.Namespace(
+        trials=2, namespace='', movers='')) == 0
     assert ('learner_node', 'auto_trials', 2) in robot.asked
     assert any(words[0] == 'drive' for words in robot.asked) == taught
     out = capsys.readouterr().out
