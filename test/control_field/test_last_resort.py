@@ -102,7 +102,8 @@ def test_the_robot_says_what_it_doubts_and_what_it_has_seen():
     assert '3 walls' in policy.doubt
     choice = policy.decide(1, 2, 0b10000011, 0, 0.0)  # all three are there
     assert choice.heading == -1
-    assert 'no way' in choice.reason and '3 doubted walls' in choice.reason
+    assert 'no way' in choice.reason
+    assert '3 doubted walls' in choice.reason
 
 
 def test_a_wall_that_has_gone_is_gone_through():
