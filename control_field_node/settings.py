@@ -11,7 +11,7 @@ from control_field.robot.stop_rules import StopRules
 DECISION_PARAMETERS: Final = (
     'profile', 'power', 'effective_window', 'learning_rate', 'discount', 'oscillation_limit',
     'step_limit', 'seed', 'corner_cutting', 'unknown_is_blocked', 'moves',
-    'rehearsal', 'caution')
+    'rehearsal', 'caution', 'map_memory')
 
 #: Settings that topics and clocks are made from: they hold from start to end.
 FIXED: Final = (
