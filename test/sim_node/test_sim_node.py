@@ -231,6 +231,8 @@ class TestParameters:
             for name, value, words in (
                     ('world', 'nowhere', ['open, task1, task2']),
                     ('world', str(tmp_path / 'bad.yaml'), ['bad.yaml']),
+                    ('movers', 'nowhere', ['crossing, door']),
+                    ('movers', str(tmp_path / 'bad.yaml'), ['bad.yaml', 'movers and changes']),
                     ('slip', 0.7, ['slip', '0.0', '0.5']),
                     ('slip', math.nan, ['slip', '0.0', '0.5']),
                     ('speed_factor', 0.0, ['speed_factor', '0.01', '100']),
