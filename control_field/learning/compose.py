@@ -15,7 +15,7 @@ from control_field.learning.interpolation import interpolate, weight_from_q
 from control_field.learning.memory import Memory
 from control_field.local_grid import BLOCKED
 from control_field.records import CellFlag, ControlField, Prototypes
-from control_field.robot.policy import ground_of, is_doubted, rules_of
+from control_field.robot.policy import ground_of, rules_of
 
 #: Weight of the attraction beside a prototype of full weight one cell away.
 ATTRACTION_STRENGTH = 2.0
@@ -70,7 +70,7 @@ def compose(memory: Memory) -> Composition:
         raise ValueError('there is no control field before the first demonstration')
     if memory.parameters.profile == 'paper':
         return _compose_paper(memory)
-    return _Composer(memory, cautious(memory)).compose()
+    return _Composer(memory, cautious(memory.known)).compose()
 
 
 def compose_shown(memory: Memory) -> Composition:
@@ -79,9 +79,7 @@ def compose_shown(memory: Memory) -> Composition:
 
     What is doubted there counts as free; the field in force keeps around it.
     """
-    known = as_shown(memory, rules_of(memory.parameters))
-    planned = np.where(is_doubted(known), BLOCKED, known)
-    return _Composer(memory, Maps(known, planned)).compose()
+    return _Composer(memory, cautious(as_shown(memory, rules_of(memory.parameters)))).compose()
 
 
 def _compose_paper(memory: Memory) -> Composition:

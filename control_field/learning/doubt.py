@@ -34,9 +34,8 @@ class Maps:
     planned: npt.NDArray[np.int8]
 
 
-def cautious(memory: Memory) -> Maps:
-    """Return the maps of a memory with every doubted wall as a wall."""
-    known = memory.known
+def cautious(known: npt.NDArray[np.int8]) -> Maps:
+    """Return the maps of a remembered map, planned on with every doubted wall as a wall."""
     planned: npt.NDArray[np.int8] = np.where(is_doubted(known), BLOCKED, known)
     return Maps(known, planned)
 
