@@ -1,9 +1,17 @@
 """The newest neighbourhood, where it lies, and why it does not count."""
 
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
 from control_field.grid import Grid
+from control_field.local_grid import UNKNOWN
+from control_field.records import ControlField
+from control_field.robot.motion_watch import MotionWatch
 from control_field_node.input_monitor import InputMonitor
 from control_field_node.localisation import Localisation
-from control_field_node.observation import Observation, ObservationCache
+from control_field_node.observation import Observation, ObservationCache, Sight
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose, problem_with_frame
 
@@ -22,23 +30,27 @@ class LocalGridBuffer:
     Attributes
     ----------
     newest : Neighbourhood or None
-    own_cell : bool
-        Whether a blocked middle means that something reaches into the robot's own cell.
+    sight : Sight
+        How it is taken.
 
     """
 
     def __init__(self, inputs: InputMonitor, localisation: Localisation) -> None:
         """Start without a neighbourhood."""
         self.newest: Neighbourhood | None = None
-        self.own_cell = True
+        self.sight = Sight()
+        self._motion, self._moving = MotionWatch(), np.zeros((0, 0), dtype=np.bool_)
+        self._known = np.zeros((0, 0), dtype=np.int8)
         self._cells: Grid | None = None
         self._inputs, self._localisation = inputs, localisation
         self._cache = ObservationCache()
 
-    def change_workspace(self, grid: Grid) -> None:
-        """Forget what lies on the cells of another workspace: it has to be read again."""
-        if self._cells != grid:
+    def take_field(self, field: ControlField) -> None:
+        """Take over what is remembered; what lies on other cells has to be read again."""
+        self._known = np.pad(field.known, 1, constant_values=UNKNOWN)
+        if self._cells != field.grid:
             self.newest = self._cells = None
+            self._motion.forget()
 
     def add(
         self, neighbourhood: Neighbourhood, cells: Grid | None, now: float, is_paused: bool,
@@ -63,8 +75,20 @@ class LocalGridBuffer:
             self._inputs.local_grid.pass_over(
                 now, f'its stamps go back (last {neighbourhood.stamp:.2f} s)')
             return
+        if cells != self._cells:
+            self._motion.forget()
         self.newest, self._cells = neighbourhood, cells
+        self._moving = self._find_moving(neighbourhood)
         self._inputs.on_local_grid(now, is_paused)
+
+    def _find_moving(self, neighbourhood: Neighbourhood) -> npt.NDArray[np.bool_]:
+        row, col, seen = neighbourhood.row, neighbourhood.col, neighbourhood.finest
+        k = len(seen) // 3
+        known = self._known[row:row + 3, col:col + 3]  # it has an edge of unknown cells
+        remembered = known.repeat(k, axis=0).repeat(k, axis=1)
+        return self._motion.moving(
+            neighbourhood.stamp, ((row - 1) * k, (col - 1) * k), seen, k,
+            remembered if remembered.shape == seen.shape else None)
 
     def observe(
         self, pose: Pose | None, now: float, unknown_is_blocked: bool,
@@ -74,7 +98,8 @@ class LocalGridBuffer:
         if local_grid is None or cells is None or pose is None or self.problem(pose, now):
             return None
         return self._cache.get(
-            self._localisation.moved(local_grid), cells, unknown_is_blocked, self.own_cell)
+            self._localisation.moved(local_grid), cells,
+            replace(self.sight, unknown_is_blocked=unknown_is_blocked), self._moving)
 
     def problem(self, pose: Pose | None, now: float) -> str:
         """Return why nothing is observed from a pose; empty if something is."""

@@ -100,7 +100,8 @@ class Localisation:
         if (row, col) == (neighbourhood.row, neighbourhood.col) and (
                 nine == neighbourhood.nine).all():
             return neighbourhood
-        return replace(neighbourhood, row=row, col=col, cells=nine, fine=None)
+        return replace(neighbourhood, row=row, col=col, cells=nine,
+                       fine=None if neighbourhood.fine is None else neighbourhood.finest)
 
     def correct(self, pose: Pose, variances: tuple[float, float, float]) -> bool:
         """Correct the pose by one of `pose_topic`; return whether it was of use."""

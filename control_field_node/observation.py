@@ -10,9 +10,10 @@ import numpy.typing as npt
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.local_grid import ALL, masks_from_neighbourhood
-from control_field.robot.collision_monitor import local_grid_from_cells, LocalGrid
+from control_field.robot.obstacle_boxes import local_grid_from_cells, LocalGrid
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 
+Mask = npt.NDArray[np.bool_]
 _STEPS: Final = tuple(zip(STEP_ROW.tolist(), STEP_COL.tolist(), strict=True))
 
 
@@ -72,19 +73,47 @@ class Observation:
         return bool(self.occupied)
 
 
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """
+    How a neighbourhood is taken.
+
+    Parameters
+    ----------
+    unknown_is_blocked : bool
+        Whether to keep out of unknown cells.
+    own_cell : bool
+        Whether a blocked middle means that something reaches into the robot's own cell.
+    mover_speed : float, [m/s]
+        How fast what moves may come; 0: nothing does.
+    backs_off : bool
+        Whether the robot may drive away from it.
+
+    """
+
+    unknown_is_blocked: bool = False
+    own_cell: bool = True
+    mover_speed: float = 0.0
+    backs_off: bool = False
+
+
 def observation_from_neighbourhood(
-    neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool, own_cell: bool = True,
+    neighbourhood: Neighbourhood, grid: Grid, sight: Sight, moving: Mask | None = None,
 ) -> Observation:
-    """Prepare a neighbourhood; see `local_grid_from_cells` for what is meant by ``own_cell``."""
+    """Prepare a neighbourhood; ``moving`` are the cells of its `finest` that may come nearer."""
     row, col = neighbourhood.row, neighbourhood.col
-    cells = neighbourhood.nine.tolist()
-    blocked, unknown = masks_from_neighbourhood(neighbourhood.nine)
+    nine = neighbourhood.nine
+    cells = nine.tolist()
+    blocked, unknown = masks_from_neighbourhood(nine)
     occupied = frozenset(
         (row + i - 1, col + j - 1) for i in range(3) for j in range(3)
         if (i, j) != (1, 1) and (
             not grid.contains(row + i - 1, col + j - 1)
-            or (unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
-    local_grid = local_grid_from_cells(cells, row, col, grid, unknown_is_blocked, own_cell)
+            or (sight.unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
+    local_grid = local_grid_from_cells(
+        nine, row, col, grid, sight.unknown_is_blocked, sight.own_cell,
+        fine=None if neighbourhood.fine is None else neighbourhood.finest, moving=moving,
+        mover_speed=sight.mover_speed, backs_off=sight.backs_off)
     outside = sum(1 << heading for heading, (d_row, d_col) in enumerate(_STEPS)
                   if not grid.contains(row + d_row, col + d_col))
     return Observation(
@@ -99,14 +128,12 @@ class ObservationCache:
         self._last: tuple[object, Observation] | None = None
 
     def get(
-        self, neighbourhood: Neighbourhood, grid: Grid, unknown_is_blocked: bool,
-        own_cell: bool = True,
+        self, neighbourhood: Neighbourhood, grid: Grid, sight: Sight, moving: Mask | None = None,
     ) -> Observation:
         """Return what `observation_from_neighbourhood` does."""
-        fine = neighbourhood.fine
         key = (neighbourhood.row, neighbourhood.col, neighbourhood.cells.tobytes(),
-               None if fine is None else fine.tobytes(), grid, unknown_is_blocked, own_cell)
+               None if neighbourhood.fine is None else neighbourhood.fine.tobytes(), grid, sight,
+               None if moving is None else moving.tobytes())
         if self._last is None or self._last[0] != key:
-            self._last = key, observation_from_neighbourhood(
-                neighbourhood, grid, unknown_is_blocked, own_cell)
+            self._last = key, observation_from_neighbourhood(neighbourhood, grid, sight, moving)
         return self._last[1]

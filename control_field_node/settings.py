@@ -60,6 +60,12 @@ class Settings:
     own_cell: bool = parameter(
         True, "stand where the local grid shows the robot's own cell blocked: something reaches "
         'into it; to be switched off for sensors that mark the robot itself')
+    mover_speed: float = parameter(
+        0.5, 'how fast what has just come into a cell may come nearer: the robot stands before it '
+        'can have; 0: nothing does', unit='m/s', low=0.0, high=10.0)
+    backs_off: bool = parameter(
+        False, 'back off from what comes towards the standing robot, as far as there is room; '
+        'else it stands')
     odom_timeout: float = parameter(
         0.5, 'age at which odometry is stale', unit='s', low=0.05, high=60.0)
     neighbourhood_timeout: float = parameter(

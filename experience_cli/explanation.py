@@ -11,8 +11,9 @@ import numpy.typing as npt
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.learning.provenance import Voices, voices_at
 from control_field.records import ControlField, Kind, Prototypes
-from control_field.robot.collision_monitor import limit_command, local_grid_from_cells, LocalGrid
+from control_field.robot.collision_monitor import limit_command
 from control_field.robot.limits import Limits, STANDSTILL, Velocity
+from control_field.robot.obstacle_boxes import local_grid_from_cells, LocalGrid
 from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.rosbag2.columns import read_columns

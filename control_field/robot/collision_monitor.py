@@ -4,24 +4,26 @@ The collision monitor before the wheels: what no learnt thing can change.
 It knows neither field nor Q-value, only a command, where the robot is and what its 3x3 local grid
 shows. A command passes as far as it is finite, within the limits of speed and acceleration, and as
 far as the robot's disc, driving its arc and then braking, touches no cell that the local grid
-shows blocked and stays within the nine cells. Where something reaches into the robot's own cell it
-stands. Turning on the spot moves no disc and always passes.
+shows blocked and stays within the nine cells. The robot stands where something reaches into its
+own cell, and where something that moves could reach it before it stands. Turning on the spot moves
+no disc and always passes.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from enum import StrEnum
 import math
 from typing import Final
 
-from control_field.grid import Grid
 from control_field.robot.limits import (
     Limits, STANDSTILL, Velocity, within_acceleration, within_speed)
+from control_field.robot.obstacle_boxes import distance_to_box, distance_to_edge, LocalGrid
 
 #: Distance kept from what is blocked, beyond the body, [m].
 MARGIN: Final = 0.001
 #: Distance between the points at which the arc is looked at, [m].
 SPACING: Final = 0.005
+#: How much of its way must lead straight away from what may reach the robot.
+AWAY: Final = 0.9
 #: Slower than this is standing, [m/s]; an arc of next to no speed bends without bound.
 SLOWEST: Final = 1e-9
 #: Longest time that one command is taken to last, [s].
@@ -37,6 +39,7 @@ class Intervention(StrEnum):
     SLOWED = 'slowed'              #: near something blocked
     BLOCKED = 'blocked'            #: no forward motion: it would touch a blocked cell
     ENTERED = 'entered'            #: no forward motion: something reaches into its own cell
+    MOVING = 'moving'              #: no forward motion: what moves could reach it before it stands
     LATE = 'late'                  #: no forward motion: where it is by now is too uncertain
     NO_LOCAL_GRID = 'no_sight'     #: no forward motion: the local grid does not show its place
     NOT_FINITE = 'not_finite'      #: stopped: NaN, infinity or a time that is negative
@@ -44,7 +47,7 @@ class Intervention(StrEnum):
     @property
     def is_for_movers(self) -> bool:
         """Return whether it was done for something that moves, and will go."""
-        return self is Intervention.ENTERED
+        return self in {Intervention.ENTERED, Intervention.MOVING}
 
     @property
     def sentence(self) -> str:
@@ -55,67 +58,10 @@ class Intervention(StrEnum):
 _SENTENCES: Final = {
     Intervention.BLOCKED: 'blocked or unseen cells are in the way',
     Intervention.ENTERED: 'something reaches into its own cell',
+    Intervention.MOVING: 'something that moves is too near',
     Intervention.LATE: 'poses arrive so late that where it is by now is too uncertain here',
     Intervention.NO_LOCAL_GRID: 'nothing shows what is around it',
     Intervention.NOT_FINITE: 'command, pose or time is no number, or the time is negative'}
-
-
-@dataclass(frozen=True, slots=True)
-class LocalGrid:
-    """
-    What a 3x3 neighbourhood says about where the robot's disc may be.
-
-    Parameters
-    ----------
-    boxes : tuple of (x_low, y_low, x_high, y_high), [m]
-        The blocked cells.
-    seen : tuple of (x_low, y_low, x_high, y_high), [m]
-        The square of all nine cells.
-    is_entered : bool
-        Whether something is in the robot's own cell, nobody knows where.
-
-    """
-
-    boxes: tuple[tuple[float, float, float, float], ...]
-    seen: tuple[float, float, float, float]
-    is_entered: bool = False
-
-
-def local_grid_from_cells(
-    cells: Sequence[Sequence[int]], row: int, col: int, grid: Grid,
-    unknown_is_blocked: bool = False, own_cell: bool = False,
-) -> LocalGrid:
-    """
-    Place a neighbourhood in the world.
-
-    Parameters
-    ----------
-    cells : 3 by 3 numbers
-        0 free, -1 unknown, anything else blocked; row 0 at the lowest y. The robot stands in the
-        middle one: that it is unknown says nothing.
-    row, col : int
-        Cell in the middle.
-    grid : Grid
-        The workspace; what lies outside it is blocked.
-    unknown_is_blocked : bool
-        Whether to keep out of unknown cells.
-    own_cell : bool
-        Whether a blocked middle means that something reaches in; some sensors mark the robot.
-
-    """
-    def is_blocked(i: int, j: int) -> bool:
-        if not grid.contains(row + i - 1, col + j - 1):
-            return True
-        state = cells[i][j]
-        return unknown_is_blocked if state == -1 else state != 0
-
-    side, x, y = grid.resolution, grid.origin_x, grid.origin_y
-    low_x, low_y = x + (col - 1) * side, y + (row - 1) * side
-    boxes = tuple(
-        (low_x + j * side, low_y + i * side, low_x + (j + 1) * side, low_y + (i + 1) * side)
-        for i in range(3) for j in range(3) if (i, j) != (1, 1) and is_blocked(i, j))
-    return LocalGrid(boxes, (low_x, low_y, low_x + 3 * side, low_y + 3 * side),
-                     own_cell and cells[1][1] not in (0, -1))
 
 
 def clear_of_obstacles(
@@ -131,8 +77,12 @@ def clear_of_obstacles(
     if local_grid.is_entered:
         return (0.0, w), Intervention.ENTERED
     for share in (1.0, 0.5, 0.25):
-        if is_clear((share * v, w), dt, pose, local_grid, limits):
-            return (share * v, w), Intervention.NONE if share == 1.0 else Intervention.SLOWED
+        velocity = share * v, w
+        if is_clear(velocity, dt, pose, local_grid, limits) and (
+                is_out_of_reach(velocity, dt, pose, local_grid, limits)):
+            return velocity, Intervention.NONE if share == 1.0 else Intervention.SLOWED
+    if is_clear(velocity, dt, pose, local_grid, limits):
+        return (0.0, w), Intervention.MOVING
     return (0.0, w), Intervention.BLOCKED
 
 
@@ -170,8 +120,8 @@ def limit_command(
     -------
     velocity : tuple of float
         Within the limits of speed, and within those of acceleration unless the reason is
-        ``BLOCKED``, ``SLOWED``, ``ENTERED``, ``LATE``, ``NO_LOCAL_GRID`` or ``NOT_FINITE``: those
-        brake at once.
+        ``BLOCKED``, ``SLOWED``, ``ENTERED``, ``MOVING``, ``LATE``, ``NO_LOCAL_GRID`` or
+        ``NOT_FINITE``: those brake at once.
     reason : Intervention
 
     """
@@ -199,6 +149,11 @@ def is_within(pose: tuple[float, float, float], local_grid: LocalGrid) -> bool:
 def braking_way(v: float, dt: float, limits: Limits) -> float:
     """Return how far the robot gets in one step and then braking, [m]."""
     return abs(v) * dt + v * v / (2.0 * limits.a_max)
+
+
+def stopping_time(v: float, dt: float, limits: Limits) -> float:
+    """Return after which time the robot stands that drives one step and then brakes, [s]."""
+    return dt + abs(v) / limits.a_max
 
 
 def is_clear(
@@ -230,18 +185,30 @@ def is_clear(
     return True
 
 
-def distance_to_box(x: float, y: float, box: tuple[float, float, float, float]) -> float:
-    """Return the distance of a point from a box, [m]; negative inside (to the nearest edge)."""
-    dx = max(box[0] - x, x - box[2])
-    dy = max(box[1] - y, y - box[3])
-    if dx > 0.0 and dy > 0.0:
-        return math.hypot(dx, dy)
-    return max(dx, dy)
+def is_out_of_reach(
+    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid,
+    limits: Limits,
+) -> bool:
+    """
+    Return whether the robot stands again before anything that moves can have reached it.
 
-
-def distance_to_edge(x: float, y: float, seen: tuple[float, float, float, float]) -> float:
-    """Return how deep inside a box a point lies, [m]; negative outside."""
-    return min(x - seen[0], y - seen[1], seen[2] - x, seen[3] - y)
+    Where it can reach a robot that stands, too, the robot may drive straight away from it, if it
+    backs off at all.
+    """
+    if not local_grid.moving:
+        return True
+    v, w = velocity
+    x, y, yaw = pose
+    way, bend = braking_way(v, dt, limits), w / abs(v)
+    keep = limits.radius + MARGIN + local_grid.mover_speed * stopping_time(v, dt, limits)
+    near = [(box, distance) for box in local_grid.moving
+            if (distance := distance_to_box(x, y, box)) < keep + way]
+    for share in (0.25, 0.5, 0.75, 1.0) if near else ():
+        px, py = _on_arc(x, y, yaw, math.copysign(way * share, v), bend)
+        away = AWAY * way * share if local_grid.backs_off else math.inf
+        if any(distance_to_box(px, py, box) < min(keep, start + away) for box, start in near):
+            return False
+    return True
 
 
 def _on_arc(x: float, y: float, yaw: float, s: float, bend: float) -> tuple[float, float]:

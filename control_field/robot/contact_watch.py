@@ -2,10 +2,12 @@
 
 from typing import Final
 
-from control_field.robot.patience import Patience
+from control_field.robot.patience import LONGEST_GAP, Patience
 
-#: How long nothing must have touched the robot before it drives on, [s].
+#: How long nothing must have touched the robot before it drives on, and before what touched it
+#: is over for good, [s]: what comes and comes again lasts.
 _CALM: Final = 0.5
+_OVER: Final = 5.0
 
 
 class ContactWatch:
@@ -26,22 +28,14 @@ class ContactWatch:
 
     def __init__(self, timeout: float) -> None:
         """Start with nothing near."""
-        self.is_touched = self._touches = False
-        self._calm = Patience(_CALM)
-        self._patience = Patience(timeout)
-
-    @property
-    def timeout(self) -> float:
-        """Return how long a contact may last, [s]."""
-        return self._patience.seconds
-
-    @timeout.setter
-    def timeout(self, seconds: float) -> None:
-        self._patience.seconds = seconds
+        self.timeout = timeout
+        self.forget()
 
     def forget(self) -> None:
         """Begin a trial: what touched the robot before is nobody's fault."""
         self.is_touched = self._touches = False
+        self._lasted = self._last = 0.0
+        self._calm, self._over = Patience(_CALM), Patience(_OVER)
 
     def on_contact(self, touches: bool, stands: bool) -> bool:
         """Take in what a bumper says; return whether the robot has run into something."""
@@ -55,9 +49,13 @@ class ContactWatch:
 
     def lasts_too_long(self, stamp: float) -> bool:
         """Take in the time of a pose, [s]; return whether something has touched for too long."""
-        if self._touches:
-            self._calm.lasts(stamp, None)
-        elif not self._calm.lasts(stamp, 'calm'):
+        what = None if self._touches else 'nothing'
+        is_calm, is_over = not self._calm.lasts(stamp, what), not self._over.lasts(stamp, what)
+        if what and is_calm:
             self.is_touched = False
-        return not self._patience.lasts(stamp, 'touched' if self.is_touched else None) and (
-            self.is_touched)
+        if what and is_over:
+            self._lasted = 0.0
+        if self.is_touched:
+            self._lasted += min(max(stamp - self._last, 0.0), LONGEST_GAP)
+        self._last = stamp
+        return self.is_touched and self._lasted > self.timeout

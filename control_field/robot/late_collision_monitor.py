@@ -12,10 +12,11 @@ import math
 from typing import Final
 
 from control_field.robot.collision_monitor import (
-    braking_way, clear_of_obstacles, distance_to_box, distance_to_edge, Intervention, is_within,
-    limit_command, LocalGrid, MARGIN, SLOWEST, SPACING)
+    braking_way, clear_of_obstacles, Intervention, is_out_of_reach, is_within, limit_command,
+    MARGIN, SLOWEST, SPACING)
 from control_field.robot.latency import Lag
 from control_field.robot.limits import Limits, Velocity
+from control_field.robot.obstacle_boxes import Box, distance_to_box, distance_to_edge, LocalGrid
 from control_field.robot.sent_commands import moved, Piece, Place
 
 #: Shares of a speed that are tried, the greatest first; the last ones where more than creeping
@@ -31,8 +32,8 @@ NOTICED: Final = 0.2
 class _Room:
     """What is near enough to matter, and how near it may come."""
 
-    boxes: list[tuple[tuple[float, float, float, float], float]]
-    seen: tuple[float, float, float, float]
+    boxes: list[tuple[Box, float]]
+    seen: Box
     edge: float
 
     def holds(self, x: float, y: float) -> bool:
@@ -56,6 +57,10 @@ def limit_late_command(
         if local_grid.is_entered:
             return (0.0, w), Intervention.ENTERED
         share = share_that_is_clear(velocity, dt, pose, local_grid, limits, lag)
+        late_by = max((_duration(way) for way in lag.ways), default=0.0)
+        if share and not is_out_of_reach(
+                (share * v, w), dt + late_by, pose, local_grid, limits):
+            return (0.0, w), Intervention.MOVING
         if share:
             return (share * v, w), Intervention.NONE if share == 1.0 else Intervention.SLOWED
         _, done = clear_of_obstacles(velocity, dt, pose, local_grid, limits)
@@ -128,6 +133,10 @@ def _brakes(lag: Lag, limits: Limits) -> float:
     """Return the braking way from the fastest that it may be driving now, [m]."""
     fastest = max((abs(way[-1][0]) for way in lag.ways if way), default=0.0)
     return fastest * fastest / (2.0 * limits.a_max)
+
+
+def _duration(way: list[Piece]) -> float:
+    return sum(seconds for _, _, seconds in way)
 
 
 def _length(way: list[Piece]) -> float:

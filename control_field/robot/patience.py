@@ -4,7 +4,7 @@ from collections.abc import Hashable
 from typing import Final
 
 #: Stamps that are farther apart are no time that was waited, [s]: somebody set a clock.
-_LONGEST_GAP: Final = 1.0
+LONGEST_GAP: Final = 1.0
 
 
 class Patience:
@@ -38,6 +38,6 @@ class Patience:
         if what != self._what:
             self._what, self._waited = what, 0.0
         else:
-            self._waited += min(max(stamp - self._last, 0.0), _LONGEST_GAP)
+            self._waited += min(max(stamp - self._last, 0.0), LONGEST_GAP)
         self._last = stamp
         return what is not None and self._waited < self.seconds - 1e-9

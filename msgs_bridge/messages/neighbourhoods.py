@@ -78,6 +78,15 @@ class Neighbourhood:
         return middle_of(self.cells)
 
     @property
+    def finest(self) -> npt.NDArray[np.int8]:
+        """Return the same 3x3 as finely as it is seen, shape (3 * k, 3 * k)."""
+        if self.fine is None:
+            return self.nine
+        n, k = len(self.fine), len(self.fine) // len(self.cells)
+        low = (n - 3 * k) // 2
+        return self.fine[low:low + 3 * k, low:low + 3 * k]
+
+    @property
     def is_wide(self) -> bool:
         """Return whether it shows more than the cells around the robot's."""
         return len(self.cells) > 3

@@ -9,11 +9,11 @@ import pytest
 from control_field.grid import Grid
 from control_field.local_grid import crop_neighbourhood
 from control_field.robot.collision_monitor import (
-    braking_way, distance_to_box, Intervention, limit_command, local_grid_from_cells, LONGEST_STEP,
-    MARGIN)
+    braking_way, Intervention, limit_command, LONGEST_STEP, MARGIN)
 from control_field.robot.late_collision_monitor import limit_late_command
 from control_field.robot.latency import Lag
 from control_field.robot.limits import Limits, STANDSTILL
+from control_field.robot.obstacle_boxes import distance_to_box, local_grid_from_cells
 
 LIMITS = Limits()
 GRID = Grid(20, 20, 0.25)

@@ -8,9 +8,10 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.local_grid import crop_neighbourhood, masks_from_neighbourhood
-from control_field.robot.collision_monitor import distance_to_box, limit_command
+from control_field.robot.collision_monitor import limit_command
 from control_field.robot.limits import Limits, STANDSTILL
-from control_field_node.observation import observation_from_neighbourhood, ObservationCache
+from control_field.robot.obstacle_boxes import distance_to_box
+from control_field_node.observation import observation_from_neighbourhood, ObservationCache, Sight
 from control_field_node.path_tracker import PathTracker
 from controller_helpers import GRID
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
@@ -39,7 +40,7 @@ class Robot:
     def seen(self):
         cells = crop_neighbourhood(self.world, *self.cell)
         return observation_from_neighbourhood(
-            Neighbourhood(self.pose.stamp, *self.cell, cells), GRID, False)
+            Neighbourhood(self.pose.stamp, *self.cell, cells), GRID, Sight())
 
     def until_due(self, patience=20.0):
         """Drive until the next step is to be decided; return what is seen there."""
@@ -181,7 +182,7 @@ def test_an_old_local_grid_lets_nothing_be_decided():
     robot = Robot(open_world(), (5, 5))
     robot.until_due()
     old = observation_from_neighbourhood(
-        Neighbourhood(0.0, 5, 4, np.zeros((3, 3), np.int8)), GRID, False)
+        Neighbourhood(0.0, 5, 4, np.zeros((3, 3), np.int8)), GRID, Sight())
     robot.tracker.reset()
     robot.tracker.update(robot.pose, old)
     assert not robot.tracker.is_due(robot.pose, old)
@@ -210,19 +211,19 @@ def test_a_random_walk_among_obstacles_touches_nothing_and_gets_everywhere(seed,
 
 def test_seen_agrees_with_the_masks_and_the_workspace():
     cells = np.array([[0, 100, -1], [0, 100, 0], [0, 0, 100]], np.int8)
-    seen = observation_from_neighbourhood(Neighbourhood(0.0, 0, 5, cells), GRID, False)
+    seen = observation_from_neighbourhood(Neighbourhood(0.0, 0, 5, cells), GRID, Sight())
     assert (seen.blocked, seen.unknown) == masks_from_neighbourhood(cells)
     assert seen.occupied == {(-1, 4), (-1, 5), (-1, 6), (1, 6)}
-    cautious = observation_from_neighbourhood(Neighbourhood(0.0, 1, 5, cells), GRID, True)
+    cautious = observation_from_neighbourhood(Neighbourhood(0.0, 1, 5, cells), GRID, Sight(True))
     assert cautious.occupied == {(0, 5), (0, 6), (2, 6)}
 
 
 def test_the_same_local_grid_is_made_ready_once():
     seen = ObservationCache().get
     cells = np.zeros((3, 3), np.int8)
-    first = seen(Neighbourhood(0.0, 5, 5, cells), GRID, False)
-    assert seen(Neighbourhood(1.0, 5, 5, cells.copy()), GRID, False) is first
-    assert seen(Neighbourhood(1.0, 5, 6, cells), GRID, False) is not first
+    first = seen(Neighbourhood(0.0, 5, 5, cells), GRID, Sight())
+    assert seen(Neighbourhood(1.0, 5, 5, cells.copy()), GRID, Sight()) is first
+    assert seen(Neighbourhood(1.0, 5, 6, cells), GRID, Sight()) is not first
 
 
 @pytest.mark.parametrize(('walls', 'aside'), [
