@@ -95,6 +95,11 @@ class Contacts:
                 self.part_from(index)
         return was_mover
 
+    def part(self) -> None:
+        """End every contact."""
+        self.touching.clear()
+        self.run_into.clear()
+
     def part_from(self, index: int) -> None:
         """End the contact with a mover."""
         self.touching.discard(index)

@@ -138,8 +138,7 @@ class Simulation:
         self._check_placement(where, name, self._clearance)
         self.robot.place(where)
         self._at_wall = False
-        self.contacts.touching.clear()
-        self.contacts.run_into.clear()
+        self.contacts.part()
         self._command = (0.0, 0.0)
         self._command_age = math.inf
 
@@ -150,16 +149,18 @@ class Simulation:
         Take other parameters and, if given, another world; the robot stays where it is.
 
         A robot that finds itself in an obstacle of the new world can only move out of it. What
-        moves begins anew in another world or with another seed, and is that of ``script``, if
-        that is given.
+        moves begins anew with another seed or script; in another world nothing does without one.
         """
         if parameters.seed != self.parameters.seed:
             self._rng = np.random.default_rng(parameters.seed)
         if world is not None or script is not None or parameters.seed != self.movers.seed:
+            if script is None:
+                script = Script() if world is not None else Script(
+                    self.movers.movers, self._changing.changes)
             world = world or self._changing.first
-            script = script or Script(self.movers.movers, self._changing.changes)
             self.movers = Movers(script.movers, world, parameters.seed)
             self._changing = ChangingWorld(world, script.changes)
+            self.contacts.part()
             self.seconds = 0.0
         self.parameters = parameters
         self.robot.body, self.robot.wheels = parameters.body, parameters.wheels

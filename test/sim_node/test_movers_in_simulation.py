@@ -160,6 +160,23 @@ class TestChanges:
         simulation.reset()
         assert not simulation.world.occupancy.any()
 
+    def test_in_another_world_nothing_moves_or_changes_unless_it_is_said(self):
+        simulation = run(self.make(at_time=1.0), 2.0)
+        simulation.change(simulation.parameters, World(Grid(8, 9, 0.25), np.zeros((8, 9))))
+        assert not run(simulation, 5.0).world.occupancy.any()
+
+    def test_a_contact_ends_where_nothing_moves_any_more(self):
+        simulation = run(make(comes()), 20.0)
+        assert simulation.in_contact
+        simulation.change(simulation.parameters, None, Script())
+        assert not simulation.in_contact
+
+    def test_another_seed_begins_anew(self):
+        simulation = run(make(Mover(0.1, 0.2, mode='wander'), seed=1), 5.0)
+        simulation.change(SimSettings(seed=2))
+        assert simulation.movers.discs == make(
+            Mover(0.1, 0.2, mode='wander'), seed=2).movers.discs
+
     def test_another_script_begins_anew(self):
         simulation = run(self.make(at_time=1.0), 2.0)
         assert simulation.world.occupancy.any()
