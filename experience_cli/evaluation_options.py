@@ -19,6 +19,9 @@ def add_task_options(add: Callable[..., object]) -> None:
     add('--change', metavar='K:FILE', type=change, action='append', default=[],
         help='from trial K + 1 on the world is another one of the same size; may be given several '
         'times, K growing')
+    add('--movers', metavar='FILE',
+        help='what moves in the world, and what changes at a trial or a time: a YAML file, or the '
+        'name of one that comes along, as crossing')
     add('--sight', metavar='N', type=sight, default=3,
         help='side of the local grid, an odd number of cells up to 61; what lies behind something '
         'is not seen (default: 3)')

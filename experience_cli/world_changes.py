@@ -1,4 +1,4 @@
-"""The worlds that a world becomes while it is evaluated: read, and held against the first one."""
+"""What moves and changes in a world while it is evaluated: read, and held against the world."""
 
 from collections.abc import Sequence
 import sys
@@ -7,7 +7,41 @@ from control_field.grid import Grid
 from experience_cli.errors import UserError
 from experience_evaluation.environment import Environment
 from experience_evaluation.experiment import Change, Experiment
-from world_maps.world import find_world, load_world, WorldError
+from world_maps.movers_file import find_movers, load_movers, Script
+from world_maps.world import find_world, load_world, World, WorldError
+
+
+def read_script(name: str | None, world: World, n_trials: int,
+                ) -> tuple[Script, tuple[Change, ...]]:
+    """
+    Read the file of ``--movers``: what moves or changes within trials, and what between them.
+
+    Raises
+    ------
+    UserError
+        If it is missing or malformed, or does not fit the world.
+
+    """
+    if name is None:
+        return Script(), ()
+    try:
+        script = load_movers(find_movers(name), world)
+    except WorldError as error:
+        raise UserError(f'--movers {error}') from error
+    within = Script(script.movers, tuple(
+        change for change in script.changes if change.at_trial is None))
+    occupancy, changes = world.occupancy, dict[int, Change]()
+    for change in sorted((change for change in script.changes if change.at_trial is not None),
+                         key=lambda change: change.at_trial or 0):
+        after = (change.at_trial or 0) - 1
+        if after >= n_trials:
+            print(f'experience evaluate: --movers {name}: {change.name} at trial {after + 1}, '
+                  f'which there is not with --trials {n_trials}', file=sys.stderr)
+            continue
+        occupancy = change.of(occupancy)
+        said = f'{changes[after].world}, ' if after in changes else f'{name}: '
+        changes[after] = Change(after, occupancy, said + change.name)
+    return within, tuple(changes.values())
 
 
 def read_changes(named: Sequence[tuple[int, str]], grid: Grid, n_trials: int,
@@ -70,9 +104,12 @@ def check_changes(experiment: Experiment) -> None:
         If no trial can start any more.
 
     """
-    for change, environment in zip(
-            experiment.changes, experiment.environments()[1:], strict=True):
-        what = f'--change {change.after}:{change.world}'
+    try:
+        _, *environments = experiment.environments()
+    except ValueError as error:
+        raise UserError(f'--movers: {error} that a change makes') from error
+    for change, environment in zip(experiment.changes, environments, strict=True):
+        what = f'after trial {change.after}, {change.world}'
         start = experiment.demo_starts[0]
         if not experiment.spread and environment.world.truth[start] != 0:
             raise UserError(f'{what}: blocks the start of all trials, choose --starts spread or '

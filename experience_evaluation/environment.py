@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from control_field.kernels import compiled
 from control_field.learning.grid_world import GridWorld
+from control_field.learning.moving_world import MovingWorld
 from control_field.parameters import Parameters
 
 
@@ -59,6 +60,11 @@ class Environment:
         truth, rules = self.world.truth, self.world.rules
         return np.array([compiled.allowed_steps(truth, *cell, rules)
                          for cell in np.ndindex(truth.shape)], dtype=np.int64)
+
+    @property
+    def n_mover_contacts(self) -> int:
+        """Return how often something that moves ran into the robot, in all trials so far."""
+        return self.world.n_mover_contacts if isinstance(self.world, MovingWorld) else 0
 
     def world_with(self, parameters: Parameters) -> GridWorld:
         """Return the true world for a robot with other parameters."""

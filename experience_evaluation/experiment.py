@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.learning.grid_world import GridWorld
+from control_field.learning.moving_world import MovingWorld
+from control_field.local_grid import BLOCKED, FREE
 from control_field.parameters import Parameters
 from control_field.records import Demonstration
 from experience_evaluation.environment import Environment
@@ -19,6 +21,9 @@ from experience_evaluation.methods.registry import make_method
 from experience_evaluation.metrics import judge
 from experience_evaluation.teachers import (
     demonstrate, demonstration_from_path, heading_table, longer_path, NoWayError)
+from world_maps.cells_in_motion import moving_in_cells, pace_in_cells
+from world_maps.movers_file import Script
+from world_maps.world import World
 
 Cell = tuple[int, int]
 Row = dict[str, float]
@@ -80,6 +85,9 @@ class Experiment:
         What becomes of the world, in the order of the trials.
     sight : int, [cells]
         Side of the local grid of robot and teacher.
+    script : Script
+        What moves in the world, and what changes in each trial after so many seconds; trials of
+        the control field only meet it.
 
     """
 
@@ -98,15 +106,31 @@ class Experiment:
     judged_after: tuple[int, ...] | None = None
     changes: tuple[Change, ...] = ()
     sight: int = 3
+    script: Script = Script()
 
     def environments(self) -> list[Environment]:
-        """Return what is true at first, and after each change."""
-        first, *worlds = [
-            GridWorld(occupancy, self.parameters, self.sight) for occupancy in (
-                self.occupancy, *(change.occupancy for change in self.changes))]
+        """
+        Return what is true at first, and after each change.
+
+        Raises
+        ------
+        ValueError
+            If there is no room for what moves; the message says for which.
+
+        """
+        first, *worlds = [self._grid_world(occupancy) for occupancy in (
+            self.occupancy, *(change.occupancy for change in self.changes))]
         at_first = Environment(first, self.goal)
         return [at_first, *(
             Environment(world, self.goal, at_first.reachable) for world in worlds)]
+
+    def _grid_world(self, occupancy: npt.NDArray[np.int8]) -> GridWorld:
+        if not (self.script.movers or self.script.changes):
+            return GridWorld(occupancy, self.parameters, self.sight)
+        world = World(self.grid, np.where(occupancy == FREE, FREE, BLOCKED).astype(np.int8))
+        moving = moving_in_cells(
+            world, self.script.movers, self.script.changes, self.parameters.seed)
+        return MovingWorld(occupancy, self.parameters, moving, pace_in_cells(world), self.sight)
 
     def n_changes(self, number: int) -> int:
         """Return how often the world has changed before a trial, counted from 1."""
@@ -191,8 +215,10 @@ def _run_seed(experiment: Experiment, seed: int) -> LearningCurve:
         environment = environments[experiment.n_changes(number)]
         if environment is not environments[len(at_changes)]:
             at_changes.append(judged.row(environment, number - 1, spent.without_seconds()))
+        before = environment.n_mover_contacts
         practice = method.practise(environment, number)
-        spent = spent.without_seconds() if practice is None else spent.then(practice)
+        spent = spent.without_seconds() if practice is None else spent.then(
+            practice, environment.n_mover_contacts - before)
         if experiment.judged_after is None or number in experiment.judged_after:
             after.append(judged.row(environment, number, spent) if practice or at_changes else
                          {**after[-1], 'trials': float(number), 'seconds_learning': 0.0})
@@ -236,11 +262,13 @@ class _Spent:
     collisions: int
     reinforcements: int
     seconds: float
+    mover_contacts: int = 0
 
-    def then(self, practice: Practice) -> '_Spent':
+    def then(self, practice: Practice, mover_contacts: int) -> '_Spent':
         """Return what it comes to after one more trial."""
         return _Spent(self.steps + practice.steps, self.collisions + practice.collisions,
-                      practice.reinforcements, practice.seconds)
+                      practice.reinforcements, practice.seconds,
+                      self.mover_contacts + mover_contacts)
 
     def without_seconds(self) -> '_Spent':
         """Return the same where nothing was learnt since."""
@@ -263,6 +291,7 @@ class _Judge:
         row['trials'] = float(number)
         row['steps'] = float(spent.steps)
         row['collisions'] += float(spent.collisions)
+        row['mover_contacts'] += float(spent.mover_contacts)
         row['reinforcements'] = float(spent.reinforcements)
         row['seconds_learning'] = spent.seconds
         return row

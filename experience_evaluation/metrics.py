@@ -20,6 +20,8 @@ METRICS = {
     'success_spl': 'SPL of success',
     'steps': 'steps driven in the trials so far',
     'collisions': 'collisions in the trials so far and in all runs of `success`',
+    'mover_contacts': 'how often something that moves ran into the robot, in the trials so far '
+                      'and in all runs of `success`',
     'reinforcements': 'rewards other than zero in the last trial, online and offline',
     'hidden_neurons': 'prototypes',
     'hidden_neurons_share': 'prototypes for each free reachable cell',
@@ -87,6 +89,7 @@ def judge(method: Method, task: Task, environment: Environment, judged: npt.NDAr
     headings = method.headings()
     lengths = flow_lengths(environment, headings)[judged]
     shortest = environment.shortest[judged]
+    n_contacts = environment.n_mover_contacts
     runs = method.runs(environment, np.argwhere(judged), 0)
     truly = fidelity_of(headings, demonstrated, environment.world.truth, environment.world.rules)
     notes, n_reachable = method.notes(), int(environment.reachable.sum())
@@ -95,7 +98,8 @@ def judge(method: Method, task: Task, environment: Environment, judged: npt.NDAr
         'field_success': share_of(home), 'success': share_of(arrived),
         'field_success_spl': spl(home, lengths, shortest),
         'success_spl': spl(arrived, runs.length, shortest),
-        'steps': 0.0, 'collisions': _n_collisions(runs), 'reinforcements': 0.0,
+        'steps': 0.0, 'collisions': _n_collisions(runs),
+        'mover_contacts': float(environment.n_mover_contacts - n_contacts), 'reinforcements': 0.0,
         'hidden_neurons': float(notes.n_prototypes),
         'hidden_neurons_share': (
             notes.n_prototypes / n_reachable if n_reachable else float('nan')),

@@ -96,7 +96,7 @@ def _config(experiment: Experiment, seeds: list[int], world: str, demo_bag: str 
                          else None),
         'seeds': seeds, 'corner_cutting': experiment.parameters.corner_cutting,
         **_counts(experiment, first), 'parameters': parameters,
-        'sight': experiment.sight,
+        'sight': experiment.sight, 'n_movers': len(experiment.script.movers),
         'changes': [{'after': change.after, 'world': change.world, **_counts(experiment, then)}
                     for change, then in zip(experiment.changes, changed, strict=True)]}
 

@@ -21,7 +21,7 @@ from experience_cli.errors import UserError
 from experience_cli.external_bags import guessed, reading_of
 from experience_cli.output import Output
 from experience_cli.terminal import table_lines
-from experience_cli.world_changes import check_changes, read_changes
+from experience_cli.world_changes import check_changes, read_changes, read_script
 from experience_evaluation.experiment import Experiment, LearningCurve
 from experience_evaluation.field_file import npz_bytes
 from experience_evaluation.methods.registry import METHODS
@@ -33,6 +33,8 @@ from world_maps.world import find_world, load_world, World, WorldError
 
 #: Row and column.
 Cell: TypeAlias = tuple[int, int]
+#: Methods whose trials meet what moves.
+MOVING = ('ours',)
 _COLUMNS = ('field_success', 'success', 'success_spl', 'collisions', 'hidden_neurons', 'fidelity')
 
 
@@ -88,8 +90,9 @@ def _table(report_: dict[str, Any]) -> list[str]:
     entries = [(entry['trials'], 0, str(entry['trials']), entry) for entry in report_['after']]
     entries += [(entry['trials'], 1, f'{entry["trials"]}, now {entry["world"]}', entry)
                 for entry in report_['at_changes']]
-    rows = [['trials', *_COLUMNS]]
-    rows += [[printable(when), *(_cell_text(entry[name]) for name in _COLUMNS)]
+    columns = (*_COLUMNS, 'mover_contacts') if report_['config']['n_movers'] else _COLUMNS
+    rows = [['trials', *columns]]
+    rows += [[printable(when), *(_cell_text(entry[name]) for name in columns)]
              for _, _, when, entry in sorted(entries, key=lambda entry: entry[:2])]
     return table_lines(rows, range(len(rows[0])))
 
@@ -155,12 +158,17 @@ def _experiment(arguments: argparse.Namespace) -> Experiment:
     parameters, world = _parameters(arguments), _world(arguments.world)
     _check_reading(arguments)
     goal, starts, demonstrations = _places(arguments, world.grid)
+    script, changes = read_script(arguments.movers, world, arguments.trials)
+    if changes and arguments.change:
+        raise UserError(f'--change: {arguments.movers} changes the world at trials too, name all '
+                        f'changes in one place')
     experiment = Experiment(
         world.grid, world.occupancy, goal, starts, arguments.trials,
         arguments.starts == 'spread', arguments.teacher, arguments.method, parameters,
         demonstrations, arguments.start_radius, arguments.demo_steps,
         _judged_after(arguments.trials, arguments.judge_every),
-        read_changes(arguments.change, world.grid, arguments.trials), arguments.sight)
+        read_changes(arguments.change, world.grid, arguments.trials) or changes,
+        arguments.sight, script)
     _check_places(experiment)
     check_changes(experiment)
     return experiment
@@ -171,6 +179,9 @@ def _check_method(arguments: argparse.Namespace) -> None:
     if arguments.method not in METHODS:
         raise UserError(f'--method {arguments.method}: there is no such method, there are: '
                         f'{", ".join(METHODS)}')
+    if arguments.movers is not None and arguments.method not in MOVING:
+        raise UserError(f'--method {arguments.method}: does not know things that move, with '
+                        f'--movers there are: {", ".join(MOVING)}')
     if arguments.demo_steps is not None and arguments.teacher != 'shortest':
         raise UserError(f'--teacher {arguments.teacher}: --demo-steps shows a random way instead '
                         f'of a teacher, leave out one of them')

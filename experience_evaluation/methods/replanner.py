@@ -103,7 +103,7 @@ class Replanner:
               ) -> bool:
         """Remember what is seen from a cell; return whether that is anything new."""
         changed = compiled.remember_local_grid(known, row, col, world.local_grid(row, col), 0)
-        compiled.mark_local_grid(seen, row, col, 0)
+        seen[max(0, row - 1):row + 2, max(0, col - 1):col + 2] = True
         for grid in world.local_grids(np.array([[row, col]], dtype=np.int32), np.zeros(1)):
             changed += compiled.remember_cells(known, seen, row, col, grid['cells'])
         return bool(changed)
