@@ -9,6 +9,7 @@ DEMO_ARGS ?=
 TEST_ARGS ?=
 BENCH_ARGS ?=
 EVALUATION_ARGS ?=
+CHANGING_ARGS ?=
 
 export PYTHON VENV
 # A sourced ROS or another virtual environment must not shine through: the libraries of two
@@ -51,6 +52,7 @@ bench: tools
 
 evaluation: tools
 	$(BIN)/python -m benchmarks.evaluation $(EVALUATION_ARGS)
+	$(BIN)/python -m benchmarks.changing_worlds --methods 4 --write $(CHANGING_ARGS)
 
 # Only for who changes requirements*.in: find the newest versions for both Pythons and lock them.
 LOCK := $(BIN)/uv pip compile -q --upgrade --universal --python-version 3.11 \

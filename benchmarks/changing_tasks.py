@@ -12,12 +12,13 @@ from control_field.grid import Grid
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from experience_evaluation.changing_worlds import (
-    BLOCKING, doors_world, moved_obstacles, SHORTCUT, WALL_ROW, WALLED_SIZE, walled_world,
-    with_block)
+    BLOCKING, doors_world, moved_obstacles, persons_crossing, SHORTCUT, WALL_ROW, WALLED_SIZE,
+    walled_world, with_block)
 from experience_evaluation.experiment import Change, Experiment
 from experience_evaluation.starts import choose_places
 from experience_evaluation.teachers import demonstration_from_path, detour_path
 from experience_evaluation.worlds import Occupancy, random_world, rooms_world
+from world_maps.movers_file import Script
 
 #: Trials before the first change, which show (nearly) all there is, and after the last one.
 N_BEFORE: Final = 10
@@ -26,6 +27,8 @@ N_AFTER: Final = 10
 N_SHUT: Final = 3
 #: How far what stands on the shown way reaches to every side, [cells].
 BLOCK_REACH: Final = 1
+#: Trials among persons.
+N_PERSON_TRIALS: Final = 20
 #: Doors are shut and opened so often, and after so many trials each time.
 N_TURNS: Final = 4
 N_EACH: Final = 5
@@ -123,6 +126,17 @@ def held_out_tasks(name: str, sight: int, n_seeds: int) -> Tasks:
         goal, start = choose_places(occupancy, rng)
         tasks.append((Experiment(Grid(32, 32, 1.0), occupancy, goal, [start], 3, sight=sight,
                                  judged_after=(0, 3)), seed))
+    return tasks
+
+
+def persons_tasks(n_seeds: int) -> Tasks:
+    """Return an experiment a seed with five persons who cross; only the start is judged."""
+    tasks = []
+    for experiment, seed in walled_tasks(n_seeds, range(7, 13), spread=False, start_radius=0.0):
+        grid = Grid(WALLED_SIZE, WALLED_SIZE, 0.25)
+        persons = persons_crossing(grid, 5, np.random.default_rng([seed, 5]))
+        tasks.append((replace(experiment, grid=grid, n_trials=N_PERSON_TRIALS,
+                              script=Script(persons)), seed))
     return tasks
 
 

@@ -7,16 +7,19 @@ are moved in MovingAI maps too. Each row says what was asked for.
 
 import argparse
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from benchmarks.changing_mazes import MAZES, RUNNERS
+from benchmarks.changing_charts import draw_changes, draw_mazes, stretches, STYLES
+from benchmarks.changing_mazes import Arrived, MAZES, RUNNERS
 from benchmarks.changing_tasks import (
-    blocking_tasks, doors_tasks, HELD_OUT, held_out_tasks, moved_tasks, N_AFTER, N_EACH, N_SHUT,
-    N_TURNS, obstacle_tasks, sealed_tasks, shortcut_tasks)
+    blocking_tasks, doors_tasks, HELD_OUT, held_out_tasks, moved_tasks, N_AFTER, N_EACH,
+    N_PERSON_TRIALS, N_SHUT, N_TURNS, obstacle_tasks, persons_tasks, sealed_tasks, shortcut_tasks)
 from benchmarks.evaluation_tables import write_section
 from benchmarks.how_good import at, DOC, median, Target, tasks_on
 from benchmarks.own_tasks import own_tasks, Tasks
@@ -149,24 +152,41 @@ def held_out_rows(n_seeds: int, n_jobs: int) -> list[Target]:
     return rows
 
 
-def maze_rows(n_jobs: int) -> list[Target]:
-    """Measure the mazes of Sutton and Barto: how often the goal was reached, of N_RUNS runs."""
+def persons_rows(n_seeds: int, n_jobs: int) -> list[Target]:
+    """Measure five persons who cross the workspace, in the headless world."""
+    what = 'five persons crossing, headless'
+    curves = run_all(persons_tasks(n_seeds), n_jobs, what)
+    contacts = [curve.after[-1]['mover_contacts'] for curve in curves]
+    return [
+        median(f'{what}, success of all trials', [
+            float(np.mean([row['success'] for row in curve.after])) for curve in curves], 0.95),
+        median(f'{what}, how often one ran into the robot in {N_PERSON_TRIALS} trials', contacts,
+               float('nan')), collided(what, curves)]
+
+
+def maze_rows(n_seeds: int, n_jobs: int) -> list[Target]:
+    """Measure and draw the mazes of Sutton and Barto: how often the goal was reached."""
+    del n_seeds  # 30 runs are what was asked for
     keys = [(name, who, seed) for name in MAZES for who in RUNNERS for seed in range(N_RUNS)]
-    reached = dict(run(_reached, keys, n_jobs, print))
-    rows = []
-    for name, maze in MAZES.items():
-        for who in RUNNERS:
-            values = [reached[index] for index, key in enumerate(keys) if key[:2] == (name, who)]
-            rows.append(Target(
-                f'Sutton and Barto, {name}, {who}, goals reached, mean of {N_RUNS} runs',
-                float(np.mean(values)), maze.must if who == 'ours' else float('nan'),
-                spread=f'{min(values)} to {max(values)}, standard deviation '
-                       f'{np.std(values):.1f}'))
-    return rows
+    reached: dict[str, dict[str, list[Arrived]]] = {
+        name: {who: [] for who in RUNNERS} for name in MAZES}
+    for index, arrived in sorted(run(_arrived, keys, n_jobs, print), key=itemgetter(0)):
+        name, who, _ = keys[index]
+        reached[name][who].append(arrived)
+    draw_mazes(reached, MAZES, DOC.with_name('evaluation_mazes.png'))
+    return [_maze_row(name, who, [int(arrived[-1]) for arrived in reached[name][who]])
+            for name in MAZES for who in RUNNERS]
 
 
-def _reached(name: str, who: str, seed: int) -> int:
-    return int(RUNNERS[who](MAZES[name], seed)[-1])
+def _arrived(name: str, who: str, seed: int) -> Arrived:
+    return RUNNERS[who](MAZES[name], seed)
+
+
+def _maze_row(name: str, who: str, values: list[int]) -> Target:
+    return Target(
+        f'Sutton and Barto, {name}, {who}, goals reached, mean of {N_RUNS} runs',
+        float(np.mean(values)), MAZES[name].must if who == 'ours' else float('nan'),
+        spread=f'{min(values)} to {max(values)}, standard deviation {np.std(values):.1f}')
 
 
 Measure = Callable[[int, int], list[Target]]
@@ -177,12 +197,43 @@ def measures_of(folder: Path | None) -> dict[str, Measure]:
     measures: dict[str, Measure] = {
         'blocking': blocking_rows, 'shortcut': shortcut_rows, 'sealed': sealed_rows,
         'obstacle': obstacle_rows, 'doors': doors_rows, 'sight': held_out_rows,
-        'mazes of the book': lambda n_seeds, n_jobs: maze_rows(n_jobs)}
+        'persons': persons_rows, 'mazes of the book': maze_rows}
     for name in MOVED:
         measures[f'moved, {name}'] = partial(moved_rows, name, partial(own_tasks, name))
     for path in () if folder is None else (folder / f'{name}.map' for name in MOVED_MAPS):
         measures[f'moved, {path.stem}'] = partial(moved_rows, path.stem, partial(tasks_on, path))
     return measures
+
+
+#: Tasks that methods are compared in, by the title of their panel.
+COMPARED: Final = {
+    'blocking maze': blocking_tasks, 'shortcut maze': shortcut_tasks,
+    'all shut, then open': sealed_tasks, 'doors': doors_tasks}
+
+
+def compare(n_seeds: int, n_jobs: int) -> str:
+    """Run every method on the tasks, draw the curves, and return them with a table."""
+    results: dict[str, dict[str, list[LearningCurve]]] = {}
+    for title, tasks in COMPARED.items():
+        results[title] = {
+            method: run_all([(replace(experiment, method=method), seed)
+                             for experiment, seed in tasks(n_seeds)], n_jobs, f'{title}, {method}')
+            for method in STYLES}
+    charts = [draw_changes(results, metric, DOC.with_name(f'evaluation_changes_{metric}.png'))
+              for metric in ('success', 'field_success_spl')]
+    lines = ['| | ' + ' | '.join(label for *_, label in STYLES.values()) + ' |',
+             '|---|' + '---|' * len(STYLES)]
+    for title, by_method in results.items():
+        for metric in ('success', 'field_success_spl'):
+            values = [np.mean([row[metric] for curve in curves for stretch in stretches(curve)[1:]
+                               for row in stretch]) for curves in by_method.values()]
+            lines.append(f'| {title}, {metric} | ' + ' | '.join(
+                f'{value:.3f}' for value in values) + ' |')
+    return '\n'.join([
+        *lines, '', (f'Means over the trials since the first change, {n_seeds} seeds each. The '
+                     f'curves are medians.'), '',
+        *(f'![{path.stem}]({path.name})\n' for path in charts),
+        '![evaluation_mazes](evaluation_mazes.png)'])
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -192,6 +243,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument('--only', default='', help='only what has this in its name')
     parser.add_argument('--seeds', type=int, default=20)
     parser.add_argument('--jobs', type=int, default=2)
+    parser.add_argument('--methods', type=int, default=0, metavar='N',
+                        help='compare methods too, over N seeds')
     parser.add_argument('--write', action='store_true', help='write it into doc/evaluation.md')
     options = parser.parse_args(arguments)
     lines = ['| what | median | over the seeds | must | met |', '|---|---|---|---|---|']
@@ -202,6 +255,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(row.line(), flush=True)
     if options.write:
         write_section(DOC, 'changing worlds', '\n'.join(lines))
+    if options.methods:
+        section = compare(options.methods, options.jobs)
+        print(section)
+        if options.write:
+            write_section(DOC, 'changing worlds, methods', section)
     return 0
 
 

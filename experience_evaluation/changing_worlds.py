@@ -5,10 +5,12 @@ from typing import Final
 
 import numpy as np
 
+from control_field.grid import Grid
 from control_field.learning.grid_world import GridWorld
 from control_field.local_grid import BLOCKED, FREE
 from control_field.parameters import Parameters
 from experience_evaluation.worlds import Occupancy, rooms_world
+from world_maps.mover import Mover, Waypoint
 
 Cell = tuple[int, int]
 #: Side of the workspace with a wall across it, and the row of the wall, [cells].
@@ -97,3 +99,30 @@ def doors_world(size: int, rng: np.random.Generator, n: int, share: float = 0.3,
         shut = cells.copy()
         shut[tuple(doors[rng.random(len(doors)) < share].T)] = BLOCKED
         yield shut
+
+
+def persons_crossing(grid: Grid, n: int, rng: np.random.Generator) -> tuple[Mover, ...]:
+    """
+    Return persons who walk to and fro across a workspace, every other one along x.
+
+    Parameters
+    ----------
+    grid : Grid
+    n : int
+    rng : numpy.random.Generator
+        Draws where they cross, how fast they are (0.05 to 0.15 m/s), and how long they stand at
+        either end (0 to 5 s).
+
+    """
+    x, y = grid.origin_x, grid.origin_y
+    width, height = grid.n_cols * grid.resolution, grid.n_rows * grid.resolution
+    persons = []
+    for number in range(n):
+        here, there = rng.uniform(0.1, 0.9, 2)
+        ends = ((x, y + here * height), (x + width, y + there * height)) if number % 2 else (
+            (x + here * width, y), (x + there * width, y + height))
+        persons.append(Mover(
+            0.15, float(rng.uniform(0.05, 0.15)), tuple(
+                Waypoint(float(px), float(py), float(rng.uniform(0.0, 5.0))) for px, py in ends),
+            'back_and_forth', name=f'person {number + 1}'))
+    return tuple(persons)

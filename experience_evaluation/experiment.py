@@ -106,7 +106,7 @@ class Experiment:
     judged_after: tuple[int, ...] | None = None
     changes: tuple[Change, ...] = ()
     sight: int = 3
-    script: Script = Script()
+    script: Script = field(default_factory=Script)
 
     def environments(self) -> list[Environment]:
         """

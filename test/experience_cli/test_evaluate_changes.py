@@ -120,7 +120,8 @@ def test_what_moves_is_met_and_what_changes_at_a_trial_is_as_with_change(world, 
 
 @pytest.mark.parametrize(('text', 'more', 'hint'), [
     ('movers: []', ['--method', 'replanner'], 'does not know things that move'),
-    ('changes: [{at_trial: 2, close: [0, 0, 1, 1]}]', ['--change', '1:task1'], 'name all changes in one place'),
+    ('changes: [{at_trial: 2, close: [0, 0, 1, 1]}]', ['--change', '1:task1'],
+     'name all changes in one place'),
     ('movers: [{radius: 0}]', [], 'entry 1 of movers'),
 ])
 def test_movers_that_cannot_be_are_one_clear_line(world, tmp_path, text, more, hint, capsys):
