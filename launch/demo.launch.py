@@ -64,7 +64,8 @@ def teacher() -> ExecuteProcess:
     return ExecuteProcess(
         cmd=[ExecutableInPackage('experience', PACKAGE), 'demo', '--attach',
              '--tasks', LaunchConfiguration('task'), '--trials', LaunchConfiguration('trials'),
-             # One word: an empty namespace must not look like a missing one.
+             # One word each: what is empty must not look like what is missing.
+             ['--movers=', LaunchConfiguration('movers')],
              ['--namespace=', LaunchConfiguration('namespace')]],
         name='teacher', output='screen')
 
@@ -87,6 +88,8 @@ def arguments() -> list[DeclareLaunchArgument]:
                               description="which of the paper's tasks"),
         DeclareLaunchArgument('trials', default_value='6',
                               description='how many trials run by themselves'),
+        DeclareLaunchArgument('movers', default_value='',
+                              description='who moves meanwhile: crossing, door or a file'),
         DeclareLaunchArgument('bags', default_value='bags', description="the robot's memory"),
         DeclareLaunchArgument('speed_factor', default_value='1.0',
                               description='simulated seconds in a second'),

@@ -33,12 +33,12 @@ def test_it_starts_our_executables():
 def test_what_teaches_is_ours_and_understood():
     assert strings_of_calls('ExecutableInPackage') == {'experience'}
     text = LAUNCH.read_text()
-    options = [option for option in ('--attach', '--tasks', '--trials', '--namespace=')
-               if f"'{option}" in text]
-    assert len(options) == 4
+    options = [option for option in (
+        '--attach', '--tasks', '--trials', '--movers=', '--namespace=') if f"'{option}" in text]
+    assert len(options) == 5
     arguments = parser().parse_args(['demo', '--attach', '--tasks', '1', '--trials', '2',
-                                     '--namespace='])
-    assert (arguments.attach, arguments.namespace) == (True, '')
+                                     '--movers=', '--namespace='])
+    assert (arguments.attach, arguments.movers, arguments.namespace) == (True, '', '')
 
 
 def test_every_argument_is_declared():
@@ -66,7 +66,7 @@ def test_launch_reads_it():
     spec = spec_from_file_location('demo_launch', LAUNCH)
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
-    assert len(module.generate_launch_description().entities) == 8 + 3 + 3 + 1 + 2
+    assert len(module.generate_launch_description().entities) == 9 + 3 + 3 + 1 + 2
 
 
 def test_it_keeps_its_nodes_to_this_machine_and_a_domain_of_this_user():
