@@ -11,7 +11,7 @@ from control_field.records import ControlField
 from control_field.robot.motion_watch import MotionWatch
 from control_field_node.input_monitor import InputMonitor
 from control_field_node.localisation import Localisation
-from control_field_node.observation import Observation, ObservationCache, Sight
+from control_field_node.observation import LocalGridRules, Observation, ObservationCache
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose, problem_with_frame
 
@@ -30,7 +30,7 @@ class LocalGridBuffer:
     Attributes
     ----------
     newest : Neighbourhood or None
-    sight : Sight
+    rules : LocalGridRules
         How it is taken.
 
     """
@@ -38,7 +38,7 @@ class LocalGridBuffer:
     def __init__(self, inputs: InputMonitor, localisation: Localisation) -> None:
         """Start without a neighbourhood."""
         self.newest: Neighbourhood | None = None
-        self.sight = Sight()
+        self.rules = LocalGridRules()
         self._motion, self._moving = MotionWatch(), np.zeros((0, 0), dtype=np.bool_)
         self._known = np.zeros((0, 0), dtype=np.int8)
         self._cells: Grid | None = None
@@ -99,7 +99,7 @@ class LocalGridBuffer:
             return None
         return self._cache.get(
             self._localisation.moved(local_grid), cells,
-            replace(self.sight, unknown_is_blocked=unknown_is_blocked), self._moving)
+            replace(self.rules, unknown_is_blocked=unknown_is_blocked), self._moving)
 
     def problem(self, pose: Pose | None, now: float) -> str:
         """Return why nothing is observed from a pose; empty if something is."""

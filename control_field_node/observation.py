@@ -74,7 +74,7 @@ class Observation:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class LocalGridRules:
     """
     How a neighbourhood is taken.
 
@@ -98,7 +98,7 @@ class Sight:
 
 
 def observation_from_neighbourhood(
-    neighbourhood: Neighbourhood, grid: Grid, sight: Sight, moving: Mask | None = None,
+    neighbourhood: Neighbourhood, grid: Grid, rules: LocalGridRules, moving: Mask | None = None,
 ) -> Observation:
     """Prepare a neighbourhood; ``moving`` are the cells of its `finest` that may come nearer."""
     row, col = neighbourhood.row, neighbourhood.col
@@ -109,11 +109,11 @@ def observation_from_neighbourhood(
         (row + i - 1, col + j - 1) for i in range(3) for j in range(3)
         if (i, j) != (1, 1) and (
             not grid.contains(row + i - 1, col + j - 1)
-            or (sight.unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
+            or (rules.unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
     local_grid = local_grid_from_cells(
-        nine, row, col, grid, sight.unknown_is_blocked, sight.own_cell,
+        nine, row, col, grid, rules.unknown_is_blocked, rules.own_cell,
         fine=None if neighbourhood.fine is None else neighbourhood.finest, moving=moving,
-        mover_speed=sight.mover_speed, backs_off=sight.backs_off)
+        mover_speed=rules.mover_speed, backs_off=rules.backs_off)
     outside = sum(1 << heading for heading, (d_row, d_col) in enumerate(_STEPS)
                   if not grid.contains(row + d_row, col + d_col))
     return Observation(
@@ -128,12 +128,13 @@ class ObservationCache:
         self._last: tuple[object, Observation] | None = None
 
     def get(
-        self, neighbourhood: Neighbourhood, grid: Grid, sight: Sight, moving: Mask | None = None,
+        self, neighbourhood: Neighbourhood, grid: Grid, rules: LocalGridRules,
+        moving: Mask | None = None,
     ) -> Observation:
         """Return what `observation_from_neighbourhood` does."""
         key = (neighbourhood.row, neighbourhood.col, neighbourhood.cells.tobytes(),
-               None if neighbourhood.fine is None else neighbourhood.fine.tobytes(), grid, sight,
+               None if neighbourhood.fine is None else neighbourhood.fine.tobytes(), grid, rules,
                None if moving is None else moving.tobytes())
         if self._last is None or self._last[0] != key:
-            self._last = key, observation_from_neighbourhood(neighbourhood, grid, sight, moving)
+            self._last = key, observation_from_neighbourhood(neighbourhood, grid, rules, moving)
         return self._last[1]

@@ -8,7 +8,7 @@ from control_field.robot.stop_rules import StopReason
 from control_field_node.input_monitor import InputMonitor, RefusalLog
 from control_field_node.local_grid_buffer import LocalGridBuffer
 from control_field_node.localisation import Localisation
-from control_field_node.observation import Observation, Sight
+from control_field_node.observation import LocalGridRules, Observation
 from control_field_node.settings import Settings
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose, problem_with_frame
@@ -56,7 +56,7 @@ class Sensing:
     def change_settings(self, settings: Settings) -> None:
         """Take over new settings."""
         self.settings = self.localisation.settings = settings
-        self.local_grids.sight = Sight(
+        self.local_grids.rules = LocalGridRules(
             own_cell=settings.own_cell, mover_speed=settings.mover_speed,
             backs_off=settings.backs_off)
         self.inputs.change_settings(settings)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.records import ControlField
+from control_field.robot.backing_off import backing_off
 from control_field.robot.collision_monitor import Intervention
 from control_field.robot.contact_watch import ContactWatch
 from control_field.robot.limits import STANDSTILL
@@ -20,6 +21,7 @@ from control_field_node.input_monitor import RefusalLog
 from control_field_node.manual_control import ManualControl
 from control_field_node.observation import Observation
 from control_field_node.refusals import problem_with_observation, why_no_start
+from control_field_node.robot_link import place_of
 from control_field_node.sensing import Sensing
 from control_field_node.settings import Settings
 from control_field_node.trial_control import Pause, TrialControl
@@ -206,8 +208,14 @@ class Supervisor:
                         output.is_kept_back)
         if move.outcome is not None:
             return self.trial.finish(move)
-        reason = output.pass_on(
-            output.slowed(move.velocity), pose, observation, self.sensing.period, now)
+        period = self.sensing.period
+        reason = output.pass_on(output.slowed(move.velocity), pose, observation, period, now)
+        if output.is_kept_back or run.waiting:
+            away = backing_off(
+                place_of(pose), observation.local_grid, period, self.settings.limits)
+            if away != STANDSTILL:
+                output.pass_on(away, pose, observation, period, now)
+                run.rest()
         output.held = output.held or run.waiting
         return Answer(output.velocity, move.rows,
                       None if reason is Intervention.NONE else move.velocity)

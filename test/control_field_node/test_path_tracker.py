@@ -11,7 +11,8 @@ from control_field.local_grid import crop_neighbourhood, masks_from_neighbourhoo
 from control_field.robot.collision_monitor import limit_command
 from control_field.robot.limits import Limits, STANDSTILL
 from control_field.robot.obstacle_boxes import distance_to_box
-from control_field_node.observation import observation_from_neighbourhood, ObservationCache, Sight
+from control_field_node.observation import (
+    LocalGridRules, observation_from_neighbourhood, ObservationCache)
 from control_field_node.path_tracker import PathTracker
 from controller_helpers import GRID
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
@@ -40,7 +41,7 @@ class Robot:
     def seen(self):
         cells = crop_neighbourhood(self.world, *self.cell)
         return observation_from_neighbourhood(
-            Neighbourhood(self.pose.stamp, *self.cell, cells), GRID, Sight())
+            Neighbourhood(self.pose.stamp, *self.cell, cells), GRID, LocalGridRules())
 
     def until_due(self, patience=20.0):
         """Drive until the next step is to be decided; return what is seen there."""
@@ -182,7 +183,7 @@ def test_an_old_local_grid_lets_nothing_be_decided():
     robot = Robot(open_world(), (5, 5))
     robot.until_due()
     old = observation_from_neighbourhood(
-        Neighbourhood(0.0, 5, 4, np.zeros((3, 3), np.int8)), GRID, Sight())
+        Neighbourhood(0.0, 5, 4, np.zeros((3, 3), np.int8)), GRID, LocalGridRules())
     robot.tracker.reset()
     robot.tracker.update(robot.pose, old)
     assert not robot.tracker.is_due(robot.pose, old)
@@ -211,19 +212,20 @@ def test_a_random_walk_among_obstacles_touches_nothing_and_gets_everywhere(seed,
 
 def test_seen_agrees_with_the_masks_and_the_workspace():
     cells = np.array([[0, 100, -1], [0, 100, 0], [0, 0, 100]], np.int8)
-    seen = observation_from_neighbourhood(Neighbourhood(0.0, 0, 5, cells), GRID, Sight())
+    seen = observation_from_neighbourhood(Neighbourhood(0.0, 0, 5, cells), GRID, LocalGridRules())
     assert (seen.blocked, seen.unknown) == masks_from_neighbourhood(cells)
     assert seen.occupied == {(-1, 4), (-1, 5), (-1, 6), (1, 6)}
-    cautious = observation_from_neighbourhood(Neighbourhood(0.0, 1, 5, cells), GRID, Sight(True))
+    cautious = observation_from_neighbourhood(
+        Neighbourhood(0.0, 1, 5, cells), GRID, LocalGridRules(True))
     assert cautious.occupied == {(0, 5), (0, 6), (2, 6)}
 
 
 def test_the_same_local_grid_is_made_ready_once():
     seen = ObservationCache().get
     cells = np.zeros((3, 3), np.int8)
-    first = seen(Neighbourhood(0.0, 5, 5, cells), GRID, Sight())
-    assert seen(Neighbourhood(1.0, 5, 5, cells.copy()), GRID, Sight()) is first
-    assert seen(Neighbourhood(1.0, 5, 6, cells), GRID, Sight()) is not first
+    first = seen(Neighbourhood(0.0, 5, 5, cells), GRID, LocalGridRules())
+    assert seen(Neighbourhood(1.0, 5, 5, cells.copy()), GRID, LocalGridRules()) is first
+    assert seen(Neighbourhood(1.0, 5, 6, cells), GRID, LocalGridRules()) is not first
 
 
 @pytest.mark.parametrize(('walls', 'aside'), [

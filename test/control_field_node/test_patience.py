@@ -129,3 +129,15 @@ def test_the_paper_waits_as_well():
     clear(bench)
     assert bench.run().outcome is Outcome.GOAL
     assert not any(row['reward'] for row in bench.rows)
+
+
+@pytest.mark.parametrize('backs_off', [False, True])
+def test_from_what_comes_it_backs_off_if_it_is_to(backs_off):
+    bench = waiting(remembering(backs_off=backs_off, mover_speed=1.0))
+    x = bench.pose.x
+    for _ in range(20):
+        bench.tick()
+    assert (bench.pose.x < x - 0.01) == backs_off
+    assert bench.pose.x > x - 0.25
+    clear(bench)
+    assert bench.run().outcome is Outcome.GOAL
