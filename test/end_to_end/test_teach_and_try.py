@@ -118,3 +118,32 @@ def test_learning_and_pushing_take_less_than_a_fifth_of_a_second(ros_domain, tmp
         suite.wait(is_over, 'three trials')
         suite.wait_for_revision(4)
     assert min(pushed[trial] - ended[trial] for trial in ended) < 0.2
+
+
+def test_with_a_wide_local_grid_all_that_is_seen_is_recorded_and_learnt(
+        ros_domain, tmp_path, capsys):
+    with running_suite(tmp_path / 'wide', ros_domain) as suite:
+        suite.wait(lambda: _sees(suite, 15), 'a simulator that sees farther')
+        suite.demonstrate()
+        suite.node.ask('learner_node/run_trials')
+        suite.wait_for_revision(3)
+        suite.wait(lambda: suite.newest_revision() == 3, 'the last field')
+        live, task = suite.live_bytes(), suite.task
+    field = relearnt(task).field()
+    assert field_bytes(field) == live
+    shown = [Episode.at(folder.path).content.record.local_grids for folder in task.episodes()]
+    assert [each['cells'].shape[1:] for each in shown] == [(15, 15)] * 3
+    assert (field.known >= 0).mean() > 0.7  # a third of that by 3 x 3
+    assert (field.known > 0).sum() == 5  # all of the wall
+    assert main(['learn', '--check', str(task.path)]) == 0
+    assert main(['explain', str(task.episodes()[1].path), '--at', '1']) == 0
+    assert main(['inspect', str(task.episodes()[1].path)]) == 0
+    assert 'refused' not in capsys.readouterr().out
+
+
+def _sees(suite, n):
+    try:
+        suite.node.set_parameter('sim_node', 'sight_cells', n)
+    except UserError:
+        return False
+    return True
