@@ -202,8 +202,8 @@ class Scene:
     def for_n_crossing(self):
         return self.headings, self.state, *self.goal
 
-    def for_unseen_along(self):
-        return self.headings, self.state == 1, self.known, self.sums.weight, *self.goal
+    def for_seen_along(self):
+        return self.headings, self.state == 1, self.sums.weight, 1, *self.goal
 
     def for_crossed(self):
         cost = compiled.cost_to_go(self.ground, self.goal, steps.no_preference(self.known.shape))

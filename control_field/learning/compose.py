@@ -156,10 +156,11 @@ class _Composer:
         if self.maps is not maps:
             self.ground = ground_of(self.maps.planned, memory.parameters)
             self.plain_cost = self._cost(no_preference(memory.grid.shape))
+        self.q = self._plain_q() if self.parameters.rehearsal else memory.q
         self.demonstrated = self._still_demonstrated()
+        self.outdone = self._outdone()
         self.preference = self._preference()
         self.cost = self._cost(self.preference)
-        self.q = self._plain_q() if self.parameters.rehearsal else memory.q
         self.centre = np.full(memory.grid.shape, -1, dtype=np.int8)
         self.mended = np.zeros(memory.grid.shape, dtype=np.bool_)
 
@@ -186,6 +187,28 @@ class _Composer:
                 demonstrated[row, col] = -1
         return demonstrated
 
+    def _outdone(self) -> npt.NDArray[np.bool_]:
+        """
+        Mark where the shown way is clearly longer than one that has opened since.
+
+        It is kept there, but draws nobody else: others take what it is longer as the price of a
+        step onto it.
+        """
+        opened, ground = self.memory.evidence.opened, self.ground
+        if not opened.any() or self.parameters.prefer_shorter:
+            return np.zeros(opened.shape, dtype=np.bool_)
+        goal, none = _goal(self.memory), no_preference(opened.shape)
+        lengths = compiled.flow_lengths(ground.known, self.demonstrated, *goal, ground.rules)
+        shut = ground._replace(known=np.where(opened, BLOCKED, ground.known).astype(np.int8))
+        is_shorter = self.plain_cost < compiled.cost_to_go(shut, goal, none) - 1e-9
+        outdone: npt.NDArray[np.bool_] = (
+            (self.demonstrated >= 0) & np.isfinite(lengths) & is_shorter
+            & (lengths > _CLEARLY_LONGER * self.plain_cost))
+        factor = self.ground.factor.copy()
+        factor[outdone] += lengths[outdone] - self.plain_cost[outdone]
+        self.ground = self.ground._replace(factor=factor)
+        return outdone
+
     def _preference(self) -> Preference:
         """
         Return the step to prefer in each cell.
@@ -196,8 +219,9 @@ class _Composer:
         parameters, action = self.parameters, self.memory.action
         if parameters.prefer_shorter:
             return no_preference(self.memory.grid.shape)
-        preference = Preference(self.demonstrated.copy(), np.where(
-            self.demonstrated >= 0, parameters.demonstration_advantage, 0.0))
+        followed = np.where(self.outdone, -1, self.demonstrated).astype(np.int8)
+        preference = Preference(followed, np.where(
+            followed >= 0, parameters.demonstration_advantage, 0.0))
         cost = self._cost(preference)
         for row, col in np.argwhere((action >= 0) & (self.demonstrated < 0)).tolist():
             through = compiled.through(self.ground, cost, row, col, action[row, col])
@@ -257,7 +281,9 @@ class _Composer:
             episodes=np.where(own, -memory.n_episodes, memory.episode[at]).astype(np.int32),
             stamps=np.where(own, np.nan, memory.stamp[at]),
             demonstrated=memory.demonstrated[at] == headings)
-        return prototypes, weight_from_q(q, self.parameters.weight_floor)
+        weights = weight_from_q(q, self.parameters.weight_floor)
+        weights[self.outdone[at]] = self.parameters.weight_floor
+        return prototypes, weights
 
     def _interpolate(self) -> None:
         """Evaluate eq. 7 with windows and attraction at every cell."""

@@ -41,6 +41,8 @@ class Evidence:
         self._in_a_row = np.zeros(shape, dtype=np.int32)
         self._seen_free = np.zeros(shape, dtype=np.bool_)
         self._shown = np.zeros(shape, dtype=np.uint8)
+        self._changed_by = 0  #: episode by which what was noticed has changed
+        self.opened = np.zeros(shape, dtype=np.bool_)  #: free now, a wall when it was seen before
 
     def begin(self) -> None:
         """Begin an episode: nothing was seen in it yet."""
@@ -81,6 +83,11 @@ class Evidence:
         was_wall = (shown & OCCUPIED_LAST != 0) & (self.state == BLOCKED)
         wall = (shown & OCCUPIED_SEEN != 0) & ((shown & FREE_SEEN == 0) | was_wall)
         free = (shown != 0) & ~wall
+        opened = free & (self.state == BLOCKED)
+        other = (wall & (self.state == FREE)) | opened
+        self.opened = (self.opened | opened) & ~wall
+        if self._last_seen[other].max(initial=-1) >= self._changed_by:
+            self._changed_by = self.n_episodes
         self.state[wall], self.state[free] = BLOCKED, FREE
         self._last_seen[shown != 0] = self.n_episodes
         self._in_a_row[wall] += 1
@@ -98,6 +105,18 @@ class Evidence:
         age: npt.NDArray[np.int32] = np.where(
             self.state == UNKNOWN, -1, self._since)
         return age
+
+    @property
+    def outdated(self) -> npt.NDArray[np.bool_]:
+        """
+        Mark the cells last seen before a change of the world that was noticed since.
+
+        What is not as it was seen last has changed since then; so may have whatever else was not
+        seen in the episode that shows it. Surprises that one change explains are one change.
+        """
+        outdated: npt.NDArray[np.bool_] = (self.state != UNKNOWN) & (
+            self._last_seen < self._changed_by)
+        return outdated
 
     @property
     def certain_for(self) -> npt.NDArray[np.int64]:

@@ -8,8 +8,9 @@ from control_field.grid import Grid
 from control_field.learning.certificate import Certificate, certify
 from control_field.learning.compose import compose, compose_shown, Composition
 from control_field.learning.doubt import as_shown
+from control_field.learning.exploration import exploration_field, worth_of_look
 from control_field.learning.memory import Memory
-from control_field.learning.starts import best_cells, exploration_field, information_gain
+from control_field.learning.starts import best_cells, information_gain
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Prototypes, Trial
 from control_field.robot.policy import rules_of
@@ -153,8 +154,8 @@ class Learner:
         ----------
         exploring : bool
             Whether it is a trial to learn from (profile full), as `explores` says: it prefers
-            ground not seen yet. Otherwise the field in force, or while the shown way is doubted
-            somewhere, the one that goes there to look.
+            ground not seen yet or not for long. Otherwise the field in force, or while the shown
+            way is doubted somewhere, the one that goes there to look.
 
         Raises
         ------
@@ -164,7 +165,8 @@ class Learner:
         """
         field = self._current().field
         parameters = self.parameters
-        if exploring and parameters.profile == 'full' and parameters.curiosity > 0.0:
+        looks_around = parameters.curiosity > 0.0 or parameters.prefer_shorter
+        if exploring and parameters.profile == 'full' and looks_around:
             return exploration_field(self.memory, field)
         return self._shown or field
 
@@ -174,8 +176,9 @@ class Learner:
         """
         Propose cells for the next trial to start from, each once, best first.
 
-        Where the flow would show most unseen ground that matters; when nothing is left to see (and
-        in the paper's profile), known free cells at random. A proposed cell may turn out blocked.
+        Where the flow would show most ground that matters and was not seen yet, or not since the
+        world has changed, or not for long; when nothing is left to see (and in the paper's
+        profile), known free cells at random. A proposed cell may turn out blocked.
 
         Parameters
         ----------
@@ -189,8 +192,10 @@ class Learner:
         field = self._current().field
         cells: list[tuple[int, int]] = []
         if self.parameters.profile == 'full':
-            rules = rules_of(self.parameters)
-            cells = best_cells(information_gain(field, driven or field, rules), n)
+            memory = self.memory
+            cells = best_cells(information_gain(
+                field, driven or field, worth_of_look(memory), memory.reach,
+                rules_of(self.parameters)), n)
         free = np.argwhere((field.known == 0) & self._current().composition.reachable)
         # As many more as may be among the cells already, or the goal.
         picked = free[rng.permutation(len(free))[:n + 1]]
@@ -201,7 +206,9 @@ class Learner:
     def teach_here(self, n: int) -> list[tuple[int, int]]:
         """Return the cells from which one more demonstration would help most, best first."""
         field = self._current().field
-        value = information_gain(field, field, rules_of(self.parameters))
+        unseen = np.where(field.known < 0, 1.0, 0.0)
+        value = information_gain(
+            field, field, unseen, self.memory.reach, rules_of(self.parameters))
         for row, col in self._current().certificate.sinks:
             if field.known[row, col] == 0:
                 value[row, col] += field.known.size

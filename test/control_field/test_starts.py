@@ -2,24 +2,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 
-from control_field.learning.starts import best_cells, information_gain, n_unseen_around
+from control_field.learning.starts import best_cells, information_gain
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.policy import rules_of
-from strategies import few, knowns, practise, relearner, segment, steady, taught
+from strategies import few, practise, relearner, segment, steady, taught
 
 WALLED = np.zeros((9, 9), np.int8)
 WALLED[4, 1:8] = 100
 SHOWN = segment((1, 1), (1, 7), (2, 8))
-
-
-@given(knowns)
-@steady
-def test_unseen_cells_are_counted_in_the_local_grid(known):
-    count = n_unseen_around(known)
-    for row, col in np.ndindex(known.shape):
-        window = known[max(row - 1, 0):row + 2, max(col - 1, 0):col + 2]
-        assert count[row, col] == (window == -1).sum()
 
 
 @given(st.lists(st.integers(0, 3), min_size=6, max_size=6), st.integers(0, 8))
@@ -88,13 +79,18 @@ def test_a_start_promises_the_unseen_ground_along_its_flow_weighed_by_who_depend
     known = np.full((1, 5), -1, np.int8)
     unseen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
                           known, field.flags)
-    value = information_gain(unseen, unseen, rules_of(Parameters()))
+    worth, rules = np.ones((1, 5)), rules_of(Parameters())
+    value = information_gain(unseen, unseen, worth, 1, rules)
     crossing = np.sqrt(np.arange(1.0, 6.0))
     assert np.allclose(value[0], [crossing.sum(), crossing.sum(), *(
         crossing[k:].sum() for k in (1, 2, 3))])
     seen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
                         corridor, field.flags)
-    assert not information_gain(seen, seen, rules_of(Parameters())).any()
+    assert not information_gain(seen, seen, np.zeros((1, 5)), 1, rules).any()
+    # What was seen before counts by everybody who crosses it.
+    assert information_gain(seen, seen, worth, 1, rules)[0, 0] == 15.0
+    farther = information_gain(unseen, unseen, worth, 3, rules)
+    assert (farther[0, :4] == farther[0, 0]).all()
 
 
 def test_an_exploration_field_still_leads_home_and_past_unseen_ground():
