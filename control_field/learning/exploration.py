@@ -70,7 +70,7 @@ def prices_of_walls(memory: Memory) -> npt.NDArray[np.float64]:
     return np.where(is_tried, price, np.inf)
 
 
-def worth_in_sight(worth: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.float64]:
+def worth_around(worth: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.float64]:
     """
     Sum up, at every cell, what its local grid would show.
 
@@ -118,8 +118,8 @@ def exploration_field(memory: Memory, field: ControlField) -> ControlField:
     curiosity = 0.0 if parameters.prefer_shorter else parameters.curiosity
     # As much as a step brings into sight on unseen ground makes it as attractive as it gets.
     enough = 2 * memory.reach + 1
-    in_sight = worth_in_sight(worth_of_look(memory), memory.reach)
-    factor = np.where(is_tried, price, 1.0 - curiosity * np.minimum(in_sight, enough) / enough)
+    around = worth_around(worth_of_look(memory), memory.reach)
+    factor = np.where(is_tried, price, 1.0 - curiosity * np.minimum(around, enough) / enough)
     ground, none = Ground(known, factor, rules_of(parameters)), no_preference(field.grid.shape)
     cost = compiled.cost_to_go(ground, field.goal, none)
     q = compiled.q_from_cost(ground, cost, none, parameters.discount)

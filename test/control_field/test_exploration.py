@@ -4,7 +4,7 @@ import numpy as np
 
 from control_field.headings import headings_from_vectors
 from control_field.learning.exploration import (
-    exploration_field, prices_of_walls, worth_in_sight, worth_of_look)
+    exploration_field, prices_of_walls, worth_around, worth_of_look)
 from control_field.learning.grid_world import GridWorld
 from strategies import few, knowns, practise, relearner, segment, steady, taught
 
@@ -96,7 +96,7 @@ def test_the_price_of_a_wall_falls_with_its_age_and_rises_with_what_it_has_outli
 @steady
 def test_what_is_in_sight_is_summed_up(known, reach):
     worth = (known < 0) * 0.5
-    sums = worth_in_sight(worth, reach)
+    sums = worth_around(worth, reach)
     for row, col in np.ndindex(known.shape):
         window = worth[max(row - reach, 0):row + reach + 1, max(col - reach, 0):col + reach + 1]
         assert np.isclose(sums[row, col], window.sum())
