@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Final
 
 from matplotlib import pyplot as plt
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
