@@ -39,7 +39,7 @@ class Evidence:
         self.state = np.full(shape, UNKNOWN, dtype=np.int8)
         self._last_seen = np.zeros(shape, dtype=np.int32)
         self._in_a_row = np.zeros(shape, dtype=np.int32)
-        self._seen_free = np.zeros(shape, dtype=np.bool_)
+        self._times_free = np.zeros(shape, dtype=np.int32)
         self._shown = np.zeros(shape, dtype=np.uint8)
         self._changed_by = 0  #: episode by which what was noticed has changed
         self.opened = np.zeros(shape, dtype=np.bool_)  #: free now, a wall when it was seen before
@@ -92,7 +92,7 @@ class Evidence:
         self._last_seen[shown != 0] = self.n_episodes
         self._in_a_row[wall] += 1
         self._in_a_row[free] = 0
-        self._seen_free |= free
+        self._times_free[free] += 1
 
     @property
     def _since(self) -> npt.NDArray[np.int32]:
@@ -125,14 +125,17 @@ class Evidence:
 
         What was never seen free, ``map_memory``, half of it when it was seen in one episode only.
         What was seen free before may be so again: for 0, 1, 3, 7, ... episodes when it was seen
-        occupied in 1, 2, 3, 4, ... of them in a row, at most ``map_memory``.
+        occupied in 1, 2, 3, 4, ... of them in a row, at most ``map_memory``; for 1, 3, 7, 15, ...
+        where it was seen free in one episode only.
         """
         in_a_row = np.minimum(self._in_a_row, _MOST_IN_A_ROW).astype(np.int64)
         halved = -(-self.map_memory // 2)
         ever_a_wall = np.where(in_a_row == 1, halved, self.map_memory)
-        once_free = np.minimum((1 << np.maximum(in_a_row - 1, 0)) - 1, self.map_memory)
+        # Room that was seen in one episode only may have been a glimpse, too.
+        sightings = in_a_row + (self._times_free == 1)
+        once_free = np.minimum((1 << np.maximum(sightings - 1, 0)) - 1, self.map_memory)
         certain: npt.NDArray[np.int64] = np.where(
-            self.state != BLOCKED, 0, np.where(self._seen_free, once_free, ever_a_wall))
+            self.state != BLOCKED, 0, np.where(self._times_free > 0, once_free, ever_a_wall))
         return certain
 
     @property

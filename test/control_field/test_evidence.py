@@ -46,10 +46,11 @@ def test_a_wall_seen_in_many_trials_outweighs_a_glimpse():
 def test_what_was_free_before_is_doubted_the_sooner_the_fewer_times_it_was_seen_closed():
     assert [n_certain([FREE] * 5 + [WALL] * n) for n in range(1, 7)] == [0, 1, 3, 7, 8, 8]
     assert n_certain([FREE, WALL, WALL, WALL, FREE, WALL]) == 0
+    assert [n_certain([FREE] + [WALL] * n) for n in range(1, 5)] == [1, 3, 7, 8]
 
 
 def test_confidence_falls_with_age_to_a_floor_and_one_look_settles_it():
-    seen = [known([FREE, WALL, *[NOTHING] * n]) for n in range(8)]
+    seen = [known([FREE, FREE, WALL, *[NOTHING] * n]) for n in range(8)]
     assert seen == sorted(seen, reverse=True)
     assert (seen[0], seen[1], seen[-1]) == (99, 49, 25)
     assert known([FREE, WALL, *[NOTHING] * 50, FREE]) == 0

@@ -186,7 +186,7 @@ def test_a_failed_trial_is_paid_minus_one_and_leaves_no_prototype(outcome):
 
 def test_a_wall_that_has_gone_is_free_again():
     memory = memory_of(segment((2, 0), (2, 5)))
-    for blocked, expected in ((1 << 0, 99), (0, 0)):  # seen free before: doubted at once
+    for blocked, expected in ((1 << 0, 100), (0, 0)):
         rows = trial_of([(2, 2), (3, 2)], Outcome.GAVE_UP).decisions.copy()
         rows['blocked'] = blocked
         memory.add_trial(Trial(rows, Outcome.GAVE_UP))
