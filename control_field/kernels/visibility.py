@@ -89,7 +89,9 @@ def remember_cells(known: CellMap, seen: BoolMap, row: int, col: int, cells: Cel
     new = cells[bottom - low:top - low, first - left:last - left]
     old = known[bottom:top, first:last]
     n_occupied = int(((new == _BLOCKED) & (old != _BLOCKED)).sum())
-    known[bottom:top, first:last] = np.where(new == _UNKNOWN, old, new)
-    seen[bottom:top, first:last] |= new != _UNKNOWN
+    shown = new != _UNKNOWN
+    # np.where says the same, and takes three times as long to compile.
+    known[bottom:top, first:last] = old * ~shown + new * shown
+    seen[bottom:top, first:last] |= shown
     known[row, col], seen[row, col] = 0, True
     return n_occupied
