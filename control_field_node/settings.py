@@ -54,7 +54,7 @@ class Settings:
         2.0, 'how long the robot waits for what comes into its way before it takes another; 0: '
         'never', unit='s', low=0.0, high=3600.0)
     contact_timeout: float = parameter(
-        10.0, 'how long something may touch the robot that it has run into while that stood, '
+        30.0, 'how long something may touch the robot that it has run into while that stood, '
         'before the trial ends in a collision; 0: every contact is one', unit='s', low=0.0,
         high=3600.0)
     own_cell: bool = parameter(

@@ -215,7 +215,6 @@ class Supervisor:
                 place_of(pose), observation.local_grid, period, self.settings.limits)
             if away != STANDSTILL:
                 output.pass_on(away, pose, observation, period, now)
-                run.rest()
         output.held = output.held or run.waiting
         return Answer(output.velocity, move.rows,
                       None if reason is Intervention.NONE else move.velocity)

@@ -1,6 +1,6 @@
 """One trial: decisions, driving and the rules that end it; ROS-free, time comes from stamps."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -23,6 +23,8 @@ from msgs_bridge.messages.poses import Pose
 
 Rows = npt.NDArray[np.void]
 _NO_ROWS: Final = ()
+#: How often a robot to which no way is left waits and looks whether what came has gone.
+_LOOKS: Final = 3
 #: What a robot says that waits.
 WAITING: Final = 'waits for something in the way'
 
@@ -123,6 +125,7 @@ class TrialRun:
         self._way = WayWatch(
             control_field.known, self.policy.state.ground.rules, settings.patience)
         self._kept_back = Patience(settings.patience)
+        self._looks, self._n_looks = Patience(settings.patience), 0
         self.waiting = ''
         self._least_coherence = settings.least_coherence
         self._new_field: ControlField | None = None
@@ -254,7 +257,7 @@ class TrialRun:
             return self._approach_goal(pose, observation)
         if self._is_lost(observation.cell):
             return ended_by(StopReason.LOW_COHERENCE)
-        if self._way.is_to_wait(
+        if self._looks.lasts(pose.stamp, self._n_looks or None) or self._way.is_to_wait(
                 pose.stamp, observation.cell, self.policy.heading(*observation.cell), observation):
             return self._wait()
         choice = self.policy.decide(
@@ -262,10 +265,19 @@ class TrialRun:
         rows = (choice.decisions,) if len(choice.decisions) else _NO_ROWS
         if choice.heading < 0:
             limit = self.policy.n_steps >= self.parameters.step_limit
+            if not limit and self._looks_again():
+                return replace(self._wait(), rows=rows)
             return ended_by(
                 StopReason.STEP_LIMIT if limit else StopReason.NO_WAY, choice.reason, rows)
         self._tracker.start_step(choice.heading, pose, observation)
         return Move(self._tracker.velocity(pose), rows)
+
+    def _looks_again(self) -> bool:
+        """Return whether what has come may have gone, where no way is left: wait, and look."""
+        if not self._looks.seconds or self._n_looks >= _LOOKS:
+            return False
+        self._n_looks += 1
+        return self.policy.look_again(self._way.forgive())
 
     def _approach_goal(self, pose: Pose, observation: Observation) -> Move:
         """Drive the last piece to the goal's centre."""

@@ -33,6 +33,7 @@ class WayWatch:
     def __init__(self, known: npt.NDArray[np.int8], rules: StepRules, patience: float) -> None:
         """Start with what is remembered."""
         self._room = known.copy()
+        self._came = np.zeros(known.shape, dtype=np.bool_)
         self._rules = rules
         self._patience = Patience(patience)
         self._last: Observation | None = None
@@ -49,10 +50,16 @@ class WayWatch:
         self._last = observation
         self._room[observation.cell] = FREE
         for cell, is_blocked in observation.around():
+            self._came[cell] = is_blocked and (self._came[cell] or self._room[cell] == FREE)
             if not is_blocked:
                 self._room[cell] = FREE
             elif self._room[cell] != FREE:
                 self._room[cell] = BLOCKED
+
+    def forgive(self) -> npt.NDArray[np.bool_]:
+        """Return where something has come and was not seen to go; it is waited for once more."""
+        self._room[self._came] = FREE
+        return self._came
 
     def is_to_wait(
         self, stamp: float, cell: Cell, heading: int, observation: Observation,

@@ -7,7 +7,7 @@ from control_field.robot.patience import LONGEST_GAP, Patience
 #: How long nothing must have touched the robot before it drives on, and before what touched it
 #: is over for good, [s]: what comes and comes again lasts.
 _CALM: Final = 0.5
-_OVER: Final = 5.0
+_OVER: Final = 2.0
 
 
 class ContactWatch:

@@ -282,6 +282,20 @@ class TrialPolicy:
         if ((before == BLOCKED) & (after == 0)).any():
             state.flood.ends[:] = 0  # a way may have opened
 
+    def look_again(self, cells: npt.NDArray[np.bool_]) -> bool:
+        """
+        Count cells as not seen in this trial where they are blocked; return whether that helps.
+
+        Parameters
+        ----------
+        cells : ndarray of bool, shape (n_rows, n_cols)
+
+        """
+        state = self.state
+        again = cells & (state.ground.known == BLOCKED)
+        state.seen[again] = False
+        return self._options.doubts and bool(again.any())
+
     def taught(self, row: int, col: int, heading: int, blocked: int, unknown: int,
                stamp: float) -> npt.NDArray[np.void]:
         """

@@ -49,7 +49,7 @@ def test_it_may_not_last_for_ever(standing):
     touch(standing)
     status = standing.run()
     assert status.outcome is Outcome.COLLISION
-    assert standing.now - began == pytest.approx(10.0, abs=2.5 * DT)
+    assert standing.now - began == pytest.approx(30.0, abs=2.5 * DT)
 
 
 def test_it_may_come_again(standing):

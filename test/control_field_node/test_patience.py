@@ -7,6 +7,7 @@ import pytest
 
 from control_field.parameters import Parameters
 from control_field.records import Kind, Outcome
+from control_field.robot.stop_rules import StopReason
 from control_field_node.diagnostics import diagnostic_from_supervisor
 from control_field_node.trial_run import WAITING
 from controller_bench import Bench, DT, GOAL
@@ -133,11 +134,37 @@ def test_the_paper_waits_as_well():
 
 @pytest.mark.parametrize('backs_off', [False, True])
 def test_from_what_comes_it_backs_off_if_it_is_to(backs_off):
-    bench = waiting(remembering(backs_off=backs_off, mover_speed=1.0))
-    x = bench.pose.x
+    bench = remembering(backs_off=backs_off)
+    wait_until(bench, lambda: bench.pose.x > 1.1)
+    x = waiting(bench).pose.x
     for _ in range(20):
         bench.tick()
     assert (bench.pose.x < x - 0.01) == backs_off
     assert bench.pose.x > x - 0.25
     clear(bench)
     assert bench.run().outcome is Outcome.GOAL
+
+
+def seal_off(bench, cell, reach):
+    """Close a cell in on all sides."""
+    row, col = cell
+    block(bench, *[(r, c) for r in range(row - reach, row + reach + 1)
+                   for c in range(col - reach, col + reach + 1)
+                   if max(abs(r - row), abs(c - col)) == reach])
+
+
+def test_before_it_gives_up_it_waits_and_looks_whether_what_came_has_gone():
+    bench = remembering()
+    seal_off(bench, GOAL, 2)
+    wait_until(bench, lambda: bench.supervisor.trial.run.policy.doubt, 120.0)
+    clear(bench)
+    assert bench.run().outcome is Outcome.GOAL
+
+
+@pytest.mark.parametrize(('patience', 'longest'), [(0.0, 1.0), (2.0, 10.0)])
+def test_what_stays_closed_is_given_up(patience, longest):
+    bench = remembering(patience=patience)
+    began = bench.now
+    seal_off(bench, (5, 3), 1)
+    assert bench.run().stop_reason is StopReason.NO_WAY
+    assert bench.now - began < longest
