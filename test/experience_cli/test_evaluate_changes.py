@@ -118,6 +118,12 @@ def test_what_moves_is_met_and_what_changes_at_a_trial_is_as_with_change(world, 
         assert one == other
 
 
+@pytest.mark.parametrize('method', ['dyna-q+', 'dyna_q++demo', 'forgetting-replanner'])
+def test_methods_for_changing_worlds_have_names(world, method, capsys):
+    assert run(world, '--method', method, '--trials', '0', '--json', '-') == 0
+    assert json.loads(capsys.readouterr().out)['config']['method'] == method.replace('-', '_')
+
+
 @pytest.mark.parametrize(('text', 'more', 'hint'), [
     ('movers: []', ['--method', 'replanner'], 'does not know things that move'),
     ('changes: [{at_trial: 2, close: [0, 0, 1, 1]}]', ['--change', '1:task1'],
