@@ -353,6 +353,9 @@ class Scene:
     def for_gap_to(self):
         return self.moving(), 1, self.mask % 40, 0.4
 
+    def for_patience_share(self):
+        return (self.mask + 0.5,)
+
     def for_pass_tick(self):
         return self.moving(), 0.4
 

@@ -57,7 +57,7 @@ class Mover:
     comes_every : float, [s]
         0, or with mode ``once``: it comes again and again, after random pauses of this mean.
     patience : float, [s]
-        How long it stands before the robot until it turns back; 0: for ever.
+        How long it stands before the robot until it turns back, give or take a half; 0: for ever.
     name : str
         For messages.
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import math
 from typing import Final, NamedTuple
 
+from control_field.kernels.moving_world import patience_share
 from world_maps.mover import Mover, Track, tracks
 from world_maps.world import World
 
@@ -51,7 +52,7 @@ class _Walker:
         if was_there:
             self._go_to(self._last_free(robot, ahead))
         self._held += seconds
-        if was_there and 0.0 < self._patience <= self._held:
+        if was_there and 0.0 < self._patience * patience_share(self._time) <= self._held:
             self._direction, self._held = -self._direction, 0.0
         return was_there
 

@@ -25,6 +25,8 @@ Whole = npt.NDArray[np.int64]
 _BEGAN_SO: Final = -1e-6
 #: A robot that has stood so many ticks in one place stands for good.
 _FOR_GOOD: Final = 3000
+#: Multiples of it leave remainders that are spread evenly.
+_GOLDEN: Final = 0.6180339887498949
 _ARRIVED, _TURNED_BACK, _STUCK, _HIT = 0, 1, 2, 3
 
 
@@ -39,7 +41,8 @@ class Moving(NamedTuple):
         0.5, 0.5); NaN while it is not there.
     radius : ndarray of float64, shape (n_movers,), [cells]
     patience : ndarray of int64, shape (n_movers,), [ticks]
-        How long each stands before the robot until it turns back; 0: for ever.
+        How long each stands before the robot until it turns back, give or take a half; 0: for
+        ever.
     events : ndarray of int64, shape (n_events, 4)
         Tick of the trial, row, column and what the cell becomes (0 or 100).
 
@@ -181,6 +184,15 @@ def pass_tick(scene: Scene, radius: float) -> None:
             scene.truth[row, col] = state
 
 
+def patience_share(time: float) -> float:
+    """
+    Return how much of its patience a mover has at a time of its own: a half to one and a half.
+
+    Two that always took the same time would step into each other's way for ever.
+    """
+    return 0.5 + time * _GOLDEN % 1.0
+
+
 def pass_tick_of(scene: Scene, m: int, radius: float) -> None:
     """Let a mover go on for a tick, or stand before the robot."""
     moving, last = scene.moving, scene.moving.places.shape[0] - 1
@@ -197,7 +209,7 @@ def pass_tick_of(scene: Scene, m: int, radius: float) -> None:
         scene.touching[m] = True
         scene.counts[1] += 1
     scene.held[m] += 1
-    if 0 < moving.patience[m] <= scene.held[m]:
+    if 0 < moving.patience[m] * patience_share(scene.at[m]) <= scene.held[m]:
         scene.direction[m], scene.held[m] = -scene.direction[m], 0
 
 
