@@ -52,7 +52,8 @@ def add_task_options(add: Callable[..., object]) -> None:
 def add_method_options(add: Callable[..., object]) -> None:
     """Add what says how it learns, and how often all of it is done."""
     # dyna-q+ is how the book writes it.
-    add('--method', type=lambda name: name.replace('-', '_'), default='ours', help=f'one of {_METHODS} (default: ours)')
+    add('--method', type=lambda name: name.replace('-', '_'), default='ours',
+        help=f'one of {_METHODS} (default: ours)')
     add('--profile', choices=('paper', 'full'), default='full',
         help='paper: its equations to the letter; full: with what keeps its promise (default: '
              'full)')
