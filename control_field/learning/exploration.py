@@ -8,7 +8,7 @@ import numpy.typing as npt
 from control_field.headings import UNIT
 from control_field.kernels import compiled
 from control_field.kernels.interpolation import Sums
-from control_field.kernels.steps import Ground, no_preference
+from control_field.kernels.steps import no_preference, plain_ground
 from control_field.learning.memory import Memory
 from control_field.local_grid import BLOCKED
 from control_field.records import ControlField
@@ -39,7 +39,7 @@ def worth_of_look(memory: Memory) -> npt.NDArray[np.float64]:
     """
     evidence = memory.evidence
     age = np.maximum(evidence.age, 0)
-    is_old = (age >= _LEAST_AGE) | np.isfinite(prices_of_walls(memory))
+    is_old = (age >= _LEAST_AGE) | (evidence.state == BLOCKED)
     worth = np.where(is_old, _LONG_UNSEEN * np.sqrt(age), 0.0)
     worth[evidence.outdated] = _OUTDATED
     worth[memory.known < 0] = 1.0
@@ -100,8 +100,9 @@ def exploration_field(memory: Memory, field: ControlField) -> ControlField:
 
     Steps to where cells worth a look come into sight count as shorter, by at most ``curiosity``;
     so the way is longer than the best by at most ``1 / (1 - curiosity)``, and only over such
-    ground. Through walls not seen for long it leads at their price. With ``prefer_shorter`` it
-    looks only where a shorter way may be: unseen ground counts as free.
+    ground. Through walls that may have opened it leads at their price: those last seen before the
+    world has changed, and once all that can be reached was seen, those not seen for long. With
+    ``prefer_shorter`` it looks only where a shorter way may be: unseen ground counts as free.
 
     Parameters
     ----------
@@ -111,16 +112,21 @@ def exploration_field(memory: Memory, field: ControlField) -> ControlField:
         The field in force; grid, goal and revision are taken from it.
 
     """
-    parameters, price = memory.parameters, prices_of_walls(memory)
+    parameters, none = memory.parameters, no_preference(field.grid.shape)
+    known: npt.NDArray[np.int8] = np.where(memory.known > 0, BLOCKED, memory.known)
+    plain = plain_ground(known, rules_of(parameters))
+    price = prices_of_walls(memory)
+    if not parameters.prefer_shorter and (
+            np.isfinite(compiled.cost_to_go(plain, field.goal, none)) & (known < 0)).any():
+        price[~memory.evidence.outdated] = np.inf
     is_tried = np.isfinite(price)
-    known: npt.NDArray[np.int8] = np.where(
-        is_tried, _TRIED, np.where(memory.known > 0, BLOCKED, memory.known)).astype(np.int8)
+    known[is_tried] = _TRIED
     curiosity = 0.0 if parameters.prefer_shorter else parameters.curiosity
     # As much as a step brings into sight on unseen ground makes it as attractive as it gets.
     enough = 2 * memory.reach + 1
     around = worth_around(worth_of_look(memory), memory.reach)
     factor = np.where(is_tried, price, 1.0 - curiosity * np.minimum(around, enough) / enough)
-    ground, none = Ground(known, factor, rules_of(parameters)), no_preference(field.grid.shape)
+    ground = plain._replace(factor=factor)
     cost = compiled.cost_to_go(ground, field.goal, none)
     q = compiled.q_from_cost(ground, cost, none, parameters.discount)
     headings = compiled.attraction_from_cost(ground, cost, Sums.none(field.grid.shape))
