@@ -30,6 +30,6 @@ def status_from_simulation(
     return DiagnosticStatus(
         level=DiagnosticStatus.ERROR if touches else DiagnosticStatus.OK,
         name=f'{name.lstrip("/")}: robot',
-        message='the robot touches an obstacle or a wall' if touches else 'all well',
+        message='the robot touches something' if touches else 'all well',
         hardware_id='simulated robot',
         values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])

@@ -331,8 +331,10 @@ class SimNode(Node):
             return
         if touches:
             truth = self._simulation.robot.truth
+            what = ('collision' if self._simulation.has_collided else
+                    'something that moves has run into the robot')
             self.get_logger().warning(
-                f'collision at ({truth.x:.3f}, {truth.y:.3f}) m: the robot is stopped')
+                f'{what} at ({truth.x:.3f}, {truth.y:.3f}) m: the robot is stopped')
         self._told_contact = touches
         self._contact.publish(Bool(data=touches))
         self._publish_diagnostics()

@@ -108,6 +108,11 @@ class Simulation:
         return self._at_wall or bool(self.contacts.touching)
 
     @property
+    def has_collided(self) -> bool:
+        """Return whether it touches what it has run into itself."""
+        return self._at_wall or bool(self.contacts.run_into)
+
+    @property
     def n_collisions(self) -> int:
         """Return how often the robot ran into something, be it a mover."""
         return self._n_walls + self.contacts.n_robot

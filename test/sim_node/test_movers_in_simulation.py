@@ -58,6 +58,7 @@ class TestWhoRunsIntoWhom:
         simulation = run(make(standing(1.5)), 10.0, 0.2)
         assert counts(simulation) == (1, 0, 1)
         assert simulation.in_contact
+        assert simulation.has_collided
         assert simulation.robot.truth.x == pytest.approx(1.5 - 0.15 - 0.105, abs=1e-5)
 
     def test_it_drives_away_and_comes_again(self):
@@ -69,6 +70,7 @@ class TestWhoRunsIntoWhom:
         simulation = run(make(comes()), 20.0)
         assert counts(simulation) == (0, 1, 0)
         assert simulation.in_contact
+        assert not simulation.has_collided
         assert simulation.robot.truth == START  # it is not pushed
 
     def test_turning_on_the_spot_closes_no_gap(self):
