@@ -203,7 +203,7 @@ class Scene:
         return self.headings, self.state, *self.goal
 
     def for_seen_along(self):
-        return self.headings, self.state == 1, self.sums.weight, 1, *self.goal
+        return self.headings, self.state == 1, self.sums.weight, *self.goal
 
     def for_crossed(self):
         cost = compiled.cost_to_go(self.ground, self.goal, steps.no_preference(self.known.shape))
@@ -299,6 +299,13 @@ class Scene:
 
     def for_state_at(self):
         return self.truth, self.row - 1, self.col + 1
+
+    def for_sum_in_view(self):
+        return self.sums.weight, self.known, self.fixed, rays_within(1 + self.mask % 4)
+
+    def for_sum_from(self):
+        return (self.sums.weight, self.known, self.row, self.col, rays_within(1 + self.mask % 4),
+                np.full(self.known.shape, -1))
 
     def for_look(self):
         reach = 1 + self.mask % 4

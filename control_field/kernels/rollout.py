@@ -230,13 +230,12 @@ def n_crossing(headings: CellMap, state: CellMap, goal_row: int, goal_col: int) 
 
 
 def seen_along(
-    headings: CellMap, starts: BoolMap, value: FloatMap, reach: int, goal_row: int, goal_col: int,
+    headings: CellMap, starts: BoolMap, value: FloatMap, goal_row: int, goal_col: int,
 ) -> FloatMap:
     """
-    Return the summed value of the cells that come into sight along flows home.
+    Return the summed value of the cells that flows home lead through or past.
 
-    ``starts`` marks the cells to follow the flow from; from each it must reach the goal. The
-    local grid reaches so many cells to every side.
+    ``starts`` marks the cells to follow the flow from; from each it must reach the goal.
     """
     rows, cols = headings.shape
     total = np.zeros((rows, cols))
@@ -247,8 +246,8 @@ def seen_along(
                 continue
             row, col = first_row, first_col
             while True:
-                for r in range(max(0, row - reach), min(rows, row + reach + 1)):
-                    for c in range(max(0, col - reach), min(cols, col + reach + 1)):
+                for r in range(max(0, row - 1), min(rows, row + 2)):
+                    for c in range(max(0, col - 1), min(cols, col + 2)):
                         if value[r, c] > 0.0 and mark[r, c] != first_row * cols + first_col + 1:
                             mark[r, c] = first_row * cols + first_col + 1
                             total[first_row, first_col] += value[r, c]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from control_field.kernels.steps import _BLOCKED, _UNKNOWN, BoolMap, CellMap
+from control_field.kernels.steps import _BLOCKED, _UNKNOWN, BoolMap, CellMap, FloatMap
 
 #: Rows and columns from the robot's cell.
 Rays = npt.NDArray[np.int16]
@@ -95,3 +95,55 @@ def remember_cells(known: CellMap, seen: BoolMap, row: int, col: int, cells: Cel
     seen[bottom:top, first:last] |= shown
     known[row, col], seen[row, col] = 0, True
     return n_occupied
+
+
+def sum_in_view(worth: FloatMap, known: CellMap, wanted: BoolMap, rays: Rays) -> FloatMap:
+    """
+    Sum up, at some cells, the worth of all that is in view from there.
+
+    Parameters
+    ----------
+    worth : ndarray of float64, shape (n_rows, n_cols)
+    known : ndarray of int8, shape (n_rows, n_cols)
+        Remembered map: nothing is in view behind its walls.
+    wanted : ndarray of bool, shape (n_rows, n_cols)
+        Which cells to look from.
+    rays : ndarray of int16, shape (n_rays, n_cells, 2)
+
+    Returns
+    -------
+    ndarray of float64, shape (n_rows, n_cols)
+        0 at all others.
+
+    """
+    total = np.zeros(known.shape)
+    seen_from = np.full(known.shape, -1, dtype=np.int64)
+    for row in range(known.shape[0]):
+        for col in range(known.shape[1]):
+            if wanted[row, col] and known[row, col] != _BLOCKED:
+                total[row, col] = sum_from(worth, known, row, col, rays, seen_from)
+    return total
+
+
+def sum_from(
+    worth: FloatMap, known: CellMap, row: int, col: int, rays: Rays,
+    seen_from: npt.NDArray[np.int64],
+) -> float:
+    """Sum up the worth in view from a cell; ``seen_from`` keeps, at each, the last that saw it."""
+    rows, cols = known.shape
+    number, total = row * cols + col, 0.0
+    for r in range(max(0, row - 1), min(rows, row + 2)):
+        for c in range(max(0, col - 1), min(cols, col + 2)):
+            seen_from[r, c] = number
+            total += worth[r, c]
+    for i in range(rays.shape[0]):
+        for j in range(rays.shape[1]):
+            r, c = row + int(rays[i, j, 0]), col + int(rays[i, j, 1])
+            if r < 0 or c < 0 or r >= rows or c >= cols:
+                break
+            if seen_from[r, c] != number:
+                seen_from[r, c] = number
+                total += worth[r, c]
+            if known[r, c] == _BLOCKED:
+                break
+    return total

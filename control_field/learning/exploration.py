@@ -11,6 +11,7 @@ from control_field.kernels.interpolation import Sums
 from control_field.kernels.steps import no_preference, plain_ground
 from control_field.learning.memory import Memory
 from control_field.local_grid import BLOCKED
+from control_field.rays import rays_within
 from control_field.records import ControlField
 from control_field.robot.policy import rules_of
 
@@ -24,6 +25,8 @@ _LEAST_AGE: Final = 10
 _IN_VAIN: Final = 10.0
 #: A wall that may have changed counts as so many cells at most.
 _OUTDATED_WALL: Final = 5.0
+#: Sums of worth that are nothing but rounding.
+_NOTHING: Final = 1e-9
 #: Confidence in a wall, in the field of a trial that goes to look at it.
 _TRIED: Final = 1
 
@@ -94,6 +97,32 @@ def worth_around(worth: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.f
     return total
 
 
+def worth_in_view(
+    worth: npt.NDArray[np.float64], known: npt.NDArray[np.int8], reach: int,
+) -> npt.NDArray[np.float64]:
+    """
+    Sum up, at every cell, what its local grid would show past the walls that are remembered.
+
+    Parameters
+    ----------
+    worth : ndarray of float64, shape (n_rows, n_cols)
+    known : ndarray of int8, shape (n_rows, n_cols)
+        Remembered map.
+    reach : int, [cells]
+        From the robot's cell to the edge of the local grid.
+
+    Returns
+    -------
+    ndarray of float64, shape (n_rows, n_cols)
+
+    """
+    around = worth_around(worth, reach)
+    if reach > 1:
+        # Where nothing of worth is near no line of sight needs to be followed.
+        around = compiled.sum_in_view(worth, known, around > _NOTHING, rays_within(reach))
+    return around
+
+
 def exploration_field(memory: Memory, field: ControlField) -> ControlField:
     """
     Return a field for a trial that is to teach: on its way to the goal it prefers to look around.
@@ -124,7 +153,7 @@ def exploration_field(memory: Memory, field: ControlField) -> ControlField:
     curiosity = 0.0 if parameters.prefer_shorter else parameters.curiosity
     # As much as a step brings into sight on unseen ground makes it as attractive as it gets.
     enough = 2 * memory.reach + 1
-    around = worth_around(worth_of_look(memory), memory.reach)
+    around = worth_in_view(worth_of_look(memory), memory.known, memory.reach)
     factor = np.where(is_tried, price, 1.0 - curiosity * np.minimum(around, enough) / enough)
     ground = plain._replace(factor=factor)
     cost = compiled.cost_to_go(ground, field.goal, none)

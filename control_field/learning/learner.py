@@ -192,9 +192,8 @@ class Learner:
         field = self._current().field
         cells: list[tuple[int, int]] = []
         if self.parameters.profile == 'full':
-            memory = self.memory
             cells = best_cells(information_gain(
-                field, driven or field, worth_of_look(memory), memory.reach,
+                field, driven or field, worth_of_look(self.memory),
                 rules_of(self.parameters)), n)
         free = np.argwhere((field.known == 0) & self._current().composition.reachable)
         # As many more as may be among the cells already, or the goal.
@@ -207,8 +206,7 @@ class Learner:
         """Return the cells from which one more demonstration would help most, best first."""
         field = self._current().field
         unseen = np.where(field.known < 0, 1.0, 0.0)
-        value = information_gain(
-            field, field, unseen, self.memory.reach, rules_of(self.parameters))
+        value = information_gain(field, field, unseen, rules_of(self.parameters))
         for row, col in self._current().certificate.sinks:
             if field.known[row, col] == 0:
                 value[row, col] += field.known.size

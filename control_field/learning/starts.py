@@ -14,15 +14,17 @@ _MOST_CANDIDATES = 4096
 
 
 def information_gain(
-    field: ControlField, driven: ControlField, worth: npt.NDArray[np.float64], reach: int,
+    field: ControlField, driven: ControlField, worth: npt.NDArray[np.float64],
     rules: StepRules,
 ) -> npt.NDArray[np.float64]:
     """
     Return how much a trial from each cell would show that is worth a look.
 
-    The cells that come into sight along the driven flow, each counted by how many cells' flow
+    The cells that the driven flow leads through or past, each counted by how many cells' flow
     crosses it: ground that many ways depend on is worth most. What was never seen counts by the
-    square root of that number, and a wall by how many driven flows lead through it.
+    square root of that number, and a wall by how many driven flows lead through it. What a wide
+    local grid might show besides is left out: starts that see far from where they stand are those
+    in the open, and what lies behind corners was seen from the others (measured, ADR 34).
 
     Parameters
     ----------
@@ -32,8 +34,6 @@ def information_gain(
         The field the trial would follow.
     worth : ndarray of float64, shape (n_rows, n_cols)
         What a look at each cell is worth, 0 for nothing.
-    reach : int, [cells]
-        From the robot's cell to the edge of its local grid.
     rules : StepRules
 
     Returns
@@ -51,7 +51,7 @@ def information_gain(
     judged.reshape(-1)[::-(-state.size // _MOST_CANDIDATES)] = True
     judged &= (state == 1) & (field.known != BLOCKED)
     gain: npt.NDArray[np.float64] = compiled.seen_along(
-        headings, judged, value, reach, *field.goal)
+        headings, judged, value, *field.goal)
     return gain
 
 

@@ -4,8 +4,9 @@ import numpy as np
 
 from control_field.headings import headings_from_vectors
 from control_field.learning.exploration import (
-    exploration_field, prices_of_walls, worth_around, worth_of_look)
+    exploration_field, prices_of_walls, worth_around, worth_in_view, worth_of_look)
 from control_field.learning.grid_world import GridWorld
+from control_field.rays import rays_within, visible_cells
 from strategies import few, knowns, practise, relearner, segment, steady, taught
 
 #: A wall with a gap at one end; the same with one at the other end, too.
@@ -100,6 +101,19 @@ def test_what_is_in_sight_is_summed_up(known, reach):
     for row, col in np.ndindex(known.shape):
         window = worth[max(row - reach, 0):row + reach + 1, max(col - reach, 0):col + reach + 1]
         assert np.isclose(sums[row, col], window.sum())
+
+
+@given(knowns, st.integers(1, 5), st.integers(0, 2**32))
+@steady
+def test_what_is_in_view_is_what_is_seen_where_the_map_is_true(known, reach, seed):
+    worth = np.random.default_rng(seed).integers(0, 3, known.shape).astype(float)
+    sums = worth_in_view(worth, known, reach)
+    truth = np.pad(np.where(known == 100, 100, 0), reach, constant_values=100).astype(np.int8)
+    for row, col in np.argwhere(known != 100).tolist():
+        window = truth[row:row + 2 * reach + 1, col:col + 2 * reach + 1]
+        shown = visible_cells(window, rays_within(reach if reach > 1 else 0)) >= 0
+        valued = np.pad(worth, reach)[row:row + 2 * reach + 1, col:col + 2 * reach + 1]
+        assert np.isclose(sums[row, col], valued[shown].sum())
 
 
 @given(relearner(low=4), st.booleans())

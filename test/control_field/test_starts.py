@@ -80,17 +80,15 @@ def test_a_start_promises_the_unseen_ground_along_its_flow_weighed_by_who_depend
     unseen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
                           known, field.flags)
     worth, rules = np.ones((1, 5)), rules_of(Parameters())
-    value = information_gain(unseen, unseen, worth, 1, rules)
+    value = information_gain(unseen, unseen, worth, rules)
     crossing = np.sqrt(np.arange(1.0, 6.0))
     assert np.allclose(value[0], [crossing.sum(), crossing.sum(), *(
         crossing[k:].sum() for k in (1, 2, 3))])
     seen = ControlField(field.grid, 1, field.goal, field.vx, field.vy, field.coherence, field.q,
                         corridor, field.flags)
-    assert not information_gain(seen, seen, np.zeros((1, 5)), 1, rules).any()
+    assert not information_gain(seen, seen, np.zeros((1, 5)), rules).any()
     # What was seen before counts by everybody who crosses it.
-    assert information_gain(seen, seen, worth, 1, rules)[0, 0] == 15.0
-    farther = information_gain(unseen, unseen, worth, 3, rules)
-    assert (farther[0, :4] == farther[0, 0]).all()
+    assert information_gain(seen, seen, worth, rules)[0, 0] == 15.0
 
 
 def test_an_exploration_field_still_leads_home_and_past_unseen_ground():
