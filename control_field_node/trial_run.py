@@ -23,8 +23,10 @@ from msgs_bridge.messages.poses import Pose
 
 Rows = npt.NDArray[np.void]
 _NO_ROWS: Final = ()
-#: How often a robot to which no way is left waits and looks whether what came has gone.
-_LOOKS: Final = 3
+#: How often a robot to which no way is left waits and looks whether what came has gone; and how
+#: often where nothing goes.
+_LOOKS: Final = 20
+_VAIN_LOOKS: Final = 6
 #: What a robot says that waits.
 WAITING: Final = 'waits for something in the way'
 
@@ -126,6 +128,7 @@ class TrialRun:
             control_field.known, self.policy.state.ground.rules, settings.patience)
         self._kept_back = Patience(settings.patience)
         self._looks, self._n_looks = Patience(settings.patience), 0
+        self._n_vain_looks = self._n_gone = 0
         self.waiting = ''
         self._least_coherence = settings.least_coherence
         self._new_field: ControlField | None = None
@@ -274,9 +277,13 @@ class TrialRun:
 
     def _looks_again(self) -> bool:
         """Return whether what has come may have gone, where no way is left: wait, and look."""
-        if not self._looks.seconds or self._n_looks >= _LOOKS:
+        if self._way.n_gone != self._n_gone:
+            self._n_gone, self._n_vain_looks = self._way.n_gone, 0
+        if not self._looks.seconds or (
+                self._n_vain_looks >= _VAIN_LOOKS or self._n_looks >= _LOOKS):
             return False
         self._n_looks += 1
+        self._n_vain_looks += 1
         return self.policy.look_again(self._way.forgive())
 
     def _approach_goal(self, pose: Pose, observation: Observation) -> Move:

@@ -28,10 +28,16 @@ class WayWatch:
     patience : float, [s]
         How long is waited; 0: never.
 
+    Attributes
+    ----------
+    n_gone : int
+        How many cells something has come into and gone from.
+
     """
 
     def __init__(self, known: npt.NDArray[np.int8], rules: StepRules, patience: float) -> None:
         """Start with what is remembered."""
+        self.n_gone = 0
         self._room = known.copy()
         self._came = np.zeros(known.shape, dtype=np.bool_)
         self._rules = rules
@@ -50,6 +56,7 @@ class WayWatch:
         self._last = observation
         self._room[observation.cell] = FREE
         for cell, is_blocked in observation.around():
+            self.n_gone += bool(self._came[cell]) and not is_blocked
             self._came[cell] = is_blocked and (self._came[cell] or self._room[cell] == FREE)
             if not is_blocked:
                 self._room[cell] = FREE
