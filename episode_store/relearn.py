@@ -18,6 +18,7 @@ import numpy as np
 from control_field.drives.breaks import place_text
 from control_field.grid import Grid
 from control_field.headings import heading_from_step
+from control_field.learning.compose import Composition
 from control_field.learning.learner import Learner, Refresh
 from control_field.parameters import Parameters
 from control_field.poses import StartPose
@@ -113,6 +114,11 @@ class Relearner:
     def refresh(self) -> Refresh | None:
         """Return what is in force; None before the first demonstration."""
         return self._learner.refresh
+
+    @property
+    def shown(self) -> Composition | None:
+        """Return what looks whether the shown way is free again; None where it is."""
+        return self._learner.shown
 
     def explores(self, spread: bool) -> bool:
         """Return whether the trials of a series explore, see `Learner.explores`."""

@@ -289,7 +289,8 @@ class Moment:
         for before in folder.task.episodes():
             if before.number < folder.number:
                 refresh = relearner.learn(Episode(before)).refresh
-                known = refresh.field.known if refresh is not None and refresh.pushed else known
+                if refresh is not None and refresh.pushed:
+                    known = refresh.composition.planned
         if relearner.refresh is None:
             return None if prototypes is None else ExplainedHeading(field, prototypes, voices_at(
                 field, prototypes, parameters, *self.cell), 'recorded')
@@ -298,6 +299,9 @@ class Moment:
         if exploration is not relearner.refresh.field and np.array_equal(
                 exploration.vx, field.vx) and np.array_equal(exploration.vy, field.vy):
             return ExplainedHeading(field, made_of, None, 'curious')
+        shown = relearner.shown
+        if shown is not None and np.array_equal(shown.field.vx, field.vx):
+            made_of, known = shown.prototypes, shown.planned
         return ExplainedHeading(field, made_of, voices_at(
             field, made_of, parameters, *self.cell, known), 'relearnt')
 

@@ -65,7 +65,7 @@ class Learner:
         self.parameters = parameters
         self.memory = Memory(grid, parameters)
         self.refresh: Refresh | None = None
-        self._shown: ControlField | None = None  #: leads along the shown way, where it is doubted
+        self.shown: Composition | None = None  #: leads along the shown way, if it is doubted
 
     def add_demonstration(self, demonstration: Demonstration) -> Refresh:
         """
@@ -95,7 +95,7 @@ class Learner:
         return self._renew(self.memory.add_trial(trial), keep_better=True)
 
     def _renew(self, reinforcements: int, keep_better: bool) -> Refresh:
-        self._shown = self._shown_field()
+        self.shown = self._compose_shown()
         composition = compose(self.memory)
         certificate = self._certify(composition)
         old = self.refresh
@@ -112,13 +112,13 @@ class Learner:
                                reinforcements, composition)
         return self.refresh
 
-    def _shown_field(self) -> ControlField | None:
+    def _compose_shown(self) -> Composition | None:
         """Return the field that looks whether the shown way is free again; None if it is."""
         known = as_shown(self.memory, rules_of(self.parameters))
         if (known is self.memory.known or self.parameters.profile != 'full'
                 or self.parameters.prefer_shorter or np.array_equal(known, self.memory.known)):
             return None
-        return compose_shown(self.memory).field
+        return compose_shown(self.memory)
 
     def _with_memory(self, old: Composition, new: Composition) -> Composition:
         """Return the old headings with the Q-matrix and map that are remembered now."""
@@ -168,7 +168,7 @@ class Learner:
         looks_around = parameters.curiosity > 0.0 or parameters.prefer_shorter
         if exploring and parameters.profile == 'full' and looks_around:
             return exploration_field(self.memory, field)
-        return self._shown or field
+        return field if self.shown is None else self.shown.field
 
     def next_starts(
         self, n: int, rng: np.random.Generator, driven: ControlField | None = None,

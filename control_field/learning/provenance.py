@@ -11,6 +11,7 @@ from control_field.headings import N_HEADINGS, UNIT
 from control_field.kernels.interpolation import (
     Attraction, distance_weight, mean_vector, sees, Sums)
 from control_field.learning.compose import ATTRACTION_STRENGTH
+from control_field.learning.doubt import cautious
 from control_field.learning.interpolation import weight_from_q
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Prototypes
@@ -87,7 +88,7 @@ def voices_at(
     row, col : int
         The cell.
     known : ndarray of int8, shape (n_rows, n_cols), optional
-        Map that the windows were cut by, if not the field's own.
+        Map that the windows were cut by, if not the field's own with doubted walls as walls.
 
     Returns
     -------
@@ -99,7 +100,7 @@ def voices_at(
     if len(centre):
         voices = [_alone(prototypes, centre)]
     else:
-        known = field.known if known is None else known
+        known = cautious(field.known).planned if known is None else known
         spoken = _in_window(prototypes, parameters, row, col, known)
         attracted = parameters.profile == 'full' and parameters.pull
         headings = range(-1, N_HEADINGS) if attracted else [-1]

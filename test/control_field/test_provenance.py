@@ -37,11 +37,11 @@ def test_the_shares_make_up_the_vector_everywhere(learnt_bag, profile, seed):
     check_everywhere(learner.refresh, learner.parameters)
     free = np.argwhere(occupancy == 0)
     for start in np.random.default_rng(seed).permutation(free)[:3]:
-        known = learner.refresh.field.known
+        planned = learner.refresh.composition.planned
         practise(learner, occupancy, [start])
         # A refresh that was not pushed keeps the headings, which were made on the map of before.
         check_everywhere(learner.refresh, learner.parameters,
-                         None if learner.refresh.pushed else known)
+                         learner.refresh.composition.planned if learner.refresh.pushed else planned)
         if not learner.refresh.pushed:
             return
 
@@ -72,3 +72,15 @@ def test_prototypes_of_another_field_are_found_out():
     ours, others = taught(segment((1, 1), (1, 5)), (6, 7)), taught(segment((4, 5), (4, 1)), (6, 7))
     assert voices_at(ours.refresh.field, others.refresh.prototypes, ours.parameters, 2, 2) is None
     assert voices_at(ours.refresh.field, others.refresh.prototypes, ours.parameters, 4, 4) is None
+
+
+def test_headings_around_what_is_doubted_are_taken_apart_too():
+    world = np.zeros((7, 9), np.int8)
+    learner = taught(segment((3, 0), (3, 8)), world.shape, world)
+    practise(learner, world, [(3, 0)])
+    world[2:5, 4] = 100
+    practise(learner, world, [(3, 0)], 3)
+    for made in (learner.refresh.composition, learner.shown):
+        for row, col in np.argwhere(made.planned == 0).tolist():
+            assert voices_at(made.field, made.prototypes, learner.parameters, row, col,
+                             made.planned) is not None
