@@ -27,7 +27,8 @@ class StalledLearner(LearnerNode):
     def _be_deaf(self):
         """Take nothing from the middleware until the drive is kept, and for a while longer."""
         if self._went_on.is_set() and not self._is_kept:
-            while self._session.state.phase is Phase.DEMONSTRATION:
+            while (self._session.state.phase is Phase.DEMONSTRATION
+                   and not self._listener._is_over.is_set()):
                 time.sleep(0.01)
             time.sleep(DEAF)
             self._is_kept = True
