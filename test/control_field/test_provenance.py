@@ -39,9 +39,10 @@ def test_the_shares_make_up_the_vector_everywhere(learnt_bag, profile, seed):
     for start in np.random.default_rng(seed).permutation(free)[:3]:
         planned = learner.refresh.composition.planned
         practise(learner, occupancy, [start])
+        if learner.refresh.pushed:
+            planned = learner.refresh.composition.planned
         # A refresh that was not pushed keeps the headings, which were made on the map of before.
-        check_everywhere(learner.refresh, learner.parameters,
-                         learner.refresh.composition.planned if learner.refresh.pushed else planned)
+        check_everywhere(learner.refresh, learner.parameters, planned)
         if not learner.refresh.pushed:
             return
 
