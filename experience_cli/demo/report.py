@@ -278,3 +278,6 @@ def report_lines(reports: Sequence[TaskReport]) -> Iterator[str]:
     yield ('Prototypes: places with the direction the robot has learnt there (in the paper hidden '
            'neurons).')
     yield 'Reinforcements: rewards and punishments that the trial was learnt from.'
+    if any(report.movers for report in reports):
+        yield ('Collisions: every contact; a trial that went on after one had been run into while '
+               'the robot stood.')

@@ -62,6 +62,7 @@ def test_who_moves_is_drawn_and_what_they_meet_is_no_shortcoming(task):
     figure = final_figure('', report)
     assert len(figure.axes[0].patches) == 5
     assert 'who moves' in figure.axes[0].get_legend_handles_labels()[1]
+    assert any('while the robot stood' in line for line in report_lines([report]))
 
 
 def test_what_was_learnt_is_drawn_and_counted(task):
