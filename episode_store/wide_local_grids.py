@@ -1,6 +1,6 @@
 """Local grids that show more than the cells around the robot: which of a bag's count."""
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -15,10 +15,10 @@ from msgs_bridge.messages.cdr import CdrError, layout_from_cdr, OCCUPANCY_GRID
 CLOCK_JUMP: Final = 1.0
 #: What is seen so long before its first decision belongs to a trial, [s].
 _BEFORE: Final = 1.0
+#: So old and so many messages back may the local grid be that a decision was made by, [s].
+_SOON, _N_BACK = 0.5, 16
 #: Cells of a local grid that shows the robot's and the eight around it.
 _NINE: Final = 9
-
-Stamps = npt.NDArray[np.floating[Any]]
 
 
 def in_order(stamps: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
@@ -35,8 +35,8 @@ def trial_local_grids(
     Return the wide local grids of a trial, as far as the robot was where they were seen.
 
     A controller that corrects odometry decides in other cells than those of the local grids that
-    were recorded. So what is seen after a decision counts only if that was made in the cell of one
-    of the two local grids that were newest then: they are of its time, or of the pose before.
+    were recorded. So what is seen after a decision counts only if that was made by one of the
+    local grids of just before: in its cell, with its masks.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def trial_local_grids(
     if not len(wide):
         return no_local_grids()
     made = np.maximum(np.searchsorted(stamps, wide['stamp'], side='right') - 1, 0)
-    return np.asarray(wide[_are_of_their_cells(table, decisions, stamps)[made]])
+    return np.asarray(wide[_are_of_their_cells(table, decisions)[made]])
 
 
 def _may_be_wide(messages: RawMessages) -> bool:
@@ -78,14 +78,17 @@ def _may_be_wide(messages: RawMessages) -> bool:
 
 
 def _are_of_their_cells(
-    table: LocalGridTable, decisions: npt.NDArray[np.void], stamps: Stamps,
+    table: LocalGridTable, decisions: npt.NDArray[np.void],
 ) -> npt.NDArray[np.bool_]:
-    """Return which decisions were made in the cell of one of the two local grids newest then."""
+    """Return which decisions were made by a local grid of just before, shape (n,)."""
     order = in_order(table.stamps)
-    newest = np.searchsorted(table.stamps[order], stamps + 1e-9, side='right') - 1
-    made_in = np.stack([decisions['row'], decisions['col']], axis=1)
+    newest = np.searchsorted(table.stamps[order], decisions['stamp'] + 1e-9, side='right') - 1
     found = np.zeros(len(decisions), dtype=np.bool_)
-    for back in (0, 1):
-        seen_from = table.cells[order[np.maximum(newest - back, 0)]]
-        found |= (seen_from == made_in).all(axis=1) & (newest >= back)
+    for back in range(_N_BACK):
+        row = order[np.maximum(newest - back, 0)]
+        found |= ((newest >= back) & (decisions['stamp'] - table.stamps[row] <= _SOON)
+                  & (table.cells[row, 0] == decisions['row'])
+                  & (table.cells[row, 1] == decisions['col'])
+                  & (table.blocked[row] == decisions['blocked'])
+                  & (table.unknown[row] == decisions['unknown']))
     return found
