@@ -21,10 +21,10 @@ _OUTDATED: Final = 0.3
 #: decides where nothing else does. Younger ones are not worth a look.
 _LONG_UNSEEN: Final = 0.001
 _LEAST_AGE: Final = 10
-#: What it costs to go to a wall and find that it still stands, [cells].
+#: What it costs to go to a wall and find that it still stands, [cells]; from a chosen start, where
+#: the trial is there to look, less.
 _IN_VAIN: Final = 10.0
-#: A wall that may have changed counts as so many cells at most.
-_OUTDATED_WALL: Final = 5.0
+_IN_VAIN_FROM_CHOSEN: Final = 4.0
 #: Sums of worth that are nothing but rounding.
 _NOTHING: Final = 1e-9
 #: Confidence in a wall, in the field of a trial that goes to look at it.
@@ -66,8 +66,8 @@ def prices_of_walls(memory: Memory) -> npt.NDArray[np.float64]:
     """
     evidence = memory.evidence
     age = np.maximum(evidence.age, 1)
-    price = np.maximum(2.0 * evidence.n_episodes * _IN_VAIN / age.astype(np.float64) ** 2, 1.0)
-    price = np.where(evidence.outdated, np.minimum(price, _OUTDATED_WALL), price)
+    in_vain = _IN_VAIN if memory.parameters.prefer_shorter else _IN_VAIN_FROM_CHOSEN
+    price = np.maximum(2.0 * evidence.n_episodes * in_vain / age.astype(np.float64) ** 2, 1.0)
     is_tried = (evidence.state == BLOCKED) & (evidence.age > 0) & (
         evidence.map_memory > 0)
     return np.where(is_tried, price, np.inf)
