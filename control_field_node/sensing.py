@@ -56,9 +56,10 @@ class Sensing:
     def change_settings(self, settings: Settings) -> None:
         """Take over new settings."""
         self.settings = self.localisation.settings = settings
+        # Where poses are corrected, walls seem to move by a cell now and then.
         self.local_grids.rules = LocalGridRules(
-            own_cell=settings.own_cell, mover_speed=settings.mover_speed,
-            backs_off=settings.backs_off)
+            own_cell=settings.own_cell, backs_off=settings.backs_off,
+            mover_speed=0.0 if settings.mends_odometry else settings.mover_speed)
         self.inputs.change_settings(settings)
 
     def take_field(self, field: ControlField) -> None:

@@ -62,7 +62,8 @@ class Settings:
         'into it; to be switched off for sensors that mark the robot itself')
     mover_speed: float = parameter(
         0.5, 'how fast what has just come into a cell may come nearer: the robot stands before it '
-        'can have; 0: nothing does', unit='m/s', low=0.0, high=10.0)
+        'can have; 0, and with anchoring or pose_topic: nothing does', unit='m/s', low=0.0,
+        high=10.0)
     backs_off: bool = parameter(
         False, 'back off from what comes towards the standing robot, as far as there is room; '
         'else it stands')
