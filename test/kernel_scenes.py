@@ -336,7 +336,8 @@ class Scene:
         moving = Moving(places, rng.uniform(0.1, 1.5, 3), rng.integers(0, 4, 3), events)
         place = self.row + 0.5, self.col + 0.5
         return moving_world.Scene(
-            moving, self.truth, self.known, rng.integers(0, 40, 3), rng.choice([-1, 1], 3),
+            moving, self.truth, self.known, self.fixed, rng.integers(0, 40, 3),
+            rng.choice([-1, 1], 3),
             rng.integers(0, 3, 3), rng.random(3) < 0.5, np.array(place), np.array([2, 0]))
 
     def for_new_scene(self):
@@ -353,9 +354,13 @@ class Scene:
         return self.moving(), self.row, self.col, 0.2, self.rng()
 
     def for_take_in(self):
+        return self.known, self.fixed, self.row, self.col, self.mask
+
+    def for_believe(self):
         return self.known, self.row, self.col, self.mask
 
-    for_believe = for_take_in
+    def for_look_again(self):
+        return self.moving(), self.trial(), self.pace()
 
     def for_gap_to(self):
         return self.moving(), 1, self.mask % 40, 0.4

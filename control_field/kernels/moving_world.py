@@ -15,7 +15,8 @@ import numpy.typing as npt
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.decision import (
     decide, n_rewards, Options, take_in_cells, TrialState, write_decision)
-from control_field.kernels.steps import _BLOCKED, CellMap, FloatMap, is_occupied, step_allowed
+from control_field.kernels.steps import (
+    _BLOCKED, BoolMap, CellMap, FloatMap, is_occupied, step_allowed)
 from control_field.kernels.visibility import look, Scanner
 from control_field.kernels.waiting import comes_into_the_way
 
@@ -27,6 +28,8 @@ _BEGAN_SO: Final = -1e-6
 _FOR_GOOD: Final = 3000
 #: Multiples of it leave remainders that are spread evenly.
 _GOLDEN: Final = 0.6180339887498949
+#: How often a robot to which no way is left waits, and looks whether what has come has gone.
+_LOOKS: Final = 6
 _ARRIVED, _TURNED_BACK, _STUCK, _HIT = 0, 1, 2, 3
 
 
@@ -83,6 +86,8 @@ class Scene(NamedTuple):
     ----------
     truth, room : ndarray of int8, shape (n_rows, n_cols)
         What stands where, and where there was room as the robot knows.
+    came : ndarray of bool, shape (n_rows, n_cols)
+        Where something has come and was not seen to go.
     at, direction, held : ndarray of int64, shape (n_movers,)
         Own tick of each mover, whether it goes on (1) or back (-1), and how long it has stood.
     touching : ndarray of bool, shape (n_movers,)
@@ -96,6 +101,7 @@ class Scene(NamedTuple):
     moving: Moving
     truth: CellMap
     room: CellMap
+    came: BoolMap
     at: Whole
     direction: Whole
     held: Whole
@@ -110,9 +116,11 @@ def new_scene(
     """Return a trial at its beginning; movers have their own tick ``begin`` then."""
     n = moving.radius.shape[0]
     robot = np.array([start[0] + 0.5, start[1] + 0.5])
-    return Scene(moving, truth.copy(), known.copy(), np.full(n, begin, dtype=np.int64),
-                 np.ones(n, dtype=np.int64), np.zeros(n, dtype=np.int64),
-                 np.zeros(n, dtype=np.bool_), robot, np.zeros(2, dtype=np.int64))
+    return Scene(
+        moving, truth.copy(), known.copy(), np.zeros(truth.shape, dtype=np.bool_),
+        np.full(n, begin, dtype=np.int64), np.ones(n, dtype=np.int64),
+        np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_), robot,
+        np.zeros(2, dtype=np.int64))
 
 
 def reaches_into(x: float, y: float, radius: float, row: int, col: int) -> bool:
@@ -144,13 +152,15 @@ def see_moving(scene: Scene, row: int, col: int, flips: float, rng: np.random.Ge
     return mask
 
 
-def take_in(room: CellMap, row: int, col: int, blocked: int) -> None:
+def take_in(room: CellMap, came: BoolMap, row: int, col: int, blocked: int) -> None:
     """Take in what is seen: where there was room, there may be again."""
     room[row, col] = 0
     for heading in range(8):
         r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
         if 0 <= r < room.shape[0] and 0 <= c < room.shape[1]:
-            if not blocked >> heading & 1:
+            is_blocked = blocked >> heading & 1 == 1
+            came[r, c] = is_blocked and (came[r, c] or room[r, c] == 0)
+            if not is_blocked:
                 room[r, c] = 0
             elif room[r, c] != 0:
                 room[r, c] = _BLOCKED
@@ -235,7 +245,7 @@ def stand_before(
     waited, heading = 0, int(trial.headings[row, col])
     for _ in range(_FOR_GOOD):
         blocked = see_moving(scene, row, col, pace.flips, rng)
-        take_in(scene.room, row, col, blocked)
+        take_in(scene.room, scene.came, row, col, blocked)
         if not mover_in(scene, row, col):
             if heading < 0 or not comes_into_the_way(
                     scene.room, row, col, heading, blocked, trial.ground.rules):
@@ -258,7 +268,7 @@ def drive_step(
     done, waited = 0.0, 0
     for _ in range(_FOR_GOOD):
         blocked = see_moving(scene, row, col, pace.flips, rng)
-        take_in(scene.room, row, col, blocked)
+        take_in(scene.room, scene.came, row, col, blocked)
         if comes_into_the_way(scene.room, row, col, heading, blocked, rules):
             if waited >= pace.patience:
                 believe(scene.room, row, col, blocked)
@@ -295,6 +305,20 @@ def go_back(scene: Scene, pace: Pace, row: int, col: int, heading: int, done: fl
     return _STUCK
 
 
+def look_again(scene: Scene, trial: TrialState, pace: Pace) -> bool:
+    """Wait for what has come, where no way is left; return whether there is anything like that."""
+    is_there = False
+    for row in range(scene.came.shape[0]):
+        for col in range(scene.came.shape[1]):
+            if scene.came[row, col] and trial.ground.known[row, col] == _BLOCKED:
+                scene.room[row, col] = 0
+                trial.seen[row, col] = False
+                is_there = True
+    for _ in range(pace.patience if is_there else 0):
+        pass_tick(scene, pace.radius)
+    return is_there and pace.patience > 0
+
+
 def run_moving_trial(
     scene: Scene, pace: Pace, trial: TrialState, options: Options, step_limit: int,
     rng: np.random.Generator, log: npt.NDArray[np.int32], scanner: Scanner,
@@ -314,7 +338,7 @@ def run_moving_trial(
 
     """
     row, col = int(scene.robot[0]), int(scene.robot[1])
-    n_rows, n_reinforcements, length = 0, 0, 0.0
+    n_rows, n_reinforcements, n_looks, length = 0, 0, 0, 0.0
     for step in range(step_limit):
         if row == trial.goal[0] and col == trial.goal[1]:
             return 0, step, n_rows, length, n_reinforcements
@@ -329,6 +353,9 @@ def run_moving_trial(
         n_reinforcements += n_rewards(decision)
         heading = decision.heading
         if heading < 0:
+            n_looks += 1
+            if options.doubts and n_looks <= _LOOKS and look_again(scene, trial, pace):
+                continue
             return 2, step, n_rows, length, n_reinforcements
         end = drive_step(scene, trial, pace, row, col, heading, rng)
         if end in (_HIT, _STUCK):
