@@ -254,7 +254,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             lines.append(row.line())
             print(row.line(), flush=True)
     if options.write:
-        write_section(DOC, 'changing worlds', '\n'.join(lines))
+        write_section(DOC, 'changing worlds', '\n'.join(
+            [f'{options.seeds} seeds each.', '', *lines]))
     if options.methods:
         section = compare(options.methods, options.jobs)
         print(section)
