@@ -295,15 +295,16 @@ class Moment:
             return None if prototypes is None else ExplainedHeading(field, prototypes, voices_at(
                 field, prototypes, parameters, *self.cell), 'recorded')
         made_of = relearner.refresh.prototypes
+        weights = relearner.refresh.composition.weights
         exploration = relearner.field(exploring=True)
         if exploration is not relearner.refresh.field and np.array_equal(
                 exploration.vx, field.vx) and np.array_equal(exploration.vy, field.vy):
             return ExplainedHeading(field, made_of, None, 'curious')
         shown = relearner.shown
         if shown is not None and np.array_equal(shown.field.vx, field.vx):
-            made_of, known = shown.prototypes, shown.planned
+            made_of, weights, known = shown.prototypes, shown.weights, shown.planned
         return ExplainedHeading(field, made_of, voices_at(
-            field, made_of, parameters, *self.cell, known), 'relearnt')
+            field, made_of, parameters, *self.cell, known, weights), 'relearnt')
 
 
 def _stamp_of(episode: Episode, at: float) -> float:

@@ -70,7 +70,7 @@ def vector_at(field: ControlField, row: int, col: int) -> tuple[float, float]:
 
 def voices_at(
     field: ControlField, prototypes: Prototypes, parameters: Parameters, row: int, col: int,
-    known: npt.NDArray[np.int8] | None = None,
+    known: npt.NDArray[np.int8] | None = None, weights: npt.NDArray[np.float64] | None = None,
 ) -> Voices | None:
     """
     Take the heading of a cell apart.
@@ -89,6 +89,8 @@ def voices_at(
         The cell.
     known : ndarray of int8, shape (n_rows, n_cols), optional
         Map that the windows were cut by, if not the field's own with doubted walls as walls.
+    weights : ndarray of float64, shape (n,), optional
+        Weight of each prototype, if not that of its Q-value.
 
     Returns
     -------
@@ -101,7 +103,9 @@ def voices_at(
         voices = [_alone(prototypes, centre)]
     else:
         known = cautious(field.known).planned if known is None else known
-        spoken = _in_window(prototypes, parameters, row, col, known)
+        if weights is None:
+            weights = weight_from_q(prototypes.q, parameters.weight_floor)
+        spoken = _in_window(prototypes, weights, parameters, row, col, known)
         attracted = parameters.profile == 'full' and parameters.pull
         headings = range(-1, N_HEADINGS) if attracted else [-1]
         voices = [_together(prototypes, *spoken, attraction) for attraction in headings]
@@ -117,8 +121,8 @@ def _alone(prototypes: Prototypes, centre: npt.NDArray[np.int64]) -> Voices:
 
 
 def _in_window(
-    prototypes: Prototypes, parameters: Parameters, row: int, col: int,
-    known: npt.NDArray[np.int8],
+    prototypes: Prototypes, own: npt.NDArray[np.float64], parameters: Parameters, row: int,
+    col: int, known: npt.NDArray[np.int8],
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return the prototypes whose window holds a cell: index, distance and weight."""
     distances = np.hypot(*(prototypes.cells - (row, col)).T.astype(np.float64))
@@ -134,7 +138,6 @@ def _in_window(
             r, c = prototypes.cells[index].tolist()
             inside[index] = sees(known, r, c, row, col)
     found = np.flatnonzero(inside)
-    own = weight_from_q(prototypes.q, parameters.weight_floor)
     weights = np.array([distance_weight(own[i], distances[i], parameters.power) for i in found])
     order = np.argsort(-weights, kind='stable')
     return found[order], distances[found[order]], weights[order]

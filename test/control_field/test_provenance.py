@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from control_field.headings import UNIT
+from control_field.learning.interpolation import weight_from_q
 from control_field.learning.provenance import TOLERANCE, vector_at, voices_at
 from strategies import few, practise, relearner, seeds, segment, taught
 
@@ -85,3 +86,20 @@ def test_headings_around_what_is_doubted_are_taken_apart_too():
         for row, col in np.argwhere(made.planned == 0).tolist():
             assert voices_at(made.field, made.prototypes, learner.parameters, row, col,
                              made.planned) is not None
+
+
+def test_so_are_those_around_a_shown_way_that_a_shorter_one_outdoes():
+    world = np.zeros((9, 11), np.int8)
+    world[4, :10] = 100
+    learner = taught(segment((2, 1), (2, 10), (6, 10), (6, 1)), world.shape, world)
+    practise(learner, world, [(2, 1), (3, 5)], 4)
+    world[4, 1] = 0
+    practise(learner, world, [(3, 1), (5, 2)], 4)
+    made, parameters = learner.refresh.composition, learner.parameters
+    usual = weight_from_q(made.prototypes.q, parameters.weight_floor)
+    assert (made.weights < usual).any()  # the shown way draws less than its Q-values say
+    for row, col in np.argwhere(made.planned == 0).tolist():
+        assert voices_at(made.field, made.prototypes, parameters, row, col, made.planned,
+                         made.weights) is not None
+    assert any(voices_at(made.field, made.prototypes, parameters, row, col, made.planned) is None
+               for row, col in np.argwhere(made.planned == 0).tolist())
