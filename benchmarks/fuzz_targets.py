@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import LaserScan
 
 from control_field.grid import Grid
-from control_field.local_grid import FREE
+from control_field.local_grid import BLOCKED, cells_from_fine, FREE
 from control_field.records import ControlField, DECISION_DTYPE, Outcome, Prototypes
 from episode_store.episode import Episode
 from episode_store.header import EpisodeHeader
@@ -246,10 +246,18 @@ def _read_notes(data: bytes) -> None:
     with_note(text, 'label', 'success', 'metadata.yaml')
 
 
+def _wide() -> Neighbourhood:
+    """Return a neighbourhood of 5x5 cells, each of 3x3 finer ones."""
+    fine = np.full((15, 15), FREE, np.int8)
+    fine[0, :4] = BLOCKED
+    return Neighbourhood(1.0, 1, 2, cells_from_fine(fine, 3), 'odom', fine)
+
+
 def targets() -> dict[str, Target]:
     """Return every target by its name."""
     neighbourhood = Neighbourhood(1.0, 1, 2, np.full((3, 3), FREE, np.int8), 'odom')
     local_grid, odometry = grid_from_neighbourhood(neighbourhood, GRID), odometry_from_pose(_POSE)
+    wide = grid_from_neighbourhood(_wide(), GRID)
     occupancy = map_from_occupancy(np.zeros(GRID.shape, np.int8), GRID)
     placed, clicked = initialpose_from_pose(_POSE), pose_stamped_from_pose(_POSE)
     status = status_from_trial(TrialStatus(State.ENDED, 1, Outcome.GOAL))
@@ -267,6 +275,7 @@ def targets() -> dict[str, Target]:
         'twist_stamped': _target(twist_stamped_from_velocity(
             0.1, 0.2, odometry.header.stamp, 'base'), velocity_from_twist),
         'neighbourhood': _target(local_grid, lambda msg: neighbourhood_from_grid(msg, GRID)),
+        'wide_neighbourhood': _target(wide, lambda msg: neighbourhood_from_grid(msg, GRID)),
         'map': _target(occupancy, occupancy_from_map),
         'status': _target(status, trial_from_status),
         'scan': _target(_scan(), _see('scan')),
@@ -275,6 +284,7 @@ def targets() -> dict[str, Target]:
         'raw_pose': _column_target(clicked, lambda raw: pose_table(raw, 'odom')),
         'raw_placed': _column_target(placed, lambda raw: pose_table(raw, 'odom')),
         'raw_sight': _column_target(local_grid, lambda raw: local_grid_table(raw, GRID)),
+        'raw_wide': _column_target(wide, lambda raw: local_grid_table(raw, GRID)),
         'raw_decisions': _column_target(rows, lambda raw: decision_table(raw, GRID)),
         'raw_status': _column_target(status, lambda raw: list(statuses(raw))),
         'raw_twist': _column_target(twist_from_velocity(0.1, 0.2), _read_twist),
