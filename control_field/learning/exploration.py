@@ -22,7 +22,7 @@ _OUTDATED: Final = 0.3
 _LONG_UNSEEN: Final = 0.001
 _LEAST_AGE: Final = 10
 #: What it costs to go to a wall and find that it still stands, [cells]; from a chosen start, where
-#: the trial is there to look, less.
+#: the trial is there to look, less, unless the world has changed and there is more to look at.
 _IN_VAIN: Final = 10.0
 _IN_VAIN_FROM_CHOSEN: Final = 4.0
 #: Sums of worth that are nothing but rounding.
@@ -66,7 +66,8 @@ def prices_of_walls(memory: Memory) -> npt.NDArray[np.float64]:
     """
     evidence = memory.evidence
     age = np.maximum(evidence.age, 1)
-    in_vain = _IN_VAIN if memory.parameters.prefer_shorter else _IN_VAIN_FROM_CHOSEN
+    in_vain = np.where(
+        evidence.outdated | memory.parameters.prefer_shorter, _IN_VAIN, _IN_VAIN_FROM_CHOSEN)
     price = np.maximum(2.0 * evidence.n_episodes * in_vain / age.astype(np.float64) ** 2, 1.0)
     is_tried = (evidence.state == BLOCKED) & (evidence.age > 0) & (
         evidence.map_memory > 0)
