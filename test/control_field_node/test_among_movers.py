@@ -23,3 +23,9 @@ def test_among_wandering_discs_it_gets_to_the_goal_and_runs_into_none(fine):
 
 def test_a_run_is_the_same_every_time():
     assert rides('any', n_trials=1) == rides('any', n_trials=1)
+
+
+def test_a_monitor_that_leaves_out_the_own_cell_runs_into_them():
+    blind = {'own_cell': False, 'mover_speed': 0.0, 'patience': 0.0}.items()
+    assert any(ride.robot_contacts for ride in rides('any', seed=1, n_trials=4, settings=blind))
+    assert not any(ride.robot_contacts for ride in rides('any', seed=1, n_trials=4))
