@@ -40,6 +40,7 @@ class Evidence:
         self._last_seen = np.zeros(shape, dtype=np.int32)
         self._in_a_row = np.zeros(shape, dtype=np.int32)
         self._times_free = np.zeros(shape, dtype=np.int32)
+        self._is_passing = np.zeros(shape, dtype=np.bool_)
         self._shown = np.zeros(shape, dtype=np.uint8)
         self._changed_by = 0  #: episode by which what was noticed has changed
         self.opened = np.zeros(shape, dtype=np.bool_)  #: free now, a wall when it was seen before
@@ -88,6 +89,10 @@ class Evidence:
         self.opened = (self.opened | opened) & ~wall
         if self._last_seen[other].max(initial=-1) >= self._changed_by:
             self._changed_by = self.n_episodes
+        # What is first seen beside something that moves may be a part of it.
+        moves = free & (shown & OCCUPIED_SEEN != 0)
+        self._is_passing = np.where(
+            wall, (self.state == UNKNOWN) & _with_neighbours(moves), self._is_passing & ~free)
         self.state[wall], self.state[free] = BLOCKED, FREE
         self._last_seen[shown != 0] = self.n_episodes
         self._in_a_row[wall] += 1
@@ -123,14 +128,16 @@ class Evidence:
         """
         Return for how many episodes a wall is certain after it was seen last, 0 elsewhere.
 
-        What was never seen free, ``map_memory``, half of it when it was seen in one episode only.
+        What was never seen free, ``map_memory``, half of it when it was seen in one episode only;
+        0 if that was beside something that moves.
         What was seen free before may be so again: for 0, 1, 3, 7, ... episodes when it was seen
         occupied in 1, 2, 3, 4, ... of them in a row, at most ``map_memory``; for 1, 3, 7, 15, ...
         where it was seen free in one episode only.
         """
         in_a_row = np.minimum(self._in_a_row, _MOST_IN_A_ROW).astype(np.int64)
         halved = -(-self.map_memory // 2)
-        ever_a_wall = np.where(in_a_row == 1, halved, self.map_memory)
+        glimpsed = np.where(self._is_passing, 0, halved)
+        ever_a_wall = np.where(in_a_row == 1, glimpsed, self.map_memory)
         # Room that was seen in one episode only may have been a glimpse, too.
         sightings = in_a_row + (self._times_free == 1)
         once_free = np.minimum((1 << np.maximum(sightings - 1, 0)) - 1, self.map_memory)
@@ -164,3 +171,12 @@ class Evidence:
         confidence = np.clip(np.floor(self.strength), _LOWEST, _HIGHEST).astype(np.int8)
         known: npt.NDArray[np.int8] = np.where(doubted, confidence, self.state)
         return known
+
+
+def _with_neighbours(cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Mark the cells of a mask and the eight around each."""
+    rows, cols = cells.shape
+    padded = np.pad(cells, 1)
+    marked: npt.NDArray[np.bool_] = np.any(
+        [padded[i:i + rows, j:j + cols] for i in range(3) for j in range(3)], axis=0)
+    return marked

@@ -65,6 +65,19 @@ def test_what_is_seen_free_and_occupied_in_one_episode_moves_unless_it_was_a_wal
     assert known([*before, episode], map_memory=0) == expected
 
 
+@pytest.mark.parametrize(('beside', 'expected'), [
+    ([[0, 100], [100, 100], [0, 100]], 99), ([[0, 100], [0, 100]], 100),
+    ([[100, 100], [100, 100]], 100)])
+def test_a_wall_first_seen_beside_something_that_moves_is_doubted_at_once(beside, expected):
+    evidence = Evidence(SHAPE, 8)
+    evidence.begin()
+    for cells in beside:  # of a cell and its neighbour, which is never seen free
+        evidence.observe_cells(0, 0, np.array([cells], np.int8))
+    evidence.end()
+    assert evidence.known[0, 1] == expected
+    assert n_certain([FREE_THEN_WALL, WALL]) == n_certain([FREE, WALL])
+
+
 @given(st.lists(st.sampled_from([FREE, WALL, FREE_THEN_WALL, NOTHING]), max_size=12))
 @steady
 def test_without_map_memory_nothing_is_ever_doubted(episodes):
