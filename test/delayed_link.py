@@ -1,5 +1,6 @@
 """A link to the robot that delays: what is said on `<topic>_there` comes late on `<topic>`."""
 
+from contextlib import suppress
 import heapq
 import itertools
 import sys
@@ -10,8 +11,8 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 import rclpy
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from msgs_bridge.node import qos
 
@@ -43,13 +44,11 @@ class DelayedLink(Node):
 
 def main() -> None:
     """Relay until the end."""
-    rclpy.init()
-    try:
+    # ROS's own handler may end the context in the moment in which this does.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    with suppress(KeyboardInterrupt):
         rclpy.spin(DelayedLink(*map(float, sys.argv[1:3])))
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        rclpy.try_shutdown()
+    rclpy.shutdown()
 
 
 if __name__ == '__main__':
