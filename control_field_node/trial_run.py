@@ -27,6 +27,8 @@ _NO_ROWS: Final = ()
 #: often where nothing goes.
 _LOOKS: Final = 20
 _VAIN_LOOKS: Final = 6
+#: How often it then looks once more at all that it has seen closed, where things move.
+_ROUNDS: Final = 2
 #: What a robot says that waits.
 WAITING: Final = 'waits for something in the way'
 
@@ -128,7 +130,7 @@ class TrialRun:
             control_field.known, self.policy.state.ground.rules, settings.patience)
         self._kept_back = Patience(settings.patience)
         self._looks, self._n_looks = Patience(settings.patience), 0
-        self._n_vain_looks = self._n_gone = 0
+        self._n_vain_looks = self._n_gone = self._n_rounds = 0
         self.waiting = ''
         self._least_coherence = settings.least_coherence
         self._new_field: ControlField | None = None
@@ -279,12 +281,22 @@ class TrialRun:
         """Return whether what has come may have gone, where no way is left: wait, and look."""
         if self._way.n_gone != self._n_gone:
             self._n_gone, self._n_vain_looks = self._way.n_gone, 0
-        if not self._looks.seconds or (
-                self._n_vain_looks >= _VAIN_LOOKS or self._n_looks >= _LOOKS):
+        if not self._looks.seconds:
             return False
-        self._n_looks += 1
-        self._n_vain_looks += 1
-        return self.policy.look_again(self._way.forgive())
+        if self._n_vain_looks < _VAIN_LOOKS and self._n_looks < _LOOKS:
+            self._n_looks += 1
+            self._n_vain_looks += 1
+            if self.policy.look_again(self._way.forgive()):
+                return True
+        return self._goes_round()
+
+    def _goes_round(self) -> bool:
+        """Return whether all that was seen closed is looked at once more, as things move here."""
+        if not self._way.n_gone or self._n_rounds >= _ROUNDS:
+            return False
+        self._n_rounds += 1
+        self._n_looks = self._n_vain_looks = 0
+        return self.policy.look_again(np.ones(self.policy.state.seen.shape, dtype=np.bool_))
 
     def _approach_goal(self, pose: Pose, observation: Observation) -> Move:
         """Drive the last piece to the goal's centre."""

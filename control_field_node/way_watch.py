@@ -31,7 +31,7 @@ class WayWatch:
     Attributes
     ----------
     n_gone : int
-        How many cells something has come into and gone from.
+        How many cells something has gone from, be it that it came or was there from the start.
 
     """
 
@@ -56,7 +56,8 @@ class WayWatch:
         self._last = observation
         self._room[observation.cell] = FREE
         for cell, is_blocked in observation.around():
-            self.n_gone += bool(self._came[cell]) and not is_blocked
+            self.n_gone += not is_blocked and (
+                bool(self._came[cell]) or self._room[cell] == BLOCKED)
             self._came[cell] = is_blocked and (self._came[cell] or self._room[cell] == FREE)
             if not is_blocked:
                 self._room[cell] = FREE

@@ -89,10 +89,10 @@ class Evidence:
         self.opened = (self.opened | opened) & ~wall
         if self._last_seen[other].max(initial=-1) >= self._changed_by:
             self._changed_by = self.n_episodes
-        # What is first seen beside something that moves may be a part of it.
+        # Where something moves, what is first seen may be a part of it.
         moves = free & (shown & OCCUPIED_SEEN != 0)
         self._is_passing = np.where(
-            wall, (self.state == UNKNOWN) & _with_neighbours(moves), self._is_passing & ~free)
+            wall, (self.state == UNKNOWN) & moves.any(), self._is_passing & ~free)
         self.state[wall], self.state[free] = BLOCKED, FREE
         self._last_seen[shown != 0] = self.n_episodes
         self._in_a_row[wall] += 1
@@ -129,7 +129,7 @@ class Evidence:
         Return for how many episodes a wall is certain after it was seen last, 0 elsewhere.
 
         What was never seen free, ``map_memory``, half of it when it was seen in one episode only;
-        0 if that was beside something that moves.
+        0 if something moved in it.
         What was seen free before may be so again: for 0, 1, 3, 7, ... episodes when it was seen
         occupied in 1, 2, 3, 4, ... of them in a row, at most ``map_memory``; for 1, 3, 7, 15, ...
         where it was seen free in one episode only.
@@ -171,12 +171,3 @@ class Evidence:
         confidence = np.clip(np.floor(self.strength), _LOWEST, _HIGHEST).astype(np.int8)
         known: npt.NDArray[np.int8] = np.where(doubted, confidence, self.state)
         return known
-
-
-def _with_neighbours(cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Mark the cells of a mask and the eight around each."""
-    rows, cols = cells.shape
-    padded = np.pad(cells, 1)
-    marked: npt.NDArray[np.bool_] = np.any(
-        [padded[i:i + rows, j:j + cols] for i in range(3) for j in range(3)], axis=0)
-    return marked

@@ -68,10 +68,10 @@ def test_what_is_seen_free_and_occupied_in_one_episode_moves_unless_it_was_a_wal
 @pytest.mark.parametrize(('beside', 'expected'), [
     ([[0, 100], [100, 100], [0, 100]], 99), ([[0, 100], [0, 100]], 100),
     ([[100, 100], [100, 100]], 100)])
-def test_a_wall_first_seen_beside_something_that_moves_is_doubted_at_once(beside, expected):
+def test_a_wall_first_seen_where_something_moves_is_doubted_at_once(beside, expected):
     evidence = Evidence(SHAPE, 8)
     evidence.begin()
-    for cells in beside:  # of a cell and its neighbour, which is never seen free
+    for cells in beside:  # of a cell, and of one that is never seen free
         evidence.observe_cells(0, 0, np.array([cells], np.int8))
     evidence.end()
     assert evidence.known[0, 1] == expected

@@ -11,7 +11,7 @@ from control_field.robot.stop_rules import StopReason
 from control_field_node.diagnostics import diagnostic_from_supervisor
 from control_field_node.trial_run import WAITING
 from controller_bench import Bench, DT, GOAL
-from controller_helpers import GRID
+from controller_helpers import GRID, straight_field
 from msgs_bridge.messages.trial_status import State
 
 
@@ -168,3 +168,23 @@ def test_what_stays_closed_is_given_up(patience, longest):
     seal_off(bench, (5, 3), 1)
     assert bench.run().stop_reason is StopReason.NO_WAY
     assert bench.now - began < longest
+
+
+@pytest.mark.parametrize('something_moves', [True, False])
+def test_where_things_move_all_that_was_seen_closed_is_looked_at_once_more(something_moves):
+    bench = Bench(field=False)
+    bench.supervisor.accept_field(straight_field(GOAL))
+    bench.start()
+    row, col = GRID.cell_from_world(bench.pose.x, bench.pose.y)
+    block(bench, (row + 1, col))
+    bench.tick()
+    if something_moves:
+        clear(bench)
+        bench.tick()
+    # What now shuts it in was never seen free: nothing has come there.
+    seal_off(bench, (row, col), 1)
+    end = bench.now + 20.0
+    while bench.supervisor.trial.run is not None and bench.now < end:
+        bench.tick()
+    clear(bench)
+    assert (bench.run().outcome is Outcome.GOAL) == something_moves
