@@ -73,13 +73,20 @@ def compose(memory: Memory) -> Composition:
     return _Composer(memory, cautious(memory.known)).compose()
 
 
-def compose_shown(memory: Memory) -> Composition:
+def compose_shown(memory: Memory) -> Composition | None:
     """
     Make the field that looks whether the shown way is free again (profile full).
 
-    What is doubted there counts as free; the field in force keeps around it.
+    What is doubted there counts as free; the field in force keeps around it. None where nothing
+    is in doubt there, or what was shown is not kept to.
     """
-    return _Composer(memory, cautious(as_shown(memory, rules_of(memory.parameters)))).compose()
+    parameters = memory.parameters
+    if parameters.profile != 'full' or parameters.prefer_shorter:
+        return None
+    known = as_shown(memory, rules_of(parameters))
+    if np.array_equal(known, memory.known):
+        return None
+    return _Composer(memory, cautious(known)).compose()
 
 
 def _compose_paper(memory: Memory) -> Composition:

@@ -49,6 +49,13 @@ class Ready:
     truthful: bool
     flow_lengths: npt.NDArray[np.float64]
 
+    def new_trial(self) -> TrialState:
+        """Return a trial before its first decision, whose arrays are its own."""
+        state = self.state
+        ground = state.ground._replace(
+            known=state.ground.known.copy(), factor=state.ground.factor.copy())
+        return new_trial(ground, state.headings, state.goal, state.q.copy(), state.cost.copy())
+
 
 class GridWorld:
     """
@@ -194,13 +201,9 @@ class GridWorld:
 
     def _run(self, ready: Ready, start: tuple[int, int], seed: int,
              log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
-        state, parameters = ready.state, self.parameters
-        ground = state.ground._replace(
-            known=state.ground.known.copy(), factor=state.ground.factor.copy())
-        trial = new_trial(
-            ground, state.headings, state.goal, state.q.copy(), state.cost.copy())
+        parameters = self.parameters
         result: tuple[int, int, int, float, int] = compiled.run_trial(
-            self.truth, start, trial, options_of(parameters), parameters.step_limit,
+            self.truth, start, ready.new_trial(), options_of(parameters), parameters.step_limit,
             np.random.default_rng(seed), log, self._scanner)
         return result
 

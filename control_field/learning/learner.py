@@ -7,7 +7,6 @@ import numpy as np
 from control_field.grid import Grid
 from control_field.learning.certificate import Certificate, certify
 from control_field.learning.compose import compose, compose_shown, Composition
-from control_field.learning.doubt import as_shown
 from control_field.learning.exploration import exploration_field, worth_of_look
 from control_field.learning.memory import Memory
 from control_field.learning.starts import best_cells, information_gain
@@ -95,7 +94,7 @@ class Learner:
         return self._renew(self.memory.add_trial(trial), keep_better=True)
 
     def _renew(self, reinforcements: int, keep_better: bool) -> Refresh:
-        self.shown = self._compose_shown()
+        self.shown = compose_shown(self.memory)
         composition = compose(self.memory)
         certificate = self._certify(composition)
         old = self.refresh
@@ -111,14 +110,6 @@ class Learner:
         self.refresh = Refresh(composition.field, composition.prototypes, certificate, True, '',
                                reinforcements, composition)
         return self.refresh
-
-    def _compose_shown(self) -> Composition | None:
-        """Return the field that looks whether the shown way is free again; None if it is."""
-        known = as_shown(self.memory, rules_of(self.parameters))
-        if (known is self.memory.known or self.parameters.profile != 'full'
-                or self.parameters.prefer_shorter or np.array_equal(known, self.memory.known)):
-            return None
-        return compose_shown(self.memory)
 
     def _with_memory(self, old: Composition, new: Composition) -> Composition:
         """Return the old headings with the Q-matrix and map that are remembered now."""

@@ -4,7 +4,6 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.kernels import compiled
-from control_field.kernels.decision import new_trial
 from control_field.kernels.moving_world import Moving, Pace
 from control_field.learning.grid_world import GridWorld, Ready
 from control_field.parameters import Parameters
@@ -54,12 +53,10 @@ class MovingWorld(GridWorld):
 
     def _run(self, ready: Ready, start: tuple[int, int], seed: int,
              log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
-        state, rng = ready.state, np.random.default_rng(seed)
-        known = state.ground.known.copy()
-        trial = new_trial(state.ground._replace(known=known), state.headings, state.goal,
-                          state.q.copy(), state.cost.copy())
+        trial, rng = ready.new_trial(), np.random.default_rng(seed)
         begin = int(rng.integers(max(len(self.moving.places) // 2, 1)))
-        scene = compiled.new_scene(self.moving, self.truth, known, start, begin)
+        scene = compiled.new_scene(
+            self.moving, self.truth, trial.ground.known, start, begin)
         result: tuple[int, int, int, float, int] = compiled.run_moving_trial(
             scene, self.pace, trial, options_of(self.parameters), self.parameters.step_limit,
             rng, log, self._scanner)

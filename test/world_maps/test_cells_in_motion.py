@@ -1,5 +1,7 @@
 """Trials on a grid world among movers, that are read from a file."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -154,3 +156,17 @@ class TestFlips:
         starts = np.argwhere(moving.truth == 0)[::20]
         runs = moving.trials(learner.refresh.field, starts, 0)
         assert (runs.outcome != 1).all()
+
+
+def test_a_run_leaves_nothing_to_the_next():
+    moving = world_with(OPEN)
+    field = taught(moving, OPEN, 2).refresh.field
+    known = field.known.copy()
+    known[:, 10] = 60  # in doubt, and gone
+    ready = moving._ready(replace(field, known=known))
+    before = ready.state.ground.factor.copy()
+    outcome, *_ = moving._run(ready, (2, 0), 1, np.zeros((0, 9), np.int32))
+    assert outcome == 0
+    assert (before[:, 10] > 1.0).all()
+    np.testing.assert_array_equal(ready.state.ground.factor, before)
+    np.testing.assert_array_equal(ready.state.ground.known, known)
