@@ -90,8 +90,9 @@ class Session:
         return self.trials.finish(now) or self.demonstration.cut_off(now)
 
     def on_command(self, now: float) -> None:
-        """Note that a command has arrived; in a trial it shows that all are alive."""
+        """Note a command on `cmd_vel`; it shows that all are alive, or somebody teaches."""
         self.state.inputs.last_sign_of_life = now
+        self.demonstration.teacher.on_command(now)
 
     def on_pose(self, x: float, y: float, yaw: float, now: float) -> Outputs:
         """Go on with where the robot is; of interest only where `wants_pose`."""

@@ -65,9 +65,9 @@ class Settings:
         5.0, 'time without odometry, or without an answer of the controller, after which a trial '
         'is aborted', unit='s', low=0.5, high=600.0)
     teacher_timeout: float = parameter(
-        10.0, 'time without teleop_heartbeat, the robot standing, after which the recording of a '
-        'demonstration ends; only where the heartbeat was heard before', unit='s', low=1.0,
-        high=86400.0)
+        10.0, 'time without teleop_heartbeat and commands, the robot standing, after which the '
+        'recording of a demonstration ends; only where the heartbeat was heard before', unit='s',
+        low=1.0, high=86400.0)
 
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""

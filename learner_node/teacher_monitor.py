@@ -15,21 +15,22 @@ class TeacherMonitor:
     """
     Watches over a demonstration that was begun where `teleop_heartbeat` is heard.
 
-    The person has left when the heartbeat has fallen silent and the robot stands: keys that go on
-    without a terminal drive nothing. A person of whom no heartbeat was ever heard (a gamepad, a
-    page) is not missed.
+    The person has left when the heartbeat has fallen silent, the robot stands and no commands
+    come: keys that go on without a terminal drive nothing, while many a program for a gamepad
+    commands standstill as long as it lives. A person of whom no heartbeat was ever heard is not
+    missed.
     """
 
     def __init__(self) -> None:
         """Start with nobody heard."""
-        self._heard = self._moved = -math.inf
+        self._heard = self._driven = -math.inf
         self._is_known = False
         self._place: tuple[float, float, float] | None = None
 
     def begin(self, now: float) -> None:
         """Begin to watch, because a demonstration begins."""
         self._is_known = now - self._heard <= _RECENT
-        self._place, self._moved = None, now
+        self._place, self._driven = None, now
 
     def on_heartbeat(self, now: float) -> None:
         """Note that somebody is there."""
@@ -38,7 +39,7 @@ class TeacherMonitor:
     def on_suspended(self, seconds: float, now: float) -> None:
         """Count the time during which this process was suspended as nobody's absence."""
         self._heard = min(self._heard + seconds, now)
-        self._moved = min(self._moved + seconds, now)
+        self._driven = min(self._driven + seconds, now)
 
     def asks_for_poses(self, now: float) -> bool:
         """Return True if it matters whether the robot moves."""
@@ -47,7 +48,11 @@ class TeacherMonitor:
     def on_pose(self, x: float, y: float, yaw: float, now: float) -> None:
         """Note where the robot is."""
         if self._place is None or self._is_far(self._place, x, y, yaw):
-            self._place, self._moved = (x, y, yaw), now
+            self._place, self._driven = (x, y, yaw), now
+
+    def on_command(self, now: float) -> None:
+        """Note that somebody commands the robot, if only to stand."""
+        self._driven = now
 
     @staticmethod
     def _is_far(place: tuple[float, float, float], x: float, y: float, yaw: float) -> bool:
@@ -55,5 +60,5 @@ class TeacherMonitor:
             abs(math.remainder(yaw - place[2], math.tau)) > _TURN)
 
     def has_left(self, now: float, timeout: float) -> bool:
-        """Return True if nobody was there, and the robot stood, for longer than a time, [s]."""
-        return self._is_known and now - max(self._heard, self._moved) > timeout
+        """Return True if nobody was there or drove the robot for longer than a time, [s]."""
+        return self._is_known and now - max(self._heard, self._driven) > timeout

@@ -35,7 +35,7 @@ ANSWERS = {
 class Person:
     """Looks at the robot and at the screen, and types."""
 
-    def __init__(self, node, folder, pace, simulation=True):
+    def __init__(self, node, folder, pace, **learner):
         self.node, self.folder = node, folder
         self.statuses, self.pose = [], None
         self.stack = ExitStack()
@@ -44,8 +44,8 @@ class Person:
         node.create_subscription(DiagnosticStatus, 'trial', self._hear, qos.RECORDING_LATCHED)
         self.others = [self.start('sim_node', pace), self.start('control_field_node', {}),
                        self.start('learner_node', {
-                           'task': 'drive', 'bags': str(folder / 'bags'), 'simulation': simulation,
-                           'auto_trials': N_TRIALS})]
+                           'task': 'drive', 'bags': str(folder / 'bags'), 'simulation': True,
+                           'auto_trials': N_TRIALS, **learner})]
         command = ros_helpers.node_command('teleop_node.node', folder, {
             **self.lockstep, 'rate': 100.0 if self.lockstep['lockstep'] else 20.0, 'turn': 0.8})
         self.terminal = self.stack.enter_context(TerminalProcess(command, folder, width=120))

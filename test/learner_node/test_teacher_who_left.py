@@ -65,6 +65,13 @@ def test_a_robot_that_somebody_drives_is_not_left(play):
     assert rest(play, 13.0, place=(5.9, 0.0, 0.0)) != []
 
 
+def test_a_gamepad_that_commands_standstill_is_somebody(play):
+    play('demonstration.record')
+    assert rest(play, 60.0, 'on_command') == []
+    assert rest(play, 9.0) == []
+    assert rest(play, 3.0) != []
+
+
 def test_odometry_that_trembles_does_not_drive(play):
     play('demonstration.record')
     outputs = []
