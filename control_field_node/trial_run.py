@@ -23,12 +23,6 @@ from msgs_bridge.messages.poses import Pose
 
 Rows = npt.NDArray[np.void]
 _NO_ROWS: Final = ()
-#: How often a robot to which no way is left waits and looks whether what came has gone; and how
-#: often where nothing goes.
-_LOOKS: Final = 20
-_VAIN_LOOKS: Final = 6
-#: How often it then looks once more at all that it has seen closed, where things move.
-_ROUNDS: Final = 2
 #: What a robot says that waits.
 WAITING: Final = 'waits for something in the way'
 
@@ -129,8 +123,7 @@ class TrialRun:
         self._way = WayWatch(
             control_field.known, self.policy.state.ground.rules, settings.patience)
         self._kept_back = Patience(settings.patience)
-        self._looks, self._n_looks = Patience(settings.patience), 0
-        self._n_vain_looks = self._n_gone = self._n_rounds = 0
+        self._looks = Patience(settings.patience)
         self.waiting = ''
         self._least_coherence = settings.least_coherence
         self._new_field: ControlField | None = None
@@ -216,7 +209,7 @@ class TrialRun:
         predicted, self.waiting = predicted or pose, ''
         self._way.look(observation)
         step = self._tracker.step_under_way(predicted)
-        if step is not None and self._way.is_to_wait(pose.stamp, *step, observation):
+        if step is not None and self._way.is_to_wait(pose.stamp, *step):
             return self._wait()
         self._tracker.update(predicted, observation)
         if not self._tracker.is_due(predicted, observation):
@@ -262,41 +255,20 @@ class TrialRun:
             return self._approach_goal(pose, observation)
         if self._is_lost(observation.cell):
             return ended_by(StopReason.LOW_COHERENCE)
-        if self._looks.lasts(pose.stamp, self._n_looks or None) or self._way.is_to_wait(
-                pose.stamp, observation.cell, self.policy.heading(*observation.cell), observation):
+        if self._looks.lasts(pose.stamp, self._way.n_looks or None) or self._way.is_to_wait(
+                pose.stamp, observation.cell, self.policy.heading(*observation.cell)):
             return self._wait()
         choice = self.policy.decide(
             *observation.cell, observation.blocked, observation.unknown, pose.stamp)
         rows = (choice.decisions,) if len(choice.decisions) else _NO_ROWS
         if choice.heading < 0:
             limit = self.policy.n_steps >= self.parameters.step_limit
-            if not limit and self._looks_again():
+            if not limit and self.policy.doubts and self._way.looks_again(self.policy.state):
                 return replace(self._wait(), rows=rows)
             return ended_by(
                 StopReason.STEP_LIMIT if limit else StopReason.NO_WAY, choice.reason, rows)
         self._tracker.start_step(choice.heading, pose, observation)
         return Move(self._tracker.velocity(pose), rows)
-
-    def _looks_again(self) -> bool:
-        """Return whether what has come may have gone, where no way is left: wait, and look."""
-        if self._way.n_gone != self._n_gone:
-            self._n_gone, self._n_vain_looks = self._way.n_gone, 0
-        if not self._looks.seconds:
-            return False
-        if self._n_vain_looks < _VAIN_LOOKS and self._n_looks < _LOOKS:
-            self._n_looks += 1
-            self._n_vain_looks += 1
-            if self.policy.look_again(self._way.forgive()):
-                return True
-        return self._goes_round()
-
-    def _goes_round(self) -> bool:
-        """Return whether all that was seen closed is looked at once more, as things move here."""
-        if not self._way.n_gone or self._n_rounds >= _ROUNDS:
-            return False
-        self._n_rounds += 1
-        self._n_looks = self._n_vain_looks = 0
-        return self.policy.look_again(np.ones(self.policy.state.seen.shape, dtype=np.bool_))
 
     def _approach_goal(self, pose: Pose, observation: Observation) -> Move:
         """Drive the last piece to the goal's centre."""

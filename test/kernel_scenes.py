@@ -2,20 +2,20 @@
 
 import copy
 
+from moving_scenes import MovingThings
 import numpy as np
 
-from control_field.kernels import compiled, interpolation, moving_world, steps
-from control_field.kernels.decision import Decision, new_trial, Options, Transition
+from control_field.kernels import compiled, interpolation, steps
+from control_field.kernels.decision import Decision, Log, new_trial, Options, Transition
 from control_field.kernels.interpolation import Attraction, Centres, Sums, Window
 from control_field.kernels.last_resort import new_flood
-from control_field.kernels.moving_world import Moving, Pace
 from control_field.kernels.repair import Flow
 from control_field.kernels.steps import Ground, Preference
 from control_field.kernels.visibility import Scanner
 from control_field.rays import rays_within
 
 
-class Scene:
+class Scene(MovingThings):
     """Random arguments for every kernel, of the types they are called with in earnest."""
 
     def __init__(self, known, rule, seed):
@@ -295,7 +295,7 @@ class Scene:
 
     def scanner(self):
         reach = self.mask % 5
-        return Scanner(rays_within(reach), np.zeros((2 * reach + 1,) * 2, np.int8))
+        return Scanner(rays_within(reach), np.zeros((max(2 * reach + 1, 3),) * 2, np.int8))
 
     def for_state_at(self):
         return self.truth, self.row - 1, self.col + 1
@@ -318,76 +318,14 @@ class Scene:
 
     def for_run_trial(self):
         trial = new_trial(self.ground, self.headings, self.goal, self.q, self.cost)
+        scanner = self.scanner()
         return (self.truth, (self.row, self.col), trial, self.options, 60, self.rng(),
-                np.zeros((90, 9), np.int32), self.scanner())
+                self.log(scanner), scanner)
 
-    def for_comes_into_the_way(self):
-        return self.known, self.row, self.col, self.heading, self.mask, self.rules
+    def log(self, scanner):
+        return Log(np.zeros((90, 9), np.int32), np.zeros((80, *scanner.shown.shape), np.int8))
 
-    def pace(self):
-        return Pace(0.3, 0.4, self.mask % 7, 0.1)
-
-    def moving(self):
-        """Return a trial on its way, with three discs on the map and beside it."""
-        rng, shape = self.rng(), self.known.shape
-        places = rng.uniform(-1.0, max(shape) + 1.0, (40, 3, 2))
-        places[rng.random((40, 3)) < 0.2] = np.nan
-        events = np.array([[3, self.row, self.col, 100], [2, shape[0] - 1, 0, 0]])
-        moving = Moving(places, rng.uniform(0.1, 1.5, 3), rng.integers(0, 4, 3), events)
-        place = self.row + 0.5, self.col + 0.5
-        return moving_world.Scene(
-            moving, self.truth, self.known, self.fixed, rng.integers(0, 40, 3),
-            rng.choice([-1, 1], 3),
-            rng.integers(0, 3, 3), rng.random(3) < 0.5, np.array(place), np.array([2, 0]))
-
-    def for_new_scene(self):
-        moving = self.moving()
-        return moving.moving, self.truth, self.known, (self.row, self.col), 5
-
-    def for_reaches_into(self):
-        return 1.3, self.cost.size / 3.0, 0.9, self.row, self.col
-
-    def for_mover_in(self):
-        return self.moving(), self.row, self.col
-
-    def for_see_moving(self):
-        return self.moving(), self.row, self.col, 0.2, self.rng()
-
-    def for_take_in(self):
-        return self.known, self.fixed, self.row, self.col, self.mask
-
-    def for_believe(self):
-        return self.known, self.row, self.col, self.mask
-
-    def for_look_again(self):
-        return self.moving(), self.trial(), self.pace()
-
-    def for_gap_to(self):
-        return self.moving(), 1, self.mask % 40, 0.4
-
-    def for_patience_share(self):
-        return (self.mask + 0.5,)
-
-    def for_pass_tick(self):
-        return self.moving(), 0.4
-
-    def for_pass_tick_of(self):
-        return self.moving(), 2, 0.4
-
-    def for_move_to(self):
-        return self.moving(), self.row + 0.7, self.col + 0.1, 0.4
-
-    def for_stand_before(self):
-        return self.moving(), self.trial(), self.pace(), self.row, self.col, self.rng()
-
-    def for_drive_step(self):
-        return (self.moving(), self.trial(), self.pace(), self.row, self.col, self.heading,
-                self.rng())
-
-    def for_go_back(self):
-        return self.moving(), self.pace(), self.row, self.col, self.heading, 0.7
-
-    def for_run_moving_trial(self):
-        trial = new_trial(self.ground, self.headings, self.goal, self.q, self.cost)
-        return (self.moving(), self.pace(), trial, self.options, 20, self.rng(),
-                np.zeros((90, 9), np.int32), self.scanner())
+    def for_write_shown(self):
+        scanner = self.scanner()
+        scanner.shown[:] = 7
+        return self.log(scanner), self.mask, scanner

@@ -110,6 +110,23 @@ class Transition(NamedTuple):
     reward: float
 
 
+class Log(NamedTuple):
+    """
+    What a trial without a robot writes down.
+
+    Parameters
+    ----------
+    rows : ndarray of int32, shape (k, 9)
+        Filled with rows of `LOGGED`; what does not fit is not logged.
+    shown : ndarray of int8, shape (k, n, n)
+        At the first row of each decision, what was in sight; k may be 0.
+
+    """
+
+    rows: npt.NDArray[np.int32]
+    shown: npt.NDArray[np.int8]
+
+
 class Decision(NamedTuple):
     """
     What to do next.
@@ -311,6 +328,12 @@ def write_row(
     return n + 1
 
 
+def write_shown(log: Log, n: int, scanner: Scanner) -> None:
+    """Write down what is in sight for a decision whose rows begin at n, if it fits."""
+    if n < log.shown.shape[0]:
+        log.shown[n] = scanner.shown
+
+
 def see(truth: CellMap, row: int, col: int) -> int:
     """Return the mask of blocked neighbours in the true map; outside is blocked."""
     mask = 0
@@ -324,7 +347,7 @@ def see(truth: CellMap, row: int, col: int) -> int:
 
 def run_trial(
     truth: CellMap, start: tuple[int, int], trial: TrialState, options: Options, step_limit: int,
-    rng: np.random.Generator, log: IntMap, scanner: Scanner,
+    rng: np.random.Generator, log: Log, scanner: Scanner,
 ) -> tuple[int, int, int, float, int]:
     """
     Run a trial on the grid, without a robot.
@@ -333,8 +356,8 @@ def run_trial(
     ----------
     truth : ndarray of int8, shape (n_rows, n_cols)
         0 free, 100 blocked.
-    log : ndarray of int32, shape (k, 9)
-        Filled with rows of `LOGGED`; what does not fit is not logged.
+    log : Log
+        Takes what was decided, and seen.
     scanner : Scanner
         How far the robot sees.
 
@@ -357,9 +380,10 @@ def run_trial(
         if scanner.rays.shape[0]:
             look(truth, row, col, scanner.rays, scanner.shown)
             take_in_cells(trial, row, col, scanner.shown)
+            write_shown(log, n_rows, scanner)
         blocked = see(truth, row, col)
         decision = decide(row, col, blocked, 0, trial, options, rng)
-        n_rows = write_decision(log, n_rows, row, col, decision, blocked, step)
+        n_rows = write_decision(log.rows, n_rows, row, col, decision, blocked, step)
         n_reinforcements += n_rewards(decision)
         heading = decision.heading
         if heading < 0:

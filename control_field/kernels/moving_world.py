@@ -2,8 +2,9 @@
 A trial among things that move, tick by tick; plain Python or compiled, as `kernels` says.
 
 The robot drives from cell centre to cell centre, stands where something reaches into its own
-cell or it would touch what moves, and waits as `waiting` says: its collision monitor is taken to
-be perfect. Discs move as `Moving` lists it, and stand before the robot.
+cell or it would touch what moves, and waits, looks again and gives up as `waiting` says: its
+collision monitor is taken to be perfect. Discs move as `Moving` lists it, and stand before the
+robot. While the robot drives it sees the cells around it, for each decision all that is in sight.
 """
 
 import math
@@ -14,11 +15,11 @@ import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.decision import (
-    decide, n_rewards, Options, take_in_cells, TrialState, write_decision)
-from control_field.kernels.steps import (
-    _BLOCKED, BoolMap, CellMap, FloatMap, is_occupied, step_allowed)
+    decide, Log, n_rewards, Options, take_in_cells, TrialState, write_decision, write_shown)
+from control_field.kernels.steps import _BLOCKED, _UNKNOWN, CellMap, FloatMap, step_allowed
 from control_field.kernels.visibility import look, Scanner
-from control_field.kernels.waiting import comes_into_the_way
+from control_field.kernels.waiting import (
+    CLEAR, GIVE_UP, LOOK, look_again, look_ahead, new_record, STAYS, take_in, WAIT, WayRecord)
 
 Whole = npt.NDArray[np.int64]
 
@@ -28,8 +29,6 @@ _BEGAN_SO: Final = -1e-6
 _FOR_GOOD: Final = 3000
 #: Multiples of it leave remainders that are spread evenly.
 _GOLDEN: Final = 0.6180339887498949
-#: How often a robot to which no way is left waits, and looks whether what has come has gone.
-_LOOKS: Final = 6
 _ARRIVED, _TURNED_BACK, _STUCK, _HIT = 0, 1, 2, 3
 
 
@@ -84,10 +83,11 @@ class Scene(NamedTuple):
 
     Parameters
     ----------
-    truth, room : ndarray of int8, shape (n_rows, n_cols)
-        What stands where, and where there was room as the robot knows.
-    came : ndarray of bool, shape (n_rows, n_cols)
-        Where something has come and was not seen to go.
+    truth, painted : ndarray of int8, shape (n_rows, n_cols)
+        What stands where, and the same with what moves, as it was looked at last.
+    way : WayRecord
+    around : Scanner
+        Of the cells around the robot.
     at, direction, held : ndarray of int64, shape (n_movers,)
         Own tick of each mover, whether it goes on (1) or back (-1), and how long it has stood.
     touching : ndarray of bool, shape (n_movers,)
@@ -100,8 +100,9 @@ class Scene(NamedTuple):
 
     moving: Moving
     truth: CellMap
-    room: CellMap
-    came: BoolMap
+    painted: CellMap
+    way: WayRecord
+    around: Scanner
     at: Whole
     direction: Whole
     held: Whole
@@ -116,8 +117,9 @@ def new_scene(
     """Return a trial at its beginning; movers have their own tick ``begin`` then."""
     n = moving.radius.shape[0]
     robot = np.array([start[0] + 0.5, start[1] + 0.5])
+    around = Scanner(np.zeros((0, 0, 2), dtype=np.int16), np.zeros((3, 3), dtype=np.int8))
     return Scene(
-        moving, truth.copy(), known.copy(), np.zeros(truth.shape, dtype=np.bool_),
+        moving, truth.copy(), truth.copy(), new_record(known), around,
         np.full(n, begin, dtype=np.int64), np.ones(n, dtype=np.int64),
         np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_), robot,
         np.zeros(2, dtype=np.int64))
@@ -139,39 +141,39 @@ def mover_in(scene: Scene, row: int, col: int) -> bool:
     return False
 
 
-def see_moving(scene: Scene, row: int, col: int, flips: float, rng: np.random.Generator) -> int:
-    """Return the mask of the cells around one that are shown as blocked; outside all are."""
-    mask = 0
-    for heading in range(8):
-        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-        blocked = is_occupied(scene.truth, r, c, False) or mover_in(scene, r, c)
-        if flips > 0.0 and rng.random() < flips:
-            blocked = not blocked
-        if blocked:
-            mask |= 1 << heading
-    return mask
+def paint_movers(scene: Scene) -> None:
+    """Paint the map with what moves as it is now."""
+    scene.painted[:] = scene.truth
+    rows, cols = scene.truth.shape
+    for m in range(scene.at.shape[0]):
+        x, y = scene.moving.places[scene.at[m], m]
+        radius = scene.moving.radius[m]
+        if math.isnan(x):
+            continue
+        for row in range(max(int(x - radius), 0), min(int(x + radius) + 1, rows)):
+            for col in range(max(int(y - radius), 0), min(int(y + radius) + 1, cols)):
+                if reaches_into(x, y, radius, row, col):
+                    scene.painted[row, col] = _BLOCKED
 
 
-def take_in(room: CellMap, came: BoolMap, row: int, col: int, blocked: int) -> None:
-    """Take in what is seen: where there was room, there may be again."""
-    room[row, col] = 0
-    for heading in range(8):
-        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-        if 0 <= r < room.shape[0] and 0 <= c < room.shape[1]:
-            is_blocked = blocked >> heading & 1 == 1
-            came[r, c] = is_blocked and (came[r, c] or room[r, c] == 0)
-            if not is_blocked:
-                room[r, c] = 0
-            elif room[r, c] != 0:
-                room[r, c] = _BLOCKED
+def see_moving(
+    scene: Scene, row: int, col: int, scanner: Scanner, flips: float, rng: np.random.Generator,
+) -> int:
+    """See what is in sight of a cell and take it in; return the mask of the blocked around it."""
+    paint_movers(scene)
+    look(scene.painted, row, col, scanner.rays, scanner.shown)
+    if flips > 0.0:
+        flip(scanner.shown, flips, rng)
+    take_in(scene.way, row, col, scanner.shown)
+    return int(scene.way.glance[2])
 
 
-def believe(room: CellMap, row: int, col: int, blocked: int) -> None:
-    """Take what is seen blocked for something that stays."""
-    for heading in range(8):
-        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-        if blocked >> heading & 1 and 0 <= r < room.shape[0] and 0 <= c < room.shape[1]:
-            room[r, c] = _BLOCKED
+def flip(shown: CellMap, share: float, rng: np.random.Generator) -> None:
+    """Show a share of what is seen wrongly, in place."""
+    for row in range(shown.shape[0]):
+        for col in range(shown.shape[1]):
+            if shown[row, col] != _UNKNOWN and rng.random() < share:
+                shown[row, col] = _BLOCKED - shown[row, col]
 
 
 def gap_to(scene: Scene, m: int, tick: int, radius: float) -> float:
@@ -242,18 +244,13 @@ def stand_before(
     scene: Scene, trial: TrialState, pace: Pace, row: int, col: int, rng: np.random.Generator,
 ) -> int:
     """Wait as long as it is worth it; return the mask that is then seen blocked, -1: for good."""
-    waited, heading = 0, int(trial.headings[row, col])
     for _ in range(_FOR_GOOD):
-        blocked = see_moving(scene, row, col, pace.flips, rng)
-        take_in(scene.room, scene.came, row, col, blocked)
-        if not mover_in(scene, row, col):
-            if heading < 0 or not comes_into_the_way(
-                    scene.room, row, col, heading, blocked, trial.ground.rules):
-                return blocked
-            if waited >= pace.patience:
-                believe(scene.room, row, col, blocked)
-                return blocked
-            waited += 1
+        blocked = see_moving(scene, row, col, scene.around, pace.flips, rng)
+        ahead = look_ahead(
+            scene.way, float(scene.counts[0]), float(pace.patience), row, col,
+            int(trial.headings[row, col]), trial.ground.rules)
+        if ahead != WAIT and not mover_in(scene, row, col):
+            return blocked
         pass_tick(scene, pace.radius)
     return -1
 
@@ -265,25 +262,23 @@ def drive_step(
     """Drive to the next cell; return whether it arrived, turned back, is stuck or ran into."""
     rules, length = trial.ground.rules, STEP_LENGTH[heading]
     to_row, to_col = row + STEP_ROW[heading], col + STEP_COL[heading]
-    done, waited = 0.0, 0
+    done = 0.0
     for _ in range(_FOR_GOOD):
-        blocked = see_moving(scene, row, col, pace.flips, rng)
-        take_in(scene.room, scene.came, row, col, blocked)
-        if comes_into_the_way(scene.room, row, col, heading, blocked, rules):
-            if waited >= pace.patience:
-                believe(scene.room, row, col, blocked)
-                return go_back(scene, pace, row, col, heading, done)
-            waited += 1
-        elif not (mover_in(scene, row, col) if 2.0 * done < length
-                  else mover_in(scene, to_row, to_col)):
-            ahead = min(done + pace.speed, length)
-            if ahead > 0.5 - pace.radius and not step_allowed(
+        see_moving(scene, row, col, scene.around, pace.flips, rng)
+        ahead = look_ahead(
+            scene.way, float(scene.counts[0]), float(pace.patience), row, col, heading, rules)
+        if ahead == STAYS:
+            return go_back(scene, pace, row, col, heading, done)
+        if ahead == CLEAR and not (mover_in(scene, row, col) if 2.0 * done < length
+                                   else mover_in(scene, to_row, to_col)):
+            goal = min(done + pace.speed, length)
+            if goal > 0.5 - pace.radius and not step_allowed(
                     scene.truth, row, col, heading, rules):
                 return _HIT
-            share = ahead / length
+            share = goal / length
             if move_to(scene, row + 0.5 + share * (to_row - row),
                        col + 0.5 + share * (to_col - col), pace.radius):
-                done = ahead
+                done = goal
         pass_tick(scene, pace.radius)
         if done >= length:
             return _ARRIVED
@@ -305,28 +300,26 @@ def go_back(scene: Scene, pace: Pace, row: int, col: int, heading: int, done: fl
     return _STUCK
 
 
-def look_again(scene: Scene, trial: TrialState, pace: Pace) -> bool:
-    """Wait for what has come, where no way is left; return whether there is anything like that."""
-    is_there = False
-    for row in range(scene.came.shape[0]):
-        for col in range(scene.came.shape[1]):
-            if scene.came[row, col] and trial.ground.known[row, col] == _BLOCKED:
-                scene.room[row, col] = 0
-                trial.seen[row, col] = False
-                is_there = True
-    for _ in range(pace.patience if is_there else 0):
+def goes_on(
+    scene: Scene, trial: TrialState, pace: Pace, row: int, col: int, rng: np.random.Generator,
+) -> bool:
+    """Return whether a trial to which no way is left goes on, once it has waited."""
+    after = look_again(scene.way, float(pace.patience), trial.ground.known, trial.seen)
+    for _ in range(pace.patience if after == LOOK else 0):
+        see_moving(scene, row, col, scene.around, pace.flips, rng)
         pass_tick(scene, pace.radius)
-    return is_there and pace.patience > 0
+    return after != GIVE_UP
 
 
 def run_moving_trial(
     scene: Scene, pace: Pace, trial: TrialState, options: Options, step_limit: int,
-    rng: np.random.Generator, log: npt.NDArray[np.int32], scanner: Scanner,
+    rng: np.random.Generator, log: Log, scanner: Scanner,
 ) -> tuple[int, int, int, float, int]:
     """
     Run a trial from where the robot is; see `control_field.kernels.decision.run_trial`.
 
-    Who turns back before what came into the way has made a step.
+    Who turns back before what came into the way, or looks again where no way is left, has made a
+    step.
 
     Returns
     -------
@@ -338,7 +331,7 @@ def run_moving_trial(
 
     """
     row, col = int(scene.robot[0]), int(scene.robot[1])
-    n_rows, n_reinforcements, n_looks, length = 0, 0, 0, 0.0
+    n_rows, n_reinforcements, length = 0, 0, 0.0
     for step in range(step_limit):
         if row == trial.goal[0] and col == trial.goal[1]:
             return 0, step, n_rows, length, n_reinforcements
@@ -346,15 +339,15 @@ def run_moving_trial(
         if blocked < 0:
             return 2, step, n_rows, length, n_reinforcements
         if scanner.rays.shape[0]:
-            look(scene.truth, row, col, scanner.rays, scanner.shown)
+            blocked = see_moving(scene, row, col, scanner, pace.flips, rng)
             take_in_cells(trial, row, col, scanner.shown)
+            write_shown(log, n_rows, scanner)
         decision = decide(row, col, blocked, 0, trial, options, rng)
-        n_rows = write_decision(log, n_rows, row, col, decision, blocked, step)
+        n_rows = write_decision(log.rows, n_rows, row, col, decision, blocked, step)
         n_reinforcements += n_rewards(decision)
         heading = decision.heading
         if heading < 0:
-            n_looks += 1
-            if options.doubts and n_looks <= _LOOKS and look_again(scene, trial, pace):
+            if options.doubts and goes_on(scene, trial, pace, row, col, rng):
                 continue
             return 2, step, n_rows, length, n_reinforcements
         end = drive_step(scene, trial, pace, row, col, heading, rng)

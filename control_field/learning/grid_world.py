@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from control_field.headings import headings_from_vectors
 from control_field.kernels import compiled
-from control_field.kernels.decision import LOGGED, new_trial, TrialState
+from control_field.kernels.decision import Log, LOGGED, new_trial, TrialState
 from control_field.kernels.steps import no_preference, plain_ground
 from control_field.kernels.visibility import Scanner
 from control_field.local_grid import BLOCKED
@@ -113,12 +113,23 @@ class GridWorld:
         """
         if self.sight == 3:
             return no_local_grids()
+        shown = np.zeros((len(cells), self.sight, self.sight), dtype=np.int8)
+        for (row, col), seen in zip(cells.tolist(), shown, strict=True):
+            compiled.look(self.truth, row, col, self._scanner.rays, seen)
+        return self._table(cells, stamps, shown)
+
+    def _table(self, cells: npt.NDArray[np.int32], stamps: npt.NDArray[np.float64],
+               shown: npt.NDArray[np.int8]) -> npt.NDArray[np.void]:
+        """Return local grids as a table."""
         table = np.zeros(len(cells), dtype=local_grid_dtype(self.sight))
         table['stamp'], table['row'], table['col'] = stamps, cells[:, 0], cells[:, 1]
-        for each in table:
-            compiled.look(self.truth, int(each['row']), int(each['col']),
-                          self._scanner.rays, each['cells'])
+        table['cells'] = shown
         return table
+
+    def _new_log(self, n_rows: int) -> Log:
+        return Log(np.zeros((n_rows, len(LOGGED)), dtype=np.int32),
+                   np.zeros((n_rows if self.sight > 3 else 0, self.sight, self.sight),
+                            dtype=np.int8))
 
     def trial(self, field: ControlField, start: tuple[int, int], seed: int, number: int = 1,
               ) -> tuple[Trial, float]:
@@ -151,15 +162,16 @@ class GridWorld:
             raise ValueError(f'the start {start} is blocked')
         ready, n_rows, capacity = self._ready(field), 0, _FIRST_ROWS
         while True:  # a run is the same every time, so a log that was too short costs time only
-            log = np.zeros((capacity, len(LOGGED)), dtype=np.int32)
+            log = self._new_log(capacity)
             outcome, _, n_rows, length, _ = self._run(ready, start, seed, log)
             if n_rows < capacity:
                 break
             capacity *= 8
-        rows = decisions_from_log(log[:n_rows], number, field.revision)
+        rows = decisions_from_log(log.rows[:n_rows], number, field.revision)
         _, first = np.unique(rows['step'], return_index=True)
         cells = np.stack([rows['row'], rows['col']], axis=1)[first]
-        seen = self.local_grids(cells, rows['stamp'][first])
+        seen = no_local_grids() if self.sight == 3 else self._table(
+            cells, rows['stamp'][first], log.shown[first])
         return Trial(rows, _OUTCOMES[outcome], number, seen), float(length)
 
     def trials(self, field: ControlField, starts: npt.NDArray[np.integer], seed: int) -> Runs:
@@ -172,8 +184,7 @@ class GridWorld:
             Free cells.
 
         """
-        log = np.zeros((0, len(LOGGED)), dtype=np.int32)
-        ready = self._ready(field)
+        log, ready = self._new_log(0), self._ready(field)
         results = [self._run_known(ready, (int(row), int(col)), seed + index, log)
                    for index, (row, col) in enumerate(starts)]
         table = np.array(results, dtype=np.float64).reshape(-1, 5)
@@ -187,7 +198,7 @@ class GridWorld:
                       self.flow_lengths(field))
 
     def _run_known(self, ready: Ready, start: tuple[int, int], seed: int,
-                   log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+                   log: Log) -> tuple[int, int, int, float, int]:
         """Run one trial; where the flow comes home by itself, its outcome is known beforehand."""
         length = float(ready.flow_lengths[start])
         # Local grid only ever shows what is there. So a flow that comes home in the truth is never
@@ -200,7 +211,7 @@ class GridWorld:
         return self._run(ready, start, seed, log)
 
     def _run(self, ready: Ready, start: tuple[int, int], seed: int,
-             log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+             log: Log) -> tuple[int, int, int, float, int]:
         parameters = self.parameters
         result: tuple[int, int, int, float, int] = compiled.run_trial(
             self.truth, start, ready.new_trial(), options_of(parameters), parameters.step_limit,

@@ -4,6 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.kernels import compiled
+from control_field.kernels.decision import Log
 from control_field.kernels.moving_world import Moving, Pace
 from control_field.learning.grid_world import GridWorld, Ready
 from control_field.parameters import Parameters
@@ -26,7 +27,7 @@ class MovingWorld(GridWorld):
     moving : Moving
     pace : Pace
     sight : int, [cells]
-        As in `GridWorld`; what moves is seen in the cells around the robot only.
+        As in `GridWorld`: what moves is seen as far, and hides what lies behind it.
 
     Attributes
     ----------
@@ -48,11 +49,11 @@ class MovingWorld(GridWorld):
         return MovingWorld(self.truth, parameters, self.moving, self.pace, self.sight)
 
     def _run_known(self, ready: Ready, start: tuple[int, int], seed: int,
-                   log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+                   log: Log) -> tuple[int, int, int, float, int]:
         return self._run(ready, start, seed, log)
 
     def _run(self, ready: Ready, start: tuple[int, int], seed: int,
-             log: npt.NDArray[np.int32]) -> tuple[int, int, int, float, int]:
+             log: Log) -> tuple[int, int, int, float, int]:
         trial, rng = ready.new_trial(), np.random.default_rng(seed)
         begin = int(rng.integers(max(len(self.moving.places) // 2, 1)))
         scene = compiled.new_scene(

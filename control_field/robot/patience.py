@@ -7,6 +7,20 @@ from typing import Final
 LONGEST_GAP: Final = 1.0
 
 
+class SteadyTime:
+    """Time that passes by stamps, whatever somebody does to the clock that they come from."""
+
+    def __init__(self) -> None:
+        """Start at 0."""
+        self._now = self._last = 0.0
+
+    def at(self, stamp: float) -> float:
+        """Return how much time has passed at a stamp, [s], as far as one was told."""
+        self._now += min(max(stamp - self._last, 0.0), LONGEST_GAP)
+        self._last = stamp
+        return self._now
+
+
 class Patience:
     """
     Counts by stamps how long one thing has been waited for.
@@ -20,9 +34,9 @@ class Patience:
 
     def __init__(self, seconds: float) -> None:
         """Start with nothing to wait for."""
-        self.seconds = seconds
+        self._seconds = seconds
         self._what: Hashable = None
-        self._waited = self._last = 0.0
+        self._time, self._since = SteadyTime(), 0.0
 
     def lasts(self, stamp: float, what: Hashable) -> bool:
         """
@@ -35,9 +49,7 @@ class Patience:
             What is waited for; None: nothing is, and the next thing is waited for from anew.
 
         """
+        now = self._time.at(stamp)
         if what != self._what:
-            self._what, self._waited = what, 0.0
-        else:
-            self._waited += min(max(stamp - self._last, 0.0), LONGEST_GAP)
-        self._last = stamp
-        return what is not None and self._waited < self.seconds - 1e-9
+            self._what, self._since = what, now
+        return what is not None and now - self._since < self._seconds - 1e-9

@@ -218,6 +218,11 @@ class TrialPolicy:
         """Return the heading of the field in a cell, -1 for none."""
         return int(self.state.headings[row, col])
 
+    @property
+    def doubts(self) -> bool:
+        """Return whether remembered walls are doubted where no way is left."""
+        return self._options.doubts
+
     def decide(self, row: int, col: int, blocked: int, unknown: int, stamp: float) -> Choice:
         """
         Decide the next step.
@@ -281,20 +286,6 @@ class TrialPolicy:
         state.ground.factor[around][is_doubted(before) & ~is_doubted(after)] = 1.0
         if ((before == BLOCKED) & (after == 0)).any():
             state.flood.ends[:] = 0  # a way may have opened
-
-    def look_again(self, cells: npt.NDArray[np.bool_]) -> bool:
-        """
-        Count cells as not seen in this trial where they are blocked; return whether that helps.
-
-        Parameters
-        ----------
-        cells : ndarray of bool, shape (n_rows, n_cols)
-
-        """
-        state = self.state
-        again = cells & (state.ground.known == BLOCKED)
-        state.seen[again] = False
-        return self._options.doubts and bool(again.any())
 
     def taught(self, row: int, col: int, heading: int, blocked: int, unknown: int,
                stamp: float) -> npt.NDArray[np.void]:

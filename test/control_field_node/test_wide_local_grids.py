@@ -76,6 +76,19 @@ def test_a_wall_across_the_way_is_left_before_the_robot_stands_at_it():
     assert turns[FarSighted] < 6
 
 
+@pytest.mark.parametrize(('seconds', 'outcome'), [(8.0, Outcome.GOAL), (60.0, Outcome.GAVE_UP)])
+def test_who_stands_in_the_only_way_far_away_is_waited_for_a_while(seconds, outcome):
+    world = np.full(GRID.shape, 100, np.int8)
+    world[5] = 0
+    bench = started(world)
+    world[5, 6] = 100
+    end = bench.now + seconds
+    while bench.supervisor.status.state is State.RUNNING and bench.now < end:
+        bench.tick()
+    world[5, 6] = 0
+    assert bench.run().outcome is outcome
+
+
 @pytest.mark.parametrize('x', [0.875, 0.9])
 def test_of_a_neighbourhood_that_had_to_be_moved_the_nine_are_left(x):
     where = Localisation(Settings(anchoring=True), 0)

@@ -8,9 +8,11 @@ import pytest
 from control_field.grid import Grid
 from control_field.kernels import moving_world as kernels
 from control_field.kernels.moving_world import new_scene, pass_tick, see_moving
+from control_field.kernels.visibility import Scanner
 from control_field.learning.learner import Learner
 from control_field.learning.moving_world import MovingWorld
 from control_field.parameters import Parameters
+from control_field.rays import rays_within
 from control_field.records import Outcome
 from experience_evaluation.teachers import demonstration_from_path
 from world_maps.cells_in_motion import moving_in_cells, pace_in_cells, TICK
@@ -24,11 +26,11 @@ CORRIDOR = World(Grid(1, 20, 0.5), np.zeros((1, 20), dtype=np.int8), 'corridor')
 OPEN = World(Grid(5, 20, 0.5), np.zeros((5, 20), dtype=np.int8), 'open')
 
 
-def world_with(world, *movers, changes=(), patience=2.0, flips=0.0):
+def world_with(world, *movers, changes=(), patience=2.0, flips=0.0, sight=3):
     return MovingWorld(
         world.occupancy, Parameters(step_limit=200),
         moving_in_cells(world, movers, changes, 0, 6000),
-        pace_in_cells(world, patience=patience, flips=flips))
+        pace_in_cells(world, patience=patience, flips=flips), sight)
 
 
 def taught(moving, world, row):
@@ -138,6 +140,55 @@ class TestChangesInTime:
             assert scene.truth[0, 10] == closed
 
 
+class TestSeenFarAway:
+    @pytest.mark.parametrize(('sight', 'seen', 'behind'), [(15, 100, -1), (3, None, None)])
+    def test_who_comes_across_the_way_at_distance_four(self, sight, seen, behind):
+        moving = moving_in_cells(OPEN, [passes_by()], n_ticks=200)
+        scene = new_scene(moving, OPEN.occupancy, OPEN.occupancy, (2, 6), 108)
+        reach = sight // 2
+        scanner = Scanner(rays_within(reach if reach > 1 else 0),
+                          np.zeros((sight, sight), np.int8))
+        assert see_moving(scene, 2, 6, scanner, 0.0, np.random.default_rng(0)) == 0
+        if seen is None:
+            assert not scanner.shown.any()
+        else:
+            assert scanner.shown[reach].tolist()[reach:] == [0] * 4 + [seen] + [behind] * 3
+
+    def test_who_stands_far_away_is_left_before_the_robot_stands_there_and_is_written_down(self):
+        stands = Mover(0.15, waypoints=(Waypoint(5.25, 1.25),))
+        leaves = {}
+        for sight in (3, 15):
+            moving = world_with(OPEN, stands, sight=sight)
+            trial, _ = moving.trial(taught(moving, OPEN, 2).refresh.field, (2, 0), 1)
+            assert trial.outcome is Outcome.GOAL
+            rows = trial.decisions
+            leaves[sight] = rows['col'][rows['next_row'] != 2].min()
+        assert leaves[15] < leaves[3] == 9
+        shown = trial.local_grids[trial.local_grids['col'] == 6]['cells'][0]
+        assert shown[7 + 2 - trial.local_grids['row'][6], 11] == 100
+
+    def test_no_wall_is_left_of_who_passed_by_far_away(self):
+        moving = world_with(OPEN, passes_by(), patience=10.0, sight=15)
+        outcomes, _, learner = run(moving, OPEN, 2, 5)
+        assert outcomes == [Outcome.GOAL] * 5
+        assert not (learner.refresh.field.known == 100).any()
+
+
+@pytest.mark.parametrize('something_moves', [True, False])
+def test_where_things_move_all_that_was_seen_closed_is_looked_at_once_more(something_moves):
+    wall = OPEN.occupancy.copy()
+    wall[:, 10] = 100
+    moving_along = [Mover(0.15, 0.3, (Waypoint(2.25, 0.25), Waypoint(2.25, 2.25)),
+                          'back_and_forth')]
+    door = np.zeros(wall.shape, dtype=bool)
+    door[0, 10] = True  # opens behind the robot's back, which looks for a way in the other rows
+    moving = world_with(replace(OPEN, occupancy=wall), *moving_along[:something_moves], changes=[
+        Change(door, np.zeros(wall.shape, np.int8), at_time=26.0)])
+    field = replace(taught(world_with(OPEN), OPEN, 0).refresh.field, known=wall - (wall == 0))
+    trial, _ = moving.trial(field, (0, 0), 1)
+    assert (trial.outcome is Outcome.GOAL) == something_moves
+
+
 class TestFlips:
     def test_a_share_of_what_is_seen_is_wrong_the_same_every_time(self):
         moving = moving_in_cells(OPEN, (), n_ticks=1)
@@ -145,7 +196,7 @@ class TestFlips:
 
         def seen(seed):
             rng = np.random.default_rng(seed)
-            return [see_moving(scene, 2, 5, 0.1, rng) for _ in range(500)]
+            return [see_moving(scene, 2, 5, scene.around, 0.1, rng) for _ in range(500)]
 
         assert seen(1) == seen(1) != seen(2)
         assert 0.05 < np.mean([mask.bit_count() / 8 for mask in seen(1)]) < 0.15
@@ -165,7 +216,7 @@ def test_a_run_leaves_nothing_to_the_next():
     known[:, 10] = 60  # in doubt, and gone
     ready = moving._ready(replace(field, known=known))
     before = ready.state.ground.factor.copy()
-    outcome, *_ = moving._run(ready, (2, 0), 1, np.zeros((0, 9), np.int32))
+    outcome, *_ = moving._run(ready, (2, 0), 1, moving._new_log(0))
     assert outcome == 0
     assert (before[:, 10] > 1.0).all()
     np.testing.assert_array_equal(ready.state.ground.factor, before)
