@@ -10,7 +10,7 @@ from control_field.kernels import compiled
 from control_field.kernels.decision import Log, LOGGED, new_trial, TrialState
 from control_field.kernels.steps import no_preference, plain_ground
 from control_field.kernels.visibility import Scanner
-from control_field.local_grid import BLOCKED
+from control_field.local_grid import BLOCKED, is_local_grid_size, MAX_SIDE
 from control_field.parameters import Parameters
 from control_field.rays import rays_within
 from control_field.records import ControlField, local_grid_dtype, no_local_grids, Outcome, Trial
@@ -70,10 +70,18 @@ class GridWorld:
         Side of the local grid: 3, or another odd number up to 61; then what lies behind something
         is not seen.
 
+    Raises
+    ------
+    ValueError
+        If a local grid has no such side.
+
     """
 
     def __init__(self, occupancy: npt.NDArray[np.int8], parameters: Parameters,
                  sight: int = 3) -> None:
+        if not is_local_grid_size(sight):
+            raise ValueError(f'a local grid has an odd number of cells along a side, '
+                             f'3 to {MAX_SIDE}, not {sight}')
         self.truth = np.where(occupancy == 0, 0, 100).astype(np.int8)
         self.parameters = parameters
         self.sight = sight

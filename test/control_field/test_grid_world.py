@@ -133,3 +133,9 @@ def test_the_step_limit_ends_a_trial():
     learner = taught(segment((1, 0), (1, 8)), (3, 9), profile='paper', step_limit=30)
     trial, _ = GridWorld(world, learner.parameters).trial(learner.refresh.field, (1, 0), 0)
     assert (trial.outcome, trial.n_steps) == ('gave_up', 30)
+
+
+@pytest.mark.parametrize('sight', [1, 2, 4, 63])
+def test_a_sight_that_no_local_grid_has_is_refused(sight):
+    with pytest.raises(ValueError, match='odd number of cells'):
+        GridWorld(np.zeros((5, 5), np.int8), Parameters(), sight)
