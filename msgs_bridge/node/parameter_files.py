@@ -1,6 +1,6 @@
 """Which parts of a parameter file are for a node: ROS drops the others without a word."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
@@ -8,7 +8,7 @@ import re
 from typing import Any, Final
 
 from msgs_bridge.untrusted.files import read_text
-from msgs_bridge.untrusted.yaml_texts import yaml_from_text
+from msgs_bridge.untrusted.yaml_texts import yaml_node
 
 _PARAMETERS: Final = 'ros__parameters'
 #: Nodes of ours, which may share a file, and how alike a name is that was meant to be another.
@@ -19,25 +19,34 @@ _SLIP: Final = 0.82
 _MOST_NAMED: Final = 12
 
 
-def sections_of(path: Path) -> dict[str, Any]:
+def sections_of(path: Path) -> dict[str, dict[str, list[int]]]:
     """
-    Return what a parameter file holds, by the names of its sections.
+    Return the sections of a parameter file: full names of parameters, and the lines that set them.
 
     Names are joined as ROS joins them: ``robot1:`` around ``learner_node:`` is
-    ``robot1/learner_node``. What is no parameter file has no sections; ROS says what is wrong
-    with it.
+    ``robot1/learner_node``, and sections of one name are one. What is no parameter file has no
+    sections; ROS says what is wrong with it.
     """
+    sections: dict[str, dict[str, list[int]]] = {}
     with suppress(OSError, ValueError):
-        return dict(_sections(yaml_from_text(read_text(path))))
-    return {}
+        for section, values in _sections(yaml_node(read_text(path))):
+            lines = sections.setdefault(section, {})
+            for name, line in _flat(values):
+                lines.setdefault(name, []).append(line)
+    return sections
 
 
-def _sections(content: Any, before: str = '') -> Iterator[tuple[str, Any]]:
-    for key, value in content.items() if isinstance(content, Mapping) else ():
-        if key == _PARAMETERS:
+def _sections(node: Any, before: str = '') -> Iterator[tuple[str, Any]]:
+    for key, value in _pairs(node):
+        if key.value == _PARAMETERS:
             yield before, value
         else:
-            yield from _sections(value, f'{before}/{key}' if before else str(key))
+            yield from _sections(value, f'{before}/{key.value}' if before else str(key.value))
+
+
+def _pairs(node: Any) -> list[tuple[Any, Any]]:
+    """Return keys and values of a node of YAML; of any but a mapping, none."""
+    return node.value if getattr(node, 'id', '') == 'mapping' else []
 
 
 def is_for(section: str, full_name: str) -> bool:
@@ -60,22 +69,22 @@ def is_for(section: str, full_name: str) -> bool:
 
 def names_for_all(path: Path) -> set[str]:
     """Return the names in a parameter file's sections whose last part is a wildcard."""
-    return {name for section, values in sections_of(path).items()
-            if '*' in _last(section) for name in _flat(values)}
+    return {name for section, lines in sections_of(path).items()
+            if '*' in _last(section) for name in lines}
 
 
-def _flat(values: Any, before: str = '') -> Iterator[str]:
-    """Yield the full names in a tree of parameters."""
-    for name, value in values.items() if isinstance(values, Mapping) else ():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f'{before}{name}.')
+def _flat(node: Any, before: str = '') -> Iterator[tuple[str, int]]:
+    """Yield the full names in a tree of parameters, and their lines."""
+    for key, value in _pairs(node):
+        if getattr(value, 'id', '') == 'mapping':
+            yield from _flat(value, f'{before}{key.value}.')
         else:
-            yield f'{before}{name}'
+            yield f'{before}{key.value}', int(key.start_mark.line) + 1
 
 
 def problem_with_file(path: Path, full_name: str, names: Collection[str]) -> str:
     """
-    Say that a file, or a section that was meant for a node, is for another one.
+    Say that a file, or a section meant for a node, is for another one, or sets a value twice.
 
     Parameters
     ----------
@@ -92,7 +101,8 @@ def problem_with_file(path: Path, full_name: str, names: Collection[str]) -> str
         Empty if there is nothing to say.
 
     """
-    sections = list(sections_of(path))
+    found = sections_of(path)
+    sections = list(found)
     if not sections and path.exists() and not path.is_file():
         return ''  # a pipe, which ROS has read and nobody can read again
     if not sections:
@@ -107,7 +117,10 @@ def problem_with_file(path: Path, full_name: str, names: Collection[str]) -> str
     if lost and not any(is_for(section, full_name) for section in meant):
         return (f'the section {lost[0]} of {path} is not for {full_name}, and would change '
                 f'nothing' + _hint(lost, full_name))
-    return ''
+    return next((f'the section {section} of {path} sets {name} twice, in line {lines[0]} and in '
+                 f'line {lines[1]}: keep one of them'
+                 for section, names_in in found.items() if is_for(section, full_name)
+                 for name, lines in names_in.items() if len(lines) > 1), '')
 
 
 def _is_meant(section: str, names: Collection[str]) -> bool:

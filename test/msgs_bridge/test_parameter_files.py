@@ -85,6 +85,32 @@ def test_a_renamed_node_may_be_meant_by_the_name_of_its_executable(tmp_path):
     assert problem_with_file(path, '/robot', ['robot', 'sim_node'])
 
 
+TWICE = """
+me:
+  ros__parameters: {v_max: 0.05, plan: {a: 1}}
+you:
+  ros__parameters: {v_max: 0.1, v_max: 0.3}
+/**:
+  ros__parameters: {v_max: 0.2}
+me:
+  ros__parameters:
+    w_max: 1.0
+    LAST
+"""
+
+
+@pytest.mark.parametrize(('last', 'words'), [
+    ('v_max: 0.22', 'sets v_max twice, in line 3 and in line 11: keep one of them'),
+    ('plan.a: 2', 'sets plan.a twice, in line 3 and in line 11: keep one of them'),
+    ('odom_timeout: 0.3', '')])
+def test_a_parameter_that_is_set_twice_is_said(tmp_path, last, words):
+    path = tmp_path / 'parameters.yaml'
+    path.write_text(TWICE.replace('LAST', last))
+    said = problem_with_file(path, '/me', ['me'])
+    assert words in said if words else not said
+    assert set(sections_of(path)) == {'me', 'you', '/**'}
+
+
 def test_a_long_file_is_named_in_part(tmp_path):
     path = write(tmp_path, filled(*(f'node{i}' for i in range(40))))
     said = problem_with_file(path, '/me', ['me'])
