@@ -47,6 +47,16 @@ ACTIONS: Final[Mapping[str, Action]] = {
     'h': Action.TEACH_HERE,
     ' ': Action.STOP, ESCAPE: Action.QUIT}
 
+#: What is under way where an action has been asked for and is not done yet.
+DOING: Final[Mapping[Action, str]] = {
+    Action.START: 'starting to record', Action.KEEP: 'keeping the drive',
+    Action.REDO: 'beginning the drive again', Action.CANCEL: 'throwing the drive away',
+    Action.DROP_LAST: 'removing the last one', Action.UNDO: 'bringing the removed back',
+    Action.LABEL_SUCCESS: 'noting that the last one went well',
+    Action.LABEL_FAILURE: 'noting that the last one went wrong',
+    Action.RUN_TRIALS: 'letting the robot try', Action.SET_BACK: 'setting the robot back',
+    Action.TEACH_HERE: 'setting the robot to where teaching helps'}
+
 HELP: Final = """\
 drive (hold to move)     teach                      afterwards
   u  i  o                s  start to record         t  let the robot try

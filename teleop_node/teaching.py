@@ -6,7 +6,7 @@ import time
 from typing import Final
 
 from teleop_node.answers import absence, Answer
-from teleop_node.keys import Action
+from teleop_node.keys import Action, DOING
 from teleop_node.robot_placement import RobotPlacement, where_to_teach
 from teleop_node.service_clients import ServiceClients
 from teleop_node.status_tracker import StatusTracker
@@ -83,7 +83,7 @@ class Teaching:
             self._commands.let_go()
         for other in self._under_way.difference(_URGENT):
             if action not in _URGENT:
-                return Answer(False, f'still busy with {other}')
+                return Answer(False, f'still {DOING[other]}; press it again when that is done')
         self._under_way.add(action)
         try:
             return await self._steps[action]()

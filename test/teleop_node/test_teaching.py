@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from teleop_node.answers import absence, Answer
-from teleop_node.keys import Action
+from teleop_node.keys import Action, DOING
 from teleop_node.teaching import Teaching
 
 
@@ -197,6 +197,11 @@ def test_a_stop_while_trials_are_asked_for_ends_them_whoever_is_quicker():
     assert here.asked.count('stop_trials') == 2
 
 
+def test_what_every_action_does_is_said_in_words():
+    assert {*DOING} == {*Action} - {Action.STOP, Action.QUIT}
+    assert not any('_' in words for words in DOING.values())
+
+
 def test_one_at_a_time_but_stopping_never_waits():
     here = Here(trying=True)
 
@@ -214,7 +219,8 @@ def test_one_at_a_time_but_stopping_never_waits():
         assert (await stopping).success
         assert (await teaching.perform(Action.START)).success
         return refused
-    assert asyncio.run(both()) == (False, 'still busy with keep')
+    assert asyncio.run(both()) == (
+        False, 'still keeping the drive; press it again when that is done')
 
 
 @pytest.mark.parametrize(('success', 'message', 'sentence'), [
