@@ -63,7 +63,8 @@ class CommandAgeCheck:
             self._senders[topic] = senders_on(topic, self._publishers_on(topic)) or topic
         problem = problem_of(source=self._senders[topic])
         if topic == 'cmd_vel':
-            problem += '; a robot that looks at stamps drops it, and it takes no trial over'
+            problem += ('; it takes no trial over: a robot that looks at stamps drops it, any '
+                        'other obeys it until our next command: end what sends it')
         self._inputs.refusals.counts['old commands'] += 1
         self._inputs.refusals.refuse(problem)
         return problem
