@@ -21,7 +21,7 @@ from episode_store.rosbag2.topic_tables import (
 from episode_store.wide_local_grids import in_order
 
 #: What lies on one side of these breaks is a drive of its own, if a person says so.
-_CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.UNSAID, BreakKind.HOLE)
+_CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.UNSAID, BreakKind.TURNED, BreakKind.HOLE)
 
 #: So few messages, and so short, [s], are no part of a drive; so far, [m], is driving meanwhile.
 _FEW, _SOON, _SET_OFF = 3, 0.5, 0.05

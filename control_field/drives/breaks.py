@@ -15,6 +15,8 @@ class BreakKind(StrEnum):
     LEAP = 'leap'        #: farther than the robot drives in that time
     FAST = 'fast'        #: all the time faster than the robot
     UNSAID = 'unsaid'    #: elsewhere than the headings or speeds say that came with the poses
+    TURNED = 'turned'    #: the heading leaps, and with it the frame of all that follows
+    HASTE = 'haste'      #: for seconds far faster than elsewhere; a doubt only
     HOLE = 'hole'        #: seconds without a pose in which the robot drove on
     BACK = 'back'        #: the stamps go back
     STANDING = 'standing'  #: the stamps stand while the robot moves
@@ -38,7 +40,11 @@ class Break:
     before, after : tuple of float, [m]
         Their places.
     reach : float, [m]
-        How far the robot gets in that time, or drives as its speeds say.
+        How far the robot gets in that time, drives as its speeds say, or drives elsewhere.
+    turn : float, [rad]
+        By how much the heading leaps.
+    is_doubt : bool
+        Whether a robot may have driven so all the same.
 
     """
 
@@ -49,6 +55,25 @@ class Break:
     before: tuple[float, float]
     after: tuple[float, float]
     reach: float = math.inf
+    turn: float = 0.0
+    is_doubt: bool = False
+
+    @property
+    def doubt(self) -> str:
+        """Say what is odd about a drive that is learnt all the same."""
+        if self.kind is BreakKind.TURNED:
+            return (f'{self}: if the robot did not turn back there, its odometry was reset or '
+                    f'corrected, and what follows lies turned: show it again')
+        against = f'the speeds that came with the poses say {self.reach:.2f} m'
+        if self.kind is BreakKind.HASTE:
+            against = f'it drives {self.reach:.2f} m at most elsewhere in that time'
+        elif self.reach == math.inf:
+            against = 'it looks another way'
+        return (f'from {self.at - self.seconds:.2f} to {self.at:.2f} s it drives '
+                f'{self.distance:.2f} m, from {place_text(self.before)} to '
+                f'{place_text(self.after)}, where {against}: if the robot did not drive so, its '
+                f'localisation corrected itself and the way before lies as far off: show it '
+                f'again')
 
     @property
     def distance(self) -> float:
@@ -71,6 +96,9 @@ class Break:
                         f'the speeds that come with the poses say {self.reach:.2f} m')
                 return (f'at {at} the pose leaps by {far} in {self.seconds:.2f} s, {way}, where '
                         f'{said}')
+            case BreakKind.TURNED:
+                return (f'at {at} the heading leaps by {math.degrees(abs(self.turn)):.0f} degrees '
+                        f'in {self.seconds:.2f} s, at {place_text(self.after)}')
             case BreakKind.BACK:
                 return f'at {at} the stamps go back by {-self.seconds:.2f} s, {way}'
             case BreakKind.STANDING:
@@ -90,6 +118,8 @@ _REMEDIES: Final = {
                     'learner_node); else its stamps are not in seconds',
     BreakKind.UNSAID: 'Odometry was reset, the robot was carried, or its localisation found it '
                       'somewhere else: show the way again in one go',
+    BreakKind.TURNED: 'Odometry was reset, or its localisation found the robot turned: show the '
+                      'way again in one go',
     BreakKind.HOLE: 'Messages or a part of the recording are lost: show the way again',
     BreakKind.BACK: 'A clock was set or the simulation began anew: show the way again',
     BreakKind.STANDING: 'Who publishes the poses has to stamp each with the time it is of',

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.drives.breaks import Break, BreakKind
+from control_field.drives.speeds import period
 
 Floats = npt.NDArray[np.float64]
 
@@ -29,6 +30,10 @@ _MORE: Final = 3.0
 _SCALE: Final = 0.25
 #: A localisation may glide by so much, [m], within so many seconds.
 _GLIDE, _GLIDING = 0.5, 2.0
+#: Headings that differ by less, [rad], were not measured.
+_TURNS: Final = 1e-3
+#: A base is no farther ahead of its wheels or behind them, [m].
+_AHEAD: Final = 0.5
 #: A step this many times as long as usual, in time, hides how the robot drove meanwhile.
 _LONG: Final = 1.5
 
@@ -71,6 +76,10 @@ class DeadReckoning:
         What a step that lasted longer than others may hide.
     usual : float, [m]
         By how much nine in ten steps miss.
+    has_headings : bool
+        Whether the robot drives where its headings say.
+    swing : ndarray, shape (n, 2), [m], or 0
+        Where the places lie beside the middle of the wheels, which alone goes where it looks.
 
     """
 
@@ -78,6 +87,8 @@ class DeadReckoning:
     has_speeds: bool
     hidden: Floats
     usual: float = 0.0
+    has_headings: bool = True
+    swing: Floats | float = 0.0
 
     def is_trusted(self, xy: Floats, stride: int) -> bool:
         """Return whether most strides of so many steps lead where they should, as far as said."""
@@ -107,7 +118,8 @@ class DeadReckoning:
     def misses(self, xy: Floats, first: npt.NDArray[np.int64], last: npt.NDArray[np.int64]
                ) -> Floats:
         """Return by how much the way between some places is none that was said, [m]."""
-        done, said = xy[last] - xy[first], self.way[last] - self.way[first]
+        xy, said = xy - self.swing, self.way[last] - self.way[first]
+        done = xy[last] - xy[first]
         if self.has_speeds:
             return _off_segment(done, (1.0 + _SCALE) * said)
         heads, steps = np.diff(self.way, axis=0), np.diff(xy, axis=0)
@@ -129,35 +141,50 @@ class DeadReckoning:
 
         """
         steps = np.arange(len(stamps) - 1)
-        most = pose_jump + _MORE * self.usual + self.hidden
+        most = self.unseen(pose_jump) + self.hidden
         found = np.flatnonzero((self.misses(xy, steps, steps + 1) > most)
                                & (np.diff(stamps) > 0.0))
         if len(found):
             return [self._break(i, i + 1, stamps, xy) for i in found.tolist()]
-        return self._glides(stamps, xy)
+        glide = self.glide(stamps, xy, _GLIDE)
+        return [] if glide is None else [glide]
 
     def fits(self, xy: Floats, i: int, j: int, pose_jump: float) -> bool:
         """Return whether a robot can have come from one place straight to another."""
         if not self.has_speeds:
             return True
         missed = self.misses(xy, np.array([i]), np.array([j]))[0]
-        return bool(missed <= pose_jump + _MORE * self.usual + self.hidden[i:j].sum())
+        return bool(missed <= self.unseen(pose_jump) + self.hidden[i:j].sum())
 
-    def _glides(self, stamps: Floats, xy: Floats) -> list[Break]:
-        """Return where small steps together lead elsewhere, within seconds; one is enough."""
-        lag = 2
-        while lag < len(stamps):
-            first = np.flatnonzero(stamps[lag:] - stamps[:-lag] <= _GLIDING)
+    def unseen(self, pose_jump: float) -> float:
+        """Return how far a step may miss and be none that leads elsewhere, [m]."""
+        return pose_jump + _MORE * self.usual
+
+    def glide(self, stamps: Floats, xy: Floats, allowed: float) -> Break | None:
+        """
+        Return where small steps together lead elsewhere within seconds; the first place is enough.
+
+        Parameters
+        ----------
+        stamps : ndarray, shape (n,), [s]
+            Not decreasing.
+        xy : ndarray, shape (n, 2), [m]
+        allowed : float, [m]
+            So far they may, beyond what is usual.
+
+        """
+        longest = round(_GLIDING / max(period(stamps), 1e-3))
+        for lag in (*(2 ** k for k in range(1, max(longest, 1).bit_length())), longest):
+            first = np.flatnonzero(stamps[lag:] - stamps[:-lag] <= _GLIDING + 1e-6)
+            if lag < 2 or not len(first):
+                continue
             missed = self.misses(xy, first, first + lag)
             most = np.convolve(self.hidden, np.ones(lag), 'valid')[first]
-            far = missed > _GLIDE + _MORE * self.usual + most
+            far = missed > allowed + _MORE * self.usual + most
             if far.any():
                 at = int(first[far][0])
-                return [self._break(at, at + lag, stamps, xy)]
-            if not len(first):
-                break
-            lag *= 2
-        return []
+                return self._break(at, at + lag, stamps, xy)
+        return None
 
     def _break(self, before: int, after: int, stamps: Floats, xy: Floats) -> Break:
         (x, y), (next_x, next_y) = xy[before].tolist(), xy[after].tolist()
@@ -181,20 +208,48 @@ def reckoned(stamps: Floats, xy: Floats, motion: Motion) -> DeadReckoning | None
 
     """
     dt, turned = np.diff(stamps), np.angle(np.exp(1j * np.diff(motion.yaw)))
-    middle = motion.yaw[:-1] + 0.5 * turned
-    usual = float(np.median(dt[dt > 0.0])) if (dt > 0.0).any() else 0.0
+    middle, usual = motion.yaw[:-1] + 0.5 * turned, period(stamps)
     stride = max(round(_STRIDE / max(usual, 1e-3)), 1)
     nothing = np.zeros(len(dt))
+    swing = _swing(xy, middle, turned, motion)
     for said, has_speeds in _ways(dt, middle, motion):
         way = np.concatenate([np.zeros((1, 2)), np.cumsum(said, axis=0)])
-        found = DeadReckoning(way, has_speeds, nothing)
+        found = DeadReckoning(way, has_speeds, nothing, swing=swing)
         if found.is_trusted(xy, stride):
-            hidden = _hidden(dt, said, turned, motion) if has_speeds else nothing
+            hidden = (_hidden(dt, said, turned, motion) if has_speeds else
+                      np.percentile(np.hypot(*np.diff(xy, axis=0).T), 90) * dt / usual)
             # Within a step a robot goes no farther astray than it drives, whatever the others say.
             astray = float(np.percentile(np.hypot(*said.T), 95)) if has_speeds else np.inf
             return replace(found, usual=min(found.usual_miss(xy), astray / _MORE),
-                           hidden=np.where(dt > _LONG * usual, hidden, 0.0))
+                           hidden=np.where(dt > _LONG * usual, hidden, 0.0),
+                           has_headings=_has_headings(found, middle, xy, stride))
     return None
+
+
+def _has_headings(found: DeadReckoning, middle: Floats, xy: Floats, stride: int) -> bool:
+    """Return whether headings are to be trusted, too, where the speeds may need none."""
+    way = np.concatenate([np.zeros((1, 2)), np.cumsum(_heads(middle), axis=0)])
+    return not found.has_speeds or replace(found, way=way, has_speeds=False).is_trusted(xy, stride)
+
+
+def _swing(xy: Floats, middle: Floats, turned: Floats, motion: Motion) -> Floats | float:
+    """Return how far ahead of its wheels a base is that swings aside in turns, as an offset."""
+    if motion.velocity is not None and (motion.velocity[:, 1] != 0.0).any():
+        return 0.0
+    heads, steps = _heads(middle), np.diff(xy, axis=0)
+    # The few largest may be corrections.
+    turns = np.abs(turned) > max(0.5 * float(np.percentile(np.abs(turned), 95)), _TURNS)
+    if turns.sum() < _FEWEST_STRIDES:
+        return 0.0
+    aside = (heads[:, 0] * steps[:, 1] - heads[:, 1] * steps[:, 0])[turns]
+    ahead = float(np.clip(np.median(aside / turned[turns]), -_AHEAD, _AHEAD))
+    left = np.abs(aside - ahead * turned[turns])
+    is_so = np.median(left) < 0.5 * np.median(np.abs(aside))
+    return ahead * _heads(motion.yaw) if is_so else 0.0
+
+
+def _heads(yaw: Floats) -> Floats:
+    return np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
 
 
 def _ways(dt: Floats, middle: Floats, motion: Motion) -> list[tuple[Floats, bool]]:
@@ -203,12 +258,14 @@ def _ways(dt: Floats, middle: Floats, motion: Motion) -> list[tuple[Floats, bool
 
     Some senders give speeds in the robot's frame, as they should, some in that of the places.
     """
-    heads = np.stack([np.cos(middle), np.sin(middle)], axis=1)
+    heads = _heads(middle)
+    # One heading for all of a drive is none, but for a robot that says how it drives aside.
+    by_heads = [(heads, False)] if np.ptp(motion.yaw) > _TURNS else []
     if motion.velocity is None:
-        return [(heads, False)]
+        return by_heads
     mean = 0.5 * (motion.velocity[1:] + motion.velocity[:-1]) * dt[:, np.newaxis]
     left = np.stack([-heads[:, 1], heads[:, 0]], axis=1)
-    return [(mean[:, :1] * heads + mean[:, 1:] * left, True), (mean, True), (heads, False)]
+    return [(mean[:, :1] * heads + mean[:, 1:] * left, True), (mean, True), *by_heads]
 
 
 def _hidden(dt: Floats, said: Floats, turned: Floats, motion: Motion) -> Floats:

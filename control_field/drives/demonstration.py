@@ -50,7 +50,9 @@ class DemonstrationReport:
     loops : tuple of Loop
         What leads back to where the robot had been: it is cut out.
     cuts : tuple of str
-        Sentences on poses that were left out because no robot drives so.
+        Sentences on poses that were left out because no robot drives so, and on what is in doubt.
+    missing_evidence : str
+        What did not help to tell it from a broken drive; empty if all there can be did.
 
     """
 
@@ -65,6 +67,7 @@ class DemonstrationReport:
     start: float = 0.0
     loops: tuple[Loop, ...] = ()
     cuts: tuple[str, ...] = ()
+    missing_evidence: str = ''
 
     @property
     def n_erased(self) -> int:
@@ -96,6 +99,8 @@ class DemonstrationReport:
                 (self.n_filled, 'cell', 'filled in between poses far apart')):
             if count:
                 parts.append(f'{counted(count, noun)} {what}')
+        if self.missing_evidence:
+            parts.append(self.missing_evidence)
         return ', '.join(parts)
 
 
@@ -157,7 +162,8 @@ def demonstration_from_poses(
     report = DemonstrationReport(
         n_poses, n_outside, n_idle[0], n_idle[1], n_standing, int(filled.sum()),
         len(path) - len(set(path)), len(path), begins,
-        loops_of(cells, at, grid.world_from_cells(cells)), tuple(drive.sentences()))
+        loops_of(cells, at, grid.world_from_cells(cells)), tuple(drive.sentences()),
+        drive.missing_evidence)
     if len(path) < 2:
         raise ValueError(f'nothing to learn from this drive: it leads through '
                          f'{counted(len(path), "cell")} of {grid.resolution} m ({report}); drive '

@@ -15,7 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.drives.breaks import Break, BreakKind, ImplausibleDriveError, place_text
-from control_field.drives.dead_reckoning import Motion, reckoned
+from control_field.drives.dead_reckoning import DeadReckoning, Motion, reckoned
+from control_field.drives.doubts import first_doubt, haste, missing_evidence, unseen
+from control_field.drives.speeds import MOST_SPIKES, period, speed_bound
+from control_field.drives.turned_frame import turned_frames
 from control_field.words import counted
 
 Floats = npt.NDArray[np.float64]
@@ -25,14 +28,10 @@ Indices = npt.NDArray[np.int64]
 SPEED_MAX: Final = 3.0
 #: How far a pose may be off beyond that, [m]: localisation that corrects itself; as in a trial.
 POSE_JUMP: Final = 0.1
-#: A single step may be so much faster than this drive usually is, but always so fast, [m/s].
-_HASTE, _SLOWEST_BOUND = 2.0, 0.2
-#: Way from pose to pose that is motion, and that is more than noise, [m].
-_MOVING, _DRIVEN = 1e-3, 0.02
 #: Time without a pose that is a hole: so many times the usual one, and at least so much, [s].
 _RARE, _LEAST_HOLE = 5.0, 0.5
-#: At most so many poses in a row, so many times, are poses gone wrong rather than another drive.
-_SPIKE_LENGTH, _MOST_SPIKES = 3, 3
+#: At most so many poses in a row are poses gone wrong rather than another drive.
+_SPIKE_LENGTH: Final = 3
 #: Leaps to and fro from which on two sources speak, and their share of all leaps.
 _FEWEST_TURNS, _TURNING = 7, 0.3
 #: Share of a cell that a robot which stands still may seem to move.
@@ -89,6 +88,10 @@ class WholeDrive:
         Where the drive begins, if the robot was said to stand elsewhere before.
     n_early : int
         How many poses before that were left out.
+    doubts : tuple of str
+        What nobody can tell of what is kept.
+    missing_evidence : str
+        What did not help to tell that; empty if all there can be did.
 
     """
 
@@ -97,16 +100,18 @@ class WholeDrive:
     n_spikes: int = 0
     early: Break | None = None
     n_early: int = 0
+    doubts: tuple[str, ...] = ()
+    missing_evidence: str = ''
 
     def sentences(self) -> list[str]:
-        """Say what was left out, when and where."""
+        """Say what was left out, when and where, and what is in doubt."""
         said = [f'1 pose is far off the others at {spike.at:.2f} s, at {place_text(spike.after)}, '
                 f'and is left out' for spike in self.spikes]
         if self.n_spikes > len(self.spikes):
             said.append(f'{self.n_spikes} poses are left out in all')
         if self.early is not None:
             said.append(f'{counted(self.n_early, "pose")} before the drive left out: {self.early}')
-        return said
+        return [*said, *self.doubts]
 
 
 def whole_drive(
@@ -131,6 +136,16 @@ def whole_drive(
         If no part of it is whole.
 
     """
+    drive = _whole_poses(stamps, xy, limits, motion)
+    kept = drive.kept
+    return drive if motion is None or len(kept) < 2 else _in_doubt(
+        drive, stamps[kept], xy[kept], limits, motion.at(kept))
+
+
+def _whole_poses(
+    stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion | None,
+) -> WholeDrive:
+    """Return the poses that belong together, whatever is in doubt."""
     order = np.argsort(stamps, kind='stable').astype(np.int64)
     if len(stamps) < 2:
         return WholeDrive(order)
@@ -167,39 +182,70 @@ def breaks_of(
     """
     if len(stamps) < 2:
         return []
+    said = None if motion is None else reckoned(stamps, xy, motion)
     found = {each.index: each for each in (
-        *_unsaid(stamps, xy, limits, motion), *_standing(stamps, xy, limits),
-        *_leaps(stamps, xy, limits))}
+        *_unsaid(stamps, xy, limits, motion, said), *_standing(stamps, xy, limits),
+        *_leaps(stamps, xy, limits, said))}
     return [found[index] for index in sorted(found)] or _too_fast(stamps, xy, limits)
+
+
+def _in_doubt(
+    drive: WholeDrive, stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion,
+) -> WholeDrive:
+    """Add what nobody can tell of what is kept of a drive, in order of time."""
+    said = reckoned(stamps, xy, motion)
+    glide = None if said is None else said.glide(stamps, xy, limits.unknown_way)
+    leap = limits.pose_jump + speed_bound(stamps, xy, limits.speed_max) * period(stamps)
+    if said is not None and said.has_speeds:
+        leap = said.unseen(limits.pose_jump)
+    elif glide is None:
+        glide = haste(stamps, xy, limits.pose_jump)
+    turned = [each for each in _turned(stamps, xy, motion, said) if each.is_doubt]
+    doubts = (
+        first_doubt(turned), first_doubt([] if glide is None else [glide]), unseen(
+            period(stamps), leap if leap > limits.unknown_way else 0.0, said))
+    return replace(drive, doubts=tuple(filter(None, doubts)),
+                   missing_evidence=missing_evidence(said))
 
 
 def _unsaid(
     stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion | None,
+    said: DeadReckoning | None,
 ) -> list[Break]:
     """Return where places do not fit the headings and speeds that came with them."""
-    found = None if motion is None else reckoned(stamps, xy, motion)
-    return [] if found is None else found.leaps(stamps, xy, limits.pose_jump)
+    if motion is None or said is None:
+        return []
+    turned = [each for each in _turned(stamps, xy, motion, said) if not each.is_doubt]
+    return [*turned, *said.leaps(stamps, xy, limits.pose_jump)]
 
 
-def _leaps(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
+def _turned(
+    stamps: Floats, xy: Floats, motion: Motion, said: DeadReckoning | None,
+) -> list[Break]:
+    """Return where the frame turns, if headings tell."""
+    if said is None or not said.has_headings:
+        return []
+    return turned_frames(stamps, xy, motion.yaw, said.swing)
+
+
+def _leaps(
+    stamps: Floats, xy: Floats, limits: DriveLimits, said: DeadReckoning | None,
+) -> list[Break]:
     """Return the steps that are too far for their time, and those nobody knows the way of."""
-    dt, way = np.diff(stamps), _way(xy)
-    reach = limits.pose_jump + _speed(dt, way, limits) * dt
-    usual = float(np.median(dt[dt > 0.0])) if (dt > 0.0).any() else 0.0
+    dt, way, usual = np.diff(stamps), _way(xy), period(stamps)
+    reach = limits.pose_jump + _speed(stamps, xy, limits, said) * dt
     leaps = (way > reach) & (dt > 0.0)
     holes = (dt > max(_RARE * usual, _LEAST_HOLE)) & (way > limits.unknown_way) & ~leaps
     return [_break(BreakKind.LEAP if leaps[i] else BreakKind.HOLE, i, i + 1, stamps, xy,
                    float(reach[i])) for i in np.flatnonzero(leaps | holes).tolist()]
 
 
-def _speed(dt: Floats, way: Floats, limits: DriveLimits) -> float:
-    """Return how fast a single step may be: no faster than the robot, nor than it ever is."""
-    moving = np.sort((way / np.maximum(dt, 1e-9))[(dt > 0.0) & (way > _MOVING)])
-    # The few fastest may be leaps themselves; of a handful of steps the middle one counts.
-    n_driven = int((way > _DRIVEN).sum())  # a robot that waits for minutes drives no slower later
-    rank = len(moving) - 1 - max(2 * _MOST_SPIKES, math.ceil(0.02 * n_driven))
-    usual = float(moving[max(rank, len(moving) // 2)]) if len(moving) else 0.0
-    return min(limits.speed_max, max(_HASTE * usual, _SLOWEST_BOUND))
+def _speed(
+    stamps: Floats, xy: Floats, limits: DriveLimits, said: DeadReckoning | None,
+) -> float:
+    """Return how fast a step may be, [m/s]; where speeds came with it they tell all else."""
+    return (limits.speed_max if said is not None and said.has_speeds else
+            speed_bound(stamps, xy, limits.speed_max))
 
 
 def _standing(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
@@ -279,8 +325,8 @@ def _without_spikes(
 ) -> tuple[Indices, tuple[Break, ...]]:
     """Leave poses out that are far off those before and after, where these fit together."""
     at, places = stamps[order], xy[order]
-    speed = _speed(np.diff(at), _way(places), limits)
     said = None if motion is None else reckoned(at, places, motion.at(order))
+    speed = _speed(at, places, limits, said)
 
     def fits(i: int, j: int) -> bool:
         reach = limits.pose_jump + speed * float(at[j] - at[i])
@@ -298,7 +344,7 @@ def _without_spikes(
                 at[[last, j]], places[[last, j]], limits)), None)
             if after is None and len(order) - i <= _SPIKE_LENGTH and _is_soon(at[[last, -1]]):
                 after = len(order)  # the robot is still where it was a moment before
-            if after is None or len(spikes) == _MOST_SPIKES:
+            if after is None or len(spikes) == MOST_SPIKES:
                 return order, ()
             spikes.append(_break(BreakKind.LEAP, last, i, at, places))
             i = after
@@ -326,7 +372,7 @@ def _last_part(
     rest = order[starts[-1]:]
     rest = rest[np.argsort(stamps[rest], kind='stable')]
     # In a hole the robot did not stand: the drive begins somewhere in it.
-    if (len(rest) < 2 or len(breaks) > _MOST_SPIKES
+    if (len(rest) < 2 or len(breaks) > MOST_SPIKES
             or any(found.kind is BreakKind.HOLE for found in breaks)
             or breaks_of(stamps[rest], xy[rest], limits, _at(motion, rest))):
         raise ImplausibleDriveError(breaks)

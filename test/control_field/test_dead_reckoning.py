@@ -9,29 +9,12 @@ from control_field.drives.breaks import BreakKind, ImplausibleDriveError
 from control_field.drives.dead_reckoning import Motion
 from control_field.drives.plausibility import DriveLimits, whole_drive
 from strategies import few
+from wheeled_drives import ahead, driven
 
 LIMITS = DriveLimits(0.25)
 rates = st.sampled_from([1.0, 2.0, 5.0, 10.0, 50.0])
 seeds = st.integers(0, 10_000)
 turns = st.floats(-np.pi, np.pi)
-
-
-def driven(seed, rate, seconds=40.0, speed=0.22):
-    """Return stamps, places and headings with speeds of a robot that starts, turns and stops."""
-    rng, dt = np.random.default_rng(seed), 0.02
-    n = int(seconds / dt)
-    wished = [np.repeat(rng.choice(of, 1 + n // 100), 100)[:n] for of in (
-        [0.0, speed, speed, -0.5 * speed], [0.0, 0.0, 0.6, -0.6])]
-    v, w = (np.convolve(each, np.full(25, 0.04))[:n] for each in wished)
-    yaw = np.cumsum(w) * dt
-    xy = np.cumsum(v[:, np.newaxis] * dt * np.stack([np.cos(yaw), np.sin(yaw)], axis=1), axis=0)
-    every = slice(None, None, round(1.0 / rate / dt))
-    velocity = np.stack([v, 0.0 * v], axis=1)
-    return 100.0 + np.arange(n)[every] * dt, xy[every], Motion(yaw[every], velocity[every])
-
-
-def ahead(turn):
-    return np.array([np.cos(turn), np.sin(turn)])
 
 
 def in_world(motion):

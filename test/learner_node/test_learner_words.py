@@ -30,7 +30,8 @@ def learn(relearner, folder):
 def test_a_plain_sentence_says_it_and_numbers_are_apart(tmp_path, relearner):
     learnt_bag = learn(relearner, loop_bag(tmp_path, ROUND[:5]))
     sentence = sentence_from_learnt_bag(learnt_bag)
-    assert sentence.startswith('Drive 0001 kept: 4 steps. From all ')
+    assert sentence.startswith('Drive 0001 kept: 4 steps. With a pose every 1 s nobody can tell ')
+    assert ' look like driving. From all ' in sentence
     assert sentence.endswith(' the robot gets to the goal.')
     assert numbers_from_learnt_bag(learnt_bag).startswith('5 cells from 5 poses')
     assert 'goal is now' not in sentence
@@ -40,7 +41,7 @@ def test_how_much_of_a_drive_is_a_loop_and_where(tmp_path, relearner):
     sentence = sentence_from_learnt_bag(learn(relearner, loop_bag(tmp_path, ROUND)))
     assert sentence.startswith(
         'Drive 0001 kept: 2 steps. 8 of 11 cells driven are not learnt, they only lead back to '
-        'where the robot had been: 8 (2.0 m) from (0.88, 0.62) back to it, 1.0 to 9.0 s. From ')
+        'where the robot had been: 8 (2.0 m) from (0.88, 0.62) back to it, 1.0 to 9.0 s. With ')
 
 
 def test_a_drive_that_moves_the_goal_says_so_wherever_it_is_learnt(tmp_path, relearner):
