@@ -75,7 +75,7 @@ class Settings:
         0.2, 'time from a command to the arrival of odometry that shows it, from which the robot '
         'drives slower the later it is', unit='s', low=0.01, high=60.0)
     cmd_vel_timeout: float = parameter(
-        1.0, 'time without a command after which the base stops by itself', unit='s', low=0.05,
+        0.5, 'time without a command after which the base stops by itself', unit='s', low=0.05,
         high=60.0)
     takeover_timeout: float = parameter(
         0.5, 'time without a command of a person after which the trial goes on', unit='s',

@@ -79,7 +79,7 @@ class SimSettings:
     frame_id: str = parameter('odom', 'frame of odometry, neighbourhood and map')
     child_frame_id: str = parameter('base_footprint', "frame of the robot's body")
     cmd_vel_timeout: float = parameter(
-        1.0, 'simulated time without a command after which the robot stops', unit='s', low=0.05,
+        0.5, 'simulated time without a command after which the robot stops', unit='s', low=0.05,
         high=60.0)
     enable_stamped_cmd_vel: bool = parameter(
         False, 'read cmd_vel as TwistStamped instead of Twist (always in lock-step)')

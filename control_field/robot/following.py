@@ -43,6 +43,9 @@ class Following:
         Whether what it does cannot be told from what was sent: it is to stand until it has stood.
     is_unanswered : bool
         Whether it stands although it was told to move, and should have been seen moving.
+    confirmed : float, [s]
+        What was sent before has been executed for certain, or never will be; what was sent since
+        may still be on its way.
 
     """
 
@@ -50,7 +53,7 @@ class Following:
         """Start with a robot that was not seen yet."""
         self.is_lost = self.is_unanswered = False
         self._seen: deque[tuple[float, Place]] = deque()
-        self._executed = -math.inf
+        self._executed = self.confirmed = -math.inf
         self._delays: deque[tuple[float, float]] = deque()
         self._stands_since, self._waits, self._delay = math.inf, 0.0, 0.0
 
@@ -59,7 +62,8 @@ class Following:
         self.is_lost = self.is_unanswered = False
         self._seen.clear()
         self._delays.clear()
-        self._executed, self._stands_since = -math.inf, math.inf
+        self._executed = self.confirmed = -math.inf
+        self._stands_since = math.inf
         self._delay = self._waits = 0.0
 
     @property
@@ -95,7 +99,7 @@ class Following:
                 return  # one of before
             seen.clear()
         if not seen:
-            self._executed = max(self._executed, taken)
+            self._executed = self.confirmed = max(self._executed, taken)
         seen.append((taken, place))
         while len(seen) > 2 and taken - seen[1][0] >= _SPANS[-1]:
             seen.popleft()
@@ -109,6 +113,7 @@ class Following:
         if len(explained) == len(delays):
             self._executed = max(self._executed, taken - max(*explained, most + _BESIDE))
         self._delay = taken - self._executed
+        self._confirm(looks, taken, sent)
         self._judge(taken, most, rests, sent)
 
     def _looks(self, taken: float) -> list[tuple[float, Place]]:
@@ -144,11 +149,26 @@ class Following:
                 return delay
         return None
 
+    def _confirm(
+        self, looks: list[tuple[float, float, float]], taken: float, sent: SentCommands,
+    ) -> None:
+        """Note what was executed for certain: that before the greatest delay which explains."""
+        self.confirmed = max(self.confirmed, taken - _CALM)
+        executed = self.confirmed
+        while executed < taken:
+            delay = taken - executed
+            if all(_explains(*sent.motion(began - delay, executed), way, turn)
+                   for began, way, turn in looks):
+                self.confirmed = executed
+                return
+            executed += _STEP
+
     def _judge(self, taken: float, most: float, rests: bool, sent: SentCommands) -> None:
         while self._delays and self._delays[0][0] < taken - _REMEMBERED:
             self._delays.popleft()
         if self.is_lost and min(taken - self._stands_since, sent.stood_since(taken)) >= _CALM:
-            self.is_lost, self._executed, self._delay = False, taken, 0.0
+            self.is_lost, self._delay = False, 0.0
+            self._executed = self.confirmed = taken
         is_late = self._delay > most + 2.0 * _BESIDE
         self.is_unanswered = rests and is_late
         self._waits = self._delay if self.is_unanswered else 0.0

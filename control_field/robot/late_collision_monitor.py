@@ -7,7 +7,7 @@ long as it may hold, then the braking way.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import math
 from typing import Final
 
@@ -91,42 +91,51 @@ def share_that_is_clear(
     """
     v, w = velocity
     cases = list(_cases(dt, lag))
-    farthest = max(_length(way) + abs(v) * holds for way, holds, _ in cases)
+    farthest = max(_length(way) + abs(v) * holds for way, holds in cases)
     room = _room(place, farthest + braking_way(v, 0.0, limits) + _brakes(lag, limits),
                  local_grid, limits)
     if room is None:
         return 1.0
-    rooms = {True: room, False: replace(room, edge=-math.inf)}
-    ends: list[tuple[Place, float, _Room]] = []
-    for way, holds, is_unseen in cases:
-        end = _sweep(place, way, rooms[is_unseen])
+    ends: list[tuple[Place, float]] = []
+    for way, holds in cases:
+        end = _sweep(place, way, room)
         if end is None:
             return 0.0
-        ends.append((end, holds, rooms[is_unseen]))
+        ends.append((end, holds))
     brakes = _brakes(lag, limits)
     for share in SHARES:
         speed = share * v
         if share < 0.25 and abs(speed) < _CREEPING:
             return 0.0
         braking = max(brakes, speed * speed / (2.0 * limits.a_max)) / abs(speed)
-        if all(_sweep(end, [(speed, w, holds + braking)], around) for end, holds, around in ends):
+        if all(_sweep(end, [(speed, w, holds + braking)], room) for end, holds in ends):
             return share
     return 0.0
 
 
-def _cases(dt: float, lag: Lag) -> Iterator[tuple[list[Piece], float, bool]]:
+def _cases(dt: float, lag: Lag) -> Iterator[tuple[list[Piece], float]]:
     """
-    Yield ways to now, how long a command may hold after them, and whether the unseen counts.
+    Yield ways to now, and how long a command may hold after them.
 
-    Nothing shown blocked may be touched however long it is silent. The unseen is kept out of for
-    a shorter time: for longer, no robot could drive fast to where its local grid ends.
+    The link may fall silent at any moment. Then the robot goes on by the last command that has
+    arrived until it stops by itself: by the one in question, or by one of those that may still be
+    under way; after that the others arrive after all.
     """
-    for holds, is_unseen in ((lag.hold, True), (lag.silence, False)):
-        for way in lag.ways:
-            yield way, dt + holds + NOTICED, is_unseen
-        if lag.under_way:
-            v, w, seconds = lag.under_way[0]
-            yield [(v, w, seconds + holds), *lag.under_way[1:]], dt + NOTICED, is_unseen
+    for way in lag.ways:
+        yield way, dt + lag.hold + NOTICED
+    for k in _last_heard(lag.under_way):
+        v, w, seconds = lag.under_way[k]
+        seconds = max(seconds, min(seconds, NOTICED) + lag.hold)
+        yield [(v, w, seconds), *lag.under_way[k + 1:]], dt + NOTICED
+
+
+def _last_heard(under_way: list[Piece]) -> set[int]:
+    """Return which of the commands under way are tried as the last one before a silence."""
+    n = len(under_way)
+    if not n:
+        return set()
+    fastest = max(range(n), key=lambda k: abs(under_way[k][0]))
+    return {0, n // 3, 2 * n // 3, fastest}
 
 
 def _brakes(lag: Lag, limits: Limits) -> float:

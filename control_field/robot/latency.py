@@ -27,9 +27,8 @@ OTHER_CLOCK: Final = 60.0
 #: Time in which ages, gaps and losses are counted, [s]; poses that are enough to judge by.
 WINDOW: Final = 5.0
 ENOUGH: Final = 10
-#: How much longer than it should a command may always be followed, [s]. More would make every
-#: robot slower: it then gets to the end of what a 3x3 local grid shows.
-LEAST_HOLD: Final = 0.5
+#: When most bases stop by themselves, [s]: the robot is slower before one that does so later.
+_USUAL_TIMEOUT: Final = 0.5
 #: How much longer that is while the robot stands although it was told to move, [s].
 _DOUBT: Final = 0.3
 #: Jitter from which on commands are repeated, [s].
@@ -63,12 +62,10 @@ class Lag:
     ways : tuple of lists of (v, w, seconds)
         What the robot may have driven between the pose and now, one or the other.
     under_way : list of (v, w, seconds)
-        What may still be under way: if from the pose on nothing arrives, the robot goes on by the
-        first of it, and does the rest when it arrives after all.
+        What may still be under way, as no pose shows that it was done: any of it may be the last
+        that arrives, and the rest is done when it arrives after all.
     hold : float, [s]
-        How much longer than it should a command may be followed, into what is not seen.
-    silence : float, [s]
-        The same, into what is seen blocked: until the robot stops by itself.
+        How much longer than it should a command may be followed: until the robot stops by itself.
     is_late : bool
         Whether the link is worse than a good one.
 
@@ -77,7 +74,6 @@ class Lag:
     ways: tuple[list[Piece], ...]
     under_way: list[Piece]
     hold: float
-    silence: float
     is_late: bool = True
 
 
@@ -289,14 +285,9 @@ class LatencyMonitor:
             not self.clocks_differ and (self.is_silent or self.jitter > _IRREGULAR))
 
     @property
-    def hold(self) -> float:
-        """Return how much longer than it should a command may be followed, [s]."""
-        return self.base_timeout if self.is_lossy else min(LEAST_HOLD, self.base_timeout)
-
-    @property
     def is_late(self) -> bool:
-        """Return whether the robot is slower than it would be on a good link."""
-        return self.slowing < 1.0 or self.hold > min(LEAST_HOLD, self.base_timeout)
+        """Return whether the link is worse than a good one."""
+        return self.slowing < 1.0 or self.is_lossy
 
     @property
     def longest(self) -> float:
@@ -313,7 +304,7 @@ class LatencyMonitor:
     @property
     def patience(self) -> float:
         """Return how many times longer than on a good link the same way may take."""
-        return self.hold / min(LEAST_HOLD, self.base_timeout) / self.slowing
+        return max(1.0, self.base_timeout / _USUAL_TIMEOUT) / self.slowing
 
     def predicted(self, place: Place, now: float) -> Place:
         """Return where the robot is likely to be when a command of now begins to count."""
@@ -330,5 +321,20 @@ class LatencyMonitor:
             starts.add(self.response.departed_at)
         ways = [self.sent.pieces(start, now) for start in starts]
         doubt = _DOUBT if self.following.is_unanswered else 0.0
-        return Lag(tuple(ways), self.sent.pieces(self._taken - most, now), self.hold + doubt,
+        return Lag(tuple(ways), self.sent.pieces(self._arrived_until(most), now),
                    self.base_timeout + doubt, self.is_late)
+
+    def _arrived_until(self, most: float) -> float:
+        """
+        Return what was sent before has arrived for certain, [s], where ``most`` was measured.
+
+        A robot that moves has heard something since it would have stopped by itself.
+        """
+        measured, confirmed = self._taken - most, self.following.confirmed
+        if not math.isfinite(confirmed):
+            return measured
+        if self.clocks_differ:
+            confirmed -= self.jitter
+        if not self._is_at_rest:
+            confirmed = max(confirmed, measured - self.base_timeout)
+        return min(measured, confirmed)

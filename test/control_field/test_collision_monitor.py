@@ -221,7 +221,7 @@ def test_an_adversary_collides_in_no_world_in_a_million_decisions():
     assert wander(1_000_000, seed=2) > 100_000
 
 
-AT_ONCE = Lag(([],), [], 0.5, 1.0)
+AT_ONCE = Lag(([],), [], 0.5)
 ENTERED = [[0, 0, 0], [0, 100, 0], [0, 0, 0]]
 
 

@@ -90,6 +90,30 @@ def test_one_that_does_not_answer_is_known_while_it_stands():
     assert drive.following.worst == 0.0  # it was not seen to do anything late
 
 
+def test_what_no_pose_shows_yet_may_still_be_under_way():
+    drive = Drive()
+    drive.go(STANDSTILL, 1.0)
+    began = drive.now
+    assert drive.go(AHEAD, 1.0).confirmed - began < 0.5  # all looks the same
+    turned = drive.now
+    assert 0.0 <= drive.go((0.0, 0.8), 0.5).confirmed - turned < 0.5
+
+
+def test_commands_that_are_late_are_under_way_until_they_are_seen():
+    drive = Drive(delay=lambda at: 0.0 if at < 11.99 else 0.4, timeout=1.0)
+    drive.go(AHEAD, 2.0)
+    drive.go((0.0, 0.8), 0.35)
+    assert drive.following.confirmed < 12.0
+    drive.go((0.0, 0.8), 0.4)
+    assert 11.9 < drive.following.confirmed < drive.now - 0.4
+
+
+def test_nothing_is_under_way_for_ever():
+    drive = Drive(delay=lambda at: 100.0)
+    drive.go(SLOWLY, 6.0)
+    assert drive.following.confirmed == pytest.approx(drive.now - 3.0, abs=0.1)
+
+
 def test_what_somebody_else_made_it_do_is_forgotten():
     drive = Drive()
     drive.go(AHEAD, 0.5)

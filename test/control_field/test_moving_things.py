@@ -131,7 +131,7 @@ def test_straight_away_from_what_moves_it_drives_if_it_backs_off(speed):
 def test_the_later_it_hears_the_earlier_it_stands():
     local_grid = local_grid_of(fine_of((14, 7)), moving=True, speed=0.5)
     command, pose = (0.1, 0.0), (*HERE, 0.0)
-    in_time, late = Lag(([],), [], 0.5, 1.0), Lag(([(0.1, 0.0, 0.4)],), [], 0.5, 1.0)
+    in_time, late = Lag(([],), [], 0.5), Lag(([(0.1, 0.0, 0.4)],), [], 0.5)
 
     def said(lag):
         return limit_late_command(command, command, 0.05, pose, local_grid, LIMITS, lag)[1]

@@ -1,13 +1,17 @@
 """A robot behind a link: late, irregular, lost. None may make it touch anything."""
 
+import math
+
 import numpy as np
 import pytest
 
 from benchmarks import late_poses
 from benchmarks.late_poses import cluttered, LateBench, learnt, Link, straight_to
 from control_field.grid import Grid
+from control_field.robot.sent_commands import moved
 from control_field.robot.stop_rules import StopReason
 from control_field_node.diagnostics import diagnostic_from_supervisor
+from world_maps.clearance import Clearance
 from world_maps.world import World
 
 CALM, WORSE = Link(), Link(delay=0.3)
@@ -35,24 +39,54 @@ def test_however_bad_a_link_is_nothing_is_touched(link):
     assert not any(bench(link, seed).run().n_collisions for seed in (1, 3, 7))
 
 
-#: A base that stops soon after its last command.
-SOON = {'cmd_vel_timeout': 0.5}
+#: Bases that stop soon or late after their last command.
+SOON, LATE = {'cmd_vel_timeout': 0.5}, {'cmd_vel_timeout': 1.0}
 #: Commands alone that turn bad under way, with runs that touched something before that was seen.
 TURNS_BAD = [
-    (Link(command_delay=0.7, good_for=4.0), (6, 25)),
-    (Link(command_delay=1.0, good_for=4.0), (54,)),
-    (Link(command_delay=2.0, good_for=4.0), (67, 9)),
-    (Link(1.0, 0.0, 0.0, 1.0, good_for=4.0), (67,)), (Link(command_jitter=0.5), (29,)),
-    (Link(command_loss=0.8), (11,)), (Link(command_outage=2.0), (3,))]
+    (SOON, Link(command_delay=0.7, good_for=4.0), (6, 25)),
+    (SOON, Link(command_delay=1.0, good_for=4.0), (54,)),
+    (SOON, Link(command_delay=2.0, good_for=4.0), (67, 9)),
+    (SOON, Link(1.0, 0.0, 0.0, 1.0, good_for=4.0), (67,)),
+    (SOON, Link(command_jitter=0.5), (29,)), (SOON, Link(command_loss=0.8), (11,)),
+    (SOON, Link(command_outage=2.0), (3,)),
+    (LATE, Link(command_delay=1.0, good_for=4.0), (9, 25, 61))]
 
 
-@pytest.mark.parametrize(('link', 'seeds'), TURNS_BAD)
-def test_commands_that_turn_bad_under_way_let_nothing_be_touched(link, seeds, monkeypatch):
-    monkeypatch.setattr(late_poses, 'LONGEST', 30.0)
+def scene_of(seed):
+    return cluttered(seed) if seed % 2 else learnt(('task1', 'task2')[seed % 4 // 2])
+
+
+@pytest.mark.parametrize(('base', 'link', 'seeds'), TURNS_BAD)
+def test_commands_that_turn_bad_under_way_let_nothing_be_touched(base, link, seeds, monkeypatch):
+    monkeypatch.setattr(late_poses, 'LONGEST', 20.0)
     for seed in seeds:
-        scene = cluttered(seed) if seed % 2 else learnt(('task1', 'task2')[seed % 4 // 2])
-        ride = LateBench(*scene, link, seed, SOON, SOON).run()
+        ride = LateBench(*scene_of(seed), link, seed, base, base).run()
         assert ride.n_collisions == 0, (seed, ride)
+
+
+@pytest.mark.parametrize('base', [SOON, LATE])
+@pytest.mark.parametrize('link', [CALM, Link(command_delay=0.15)])
+def test_what_was_sent_last_may_be_the_last_that_arrives(base, link):
+    """When the link falls silent the base goes on until it stops by itself, and hits nothing."""
+    late = LateBench(*cluttered(7), link, 7, base, base)
+    clearance = Clearance(late.simulation.world, 0.105)
+    while late.now < 103.0:
+        late.step()
+    assert late.supervisor.start(late.now) == ''
+    while late.supervisor.trial.run is not None:
+        late.step()
+        if late.n_steps % 3 == 0:
+            assert silent_way(late, base['cmd_vel_timeout'], clearance) >= 0.0, late.now
+
+
+def silent_way(late, timeout, clearance):
+    """Return the least room on the way of a robot that hears nothing more, [m]."""
+    place, least = tuple(late.simulation.robot.truth), math.inf
+    _, (v, w) = late.commands[-1] if late.commands else (0.0, (0.0, 0.0))
+    for _ in range(round(timeout / 0.02)):
+        place = moved(place, (v, w, 0.02))
+        least = min(least, clearance.at(*place[:2]))
+    return least
 
 
 def test_commands_that_are_late_from_some_time_on_are_the_reason():

@@ -119,8 +119,8 @@ class TestRealTime:
             peer.wait(lambda: any(o.twist.twist.linear.x == 0.2 for o in peer.of(Odometry)),
                       'motion')
             peer.wait(lambda: peer.of(Odometry)[-1].twist.twist.linear.x == 0.0, 'the stop')
-            assert pose_from_odometry(peer.odometry()).x == pytest.approx(0.825, abs=0.03)
-            assert peer.process.stderr.count('no command for 1 s') == 1
+            assert pose_from_odometry(peer.odometry()).x == pytest.approx(0.725, abs=0.03)
+            assert peer.process.stderr.count('no command for 0.5 s') == 1
 
     def test_time_runs_by_itself_and_by_its_factor(self, ros_node, tmp_path):
         with simulator(ros_node, tmp_path, stamped=False, speed_factor=20.0) as peer:
