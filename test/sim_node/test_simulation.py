@@ -41,9 +41,9 @@ class TestCommands:
         simulation = make()
         simulation.command(0.2, 0.0)
         for n in range(30):
-            assert simulation.is_stale == (n >= 20)
+            assert simulation.is_stale == (n >= 10)
             simulation.tick(TICK)
-        assert simulation.robot.truth.x == pytest.approx(0.625 + 0.2 * 1.0)
+        assert simulation.robot.truth.x == pytest.approx(0.625 + 0.2 * 0.5)
         assert simulation.robot.speed == 0.0
         simulation.command(0.2, 0.0)
         assert not simulation.is_stale
