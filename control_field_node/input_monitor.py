@@ -6,6 +6,7 @@ import math
 
 from control_field.robot.latency import OTHER_CLOCK
 from control_field.robot.stop_rules import PoseMonitor, StopReason, Timeout
+from control_field.robot.suspension import Suspension
 from control_field_node.settings import Settings
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
@@ -120,14 +121,17 @@ class InputMonitor:
     ----------
     odometry, local_grid, localisation : Timeout
     poses : PoseFilter
+    suspension : Suspension
+        Of this process: it has to look at the clock often.
 
     """
 
     def __init__(self, settings: Settings, refusals: RefusalLog) -> None:
         """Start with nothing received."""
         self.refusals = refusals
-        self.odometry, self.local_grid = Timeout(0.0), Timeout(0.0)
-        self.localisation = Timeout(math.inf)
+        self.suspension = Suspension()
+        self.odometry, self.local_grid, self.localisation = (
+            Timeout(math.inf, self.suspension) for _ in range(3))
         self.poses = PoseFilter(settings, refusals)
         self._bad_until = -math.inf
         self.change_settings(settings)

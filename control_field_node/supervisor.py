@@ -232,6 +232,7 @@ class Supervisor:
     def guard(self, now: float, clock: float | None = None) -> Answer:
         """Check whether the last command may hold while no pose comes, or has to be repeated."""
         pose, is_manual = self.sensing.pose, self.manual.keys.is_pressed
+        self.sensing.inputs.suspension.look(now)
         if self.settings.lockstep or pose is None or (
                 self.trial.pause_reason is StopReason.TAKEN_OVER and not is_manual):
             return NOTHING
@@ -240,9 +241,10 @@ class Supervisor:
         return Answer(self.output.guard(pose, observation, now, clock, is_driving))
 
     def check_inputs(self, now: float) -> Answer:
-        """Halt a trial where something has not arrived for too long."""
+        """Halt a trial where something has not arrived for too long; call it every 0.1 s."""
         self.heartbeat.update(now)
         trial, inputs = self.trial, self.sensing.inputs
+        inputs.suspension.look(now)
         if trial.run is not None and self.heartbeat.is_missing:
             return trial.halt(StopReason.NO_HEARTBEAT)
         if trial.run is None or inputs.is_bad(now) or self.manual.is_taken_over(now):

@@ -39,7 +39,7 @@ class Demonstration:
 
     def __init__(self, state: SessionState, series: Series) -> None:
         """Start with none."""
-        self.odometry = OdometryMonitor()
+        self.odometry = OdometryMonitor(state.inputs.suspension)
         self.teacher = TeacherMonitor()
         self.intruder = Intruder()
         self.ended_because = ''  #: why it ended without being kept

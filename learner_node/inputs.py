@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 import math
-from typing import Final, TypeGuard
+from typing import TypeGuard
 
+from control_field.robot.suspension import Suspension
 from msgs_bridge.messages.trial_status import State, TrialStatus
-
-#: Time between two looks at the clock from which on this process itself was suspended, [s].
-SUSPENDED: Final = 1.0
 
 
 def is_running(status: TrialStatus | None) -> TypeGuard[TrialStatus]:
@@ -28,31 +26,6 @@ class Peers:
             name for name, was, there in (('the controller', self.controller, later.controller),
                                           ('the robot', self.robot, later.robot))
             if was and not there)
-
-
-class Suspension:
-    """
-    Whether this process itself was suspended: by SIGSTOP, a closed lid, a machine that swaps.
-
-    Nobody was silent meanwhile, however long ago it seems that something was heard.
-    """
-
-    def __init__(self) -> None:
-        """Start before the first look at the clock."""
-        self._last_look = self._ended = -math.inf
-        self.duration = 0.0  #: of the last one, [s]
-
-    def look(self, now: float) -> float:
-        """Note the time; return how long the process was suspended just now, [s], usually 0."""
-        gap, self._last_look = now - self._last_look, now
-        if not SUSPENDED < gap < math.inf:
-            return 0.0
-        self.duration, self._ended = gap, now
-        return gap
-
-    def age(self, now: float) -> float:
-        """Return how long ago the last one ended, [s]."""
-        return now - self._ended
 
 
 class Inputs:

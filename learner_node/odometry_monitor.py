@@ -4,6 +4,7 @@ import math
 from typing import Final
 
 from control_field.robot.stop_rules import Timeout
+from control_field.robot.suspension import Suspension
 from learner_node.settings import Settings
 
 #: Stamps that have not advanced for so long do not advance, [s].
@@ -13,11 +14,19 @@ _FEW, _SOON = 3, 0.5
 
 
 class OdometryMonitor:
-    """Watches when odometry arrives, whether its stamps advance and its poses are sound."""
+    """
+    Watches when odometry arrives, whether its stamps advance and its poses are sound.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    suspension : Suspension
+        Of this process.
+
+    """
+
+    def __init__(self, suspension: Suspension) -> None:
         """Start with nothing arrived."""
-        self._odometry = Timeout(math.inf)
+        self._odometry = Timeout(math.inf, suspension)
         self._stamp = -math.inf
         self._advanced = -math.inf
         self._unsound, self._n_unsound, self._since = '', 0, 0.0

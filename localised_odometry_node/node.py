@@ -10,6 +10,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from control_field.robot.stop_rules import Timeout
+from control_field.robot.suspension import Suspension
 from localised_odometry_node.fusion import FIXED, LocalisedOdometry, LocalisedSettings
 from msgs_bridge.messages.poses import (
     odometry_from_pose, pose_from_initialpose, pose_from_odometry)
@@ -52,7 +53,8 @@ class LocalisedOdometryNode(Node):
         self._peers = PeerMonitor(self)
         self._localised = LocalisedOdometry(settings)
         self._throttled_log = ThrottledLog(self)
-        self._odometry = Timeout(_SILENCE)
+        self._suspension = Suspension(_SILENCE)
+        self._odometry = Timeout(_SILENCE, self._suspension)
         self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
         qos.subscribe_all(self, PoseWithCovarianceStamped, settings.pose_topic, self._on_pose,
@@ -91,6 +93,7 @@ class LocalisedOdometryNode(Node):
 
     def _look(self) -> None:
         problem, now = self._localised.problem, time.monotonic()
+        self._suspension.look(now)
         if self._odometry.has_come and self._odometry.is_stale(now):
             problem = self._odometry.absence(now, 'odometry')
         self._throttled_log.log_missing(

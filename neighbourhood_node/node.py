@@ -13,6 +13,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import LaserScan
 
 from control_field.robot.stop_rules import Timeout
+from control_field.robot.suspension import Suspension
 from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
@@ -70,7 +71,8 @@ class NeighbourhoodNode(Node):
             qos.subscribe_all(
                 self, OccupancyGrid, 'costmap', self._on_costmap, qos.COSTMAPS, raw=True)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
-        self._problem, self._odometry = '', Timeout(_SILENCE)
+        self._problem, self._suspension = '', Suspension(_SILENCE)
+        self._odometry = Timeout(_SILENCE, self._suspension)
         self._peers = PeerMonitor(self, 'sight')
         self._peers.describe(workspace_from_grid(self._maker.grid))
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -91,6 +93,7 @@ class NeighbourhoodNode(Node):
         if self._mount_finder is not None:
             self._mount_finder.log()
         now = time.monotonic()
+        self._suspension.look(now)
         problem = self._problem
         if self._odometry.is_stale(now):
             problem = f'nothing is published: {self._odometry.absence(now, "odometry")}'

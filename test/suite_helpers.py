@@ -1,6 +1,6 @@
 """Simulator, controller and learner as real processes in lock-step, taught by a real drive."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, ExitStack
 from pathlib import Path
 
@@ -30,11 +30,12 @@ class Suite:
     """The three processes, and a node that talks to them."""
 
     def __init__(
-        self, folder: Path, domain: int, stack: ExitStack, namespace: str = '', **learner,
+        self, folder: Path, domain: int, stack: ExitStack, namespace: str = '',
+        env: Mapping[str, str] | None = None, **learner,
     ):
         self.folder = folder
         self._options = {'namespace': f'/{namespace}' if namespace else None,
-                         'env': {'ROS_DOMAIN_ID': str(domain)}}
+                         'env': {'ROS_DOMAIN_ID': str(domain), **(env or {})}}
         self.bags = folder / 'bags'
         self.task = TaskFolder(self.bags, 'task1')
         self.processes: dict[str, Process] = {}
@@ -93,8 +94,13 @@ class Suite:
 
     def wait_for_step(self, steps: int):
         """Wait until a trial is running and has come so far."""
-        self.wait(lambda: (status := self.node.status) is not None and status.trial > 0
-                  and status.outcome is None and status.steps >= steps, f'step {steps}')
+        self.wait(lambda: self.has_come_to_step(steps), f'step {steps}')
+
+    def has_come_to_step(self, steps: int) -> bool:
+        """Return whether a trial is running and has come so far."""
+        status = self.node.status
+        return status is not None and status.trial > 0 and (
+            status.outcome is None and status.steps >= steps)
 
     def newest_revision(self) -> int:
         """Return the revision of the newest field that has arrived here, -1 for none."""
@@ -107,11 +113,11 @@ class Suite:
 
 
 @contextmanager
-def running_suite(folder: Path, domain: int, **learner) -> Iterator[Suite]:
-    """Start the three processes, stop them at the end; `learner` are parameters of its own."""
+def running_suite(folder: Path, domain: int, **options) -> Iterator[Suite]:
+    """Start the three processes, stop them at the end; `options` are those of `Suite`."""
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
-        suite = Suite(folder, domain, stack, **learner)
+        suite = Suite(folder, domain, stack, **options)
         suite.start()
         yield suite
 

@@ -13,6 +13,7 @@ from typing import Final
 from control_field.grid import Grid
 from control_field.robot.stop_reasons import \
     StopReason as StopReason  # noqa: PLC0414 - others find it here
+from control_field.robot.suspension import Suspension
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +67,15 @@ class Timeout:
     ----------
     timeout : float
         Age from which it is stale, [s].
+    suspension : Suspension, optional
+        Of this process, which reads nothing then.
 
     """
 
-    def __init__(self, timeout: float) -> None:
+    def __init__(self, timeout: float, suspension: Suspension | None = None) -> None:
         """Start with nothing received."""
         self.timeout = timeout
+        self._suspension = suspension or Suspension()
         self.arrived = -math.inf
         self._passed_over, self._why = -math.inf, ''
 
@@ -108,6 +112,9 @@ class Timeout:
         last = max(self.arrived, self._passed_over)
         if last == -math.inf:
             return f'no {what} has arrived yet'
+        if slept := self._suspension.duration_since(last):
+            return (f'no {what} has been read for {now - last:.1f} s, of which this program '
+                    f'itself stood still for {slept:.1f} s')
         return f'no {what} has arrived for {now - last:.1f} s'
 
     def is_stale(self, now: float) -> bool:

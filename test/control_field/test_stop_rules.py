@@ -8,6 +8,7 @@ from control_field.grid import Grid
 from control_field.records import Outcome
 from control_field.robot.stop_rules import (
     is_lost, PoseMonitor, ProgressChecker, StopReason, StopRules, Timeout)
+from control_field.robot.suspension import Suspension
 
 GRID = Grid(20, 20, 0.25)
 RULES = StopRules()
@@ -202,3 +203,18 @@ def test_what_arrives_and_does_not_count_is_not_called_absent():
     timeout.on_arrival(9.5)
     assert not timeout.is_ignored(9.5)
     assert timeout.absence(11.0, 'odometry') == 'no odometry has arrived for 1.5 s'
+
+
+@pytest.mark.parametrize(('arrived', 'said'), [
+    (2.0, 'read for 10.0 s, of which this program itself stood still for 8.0 s'),
+    (6.0, 'read for 6.0 s, of which this program itself stood still for 5.0 s')])
+def test_what_this_program_itself_slept_through_is_not_called_absent(arrived, said):
+    suspension = Suspension()
+    timeout = Timeout(0.5, suspension)
+    suspension.look(3.0)
+    timeout.on_arrival(arrived)
+    assert suspension.look(11.0) == 8.0
+    suspension.look(11.5)
+    assert timeout.absence(12.0, 'odometry') == f'no odometry has been {said}'
+    timeout.on_arrival(10.5)
+    assert timeout.absence(12.0, 'odometry') == 'no odometry has arrived for 1.5 s'

@@ -183,6 +183,17 @@ def test_a_neighbourhood_that_was_refused_is_not_said_to_be_absent(spoil, said):
     assert bench.supervisor.start(now) == said
 
 
+@pytest.mark.parametrize('look', ['check_inputs', 'guard'])
+def test_a_controller_that_was_suspended_pauses_and_says_that_it_slept(look):
+    bench = driving()
+    supervisor = bench.supervisor
+    supervisor.check_inputs(bench.now)
+    getattr(supervisor, look)(bench.now + 30.0)
+    supervisor.check_inputs(bench.now + 30.0)
+    [reason] = reasons(bench)
+    assert 'no odometry has been read for 30.0 s, of which this program itself stood' in reason
+
+
 def test_a_neighbourhood_of_another_time_is_named_with_how_far_it_is_off():
     bench = driving()
     bench.supervisor.on_neighbourhood(dataclasses.replace(

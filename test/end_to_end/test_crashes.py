@@ -1,8 +1,5 @@
 """Processes that die in the middle of a trial: the suite finishes by itself, no bag is lost."""
 
-import signal
-import time
-
 import pytest
 
 from control_field.records import Outcome
@@ -23,20 +20,6 @@ def finish(suite):
     suite.wait_for_revision(3)
     suite.wait(lambda: suite.newest_revision() == 3, 'the last field')
     assert field_bytes(relearnt(suite.task).field()) == suite.live_bytes()
-
-
-def test_a_learner_that_was_suspended_takes_its_own_sleep_for_nobodys_silence(
-    ros_domain, tmp_path,
-):
-    with running_suite(tmp_path / 'suite', ros_domain, auto_start=True) as suite:
-        suite.demonstrate()
-        suite.wait_for_step(3)
-        suite.processes['learner_node'].send(signal.SIGSTOP)
-        until = time.monotonic() + 7.0  # more than its peer_timeout
-        suite.wait(lambda: time.monotonic() > until, 'the end of the sleep')
-        suite.processes['learner_node'].send(signal.SIGCONT)
-        finish(suite)
-        assert Outcome.ABORTED not in outcomes(suite.task), suite.report()
 
 
 @pytest.mark.parametrize('victim', ['learner_node', 'control_field_node', 'sim_node'])

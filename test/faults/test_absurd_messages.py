@@ -155,7 +155,7 @@ def stop(suite, name, seconds):
 
 @pytest.mark.parametrize('seconds', [0.3, 2 * PATIENCE])
 def test_nodes_that_stand_still_lose_no_trial(suite, seconds):
-    """In 30 s no other rule is crossed than in twice the time in which peers must be heard."""
+    """Peers must be heard within half of that; 30 s are in `test_suspended.py`."""
     before = suite.newest_revision()
     suite.node.ask('learner_node/run_trials')
     for name in ('sim_node', 'control_field_node', 'learner_node'):

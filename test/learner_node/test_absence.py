@@ -48,6 +48,17 @@ def test_odometry_that_has_stopped_is_named_with_how_long_ago():
     assert refusal(session, 11.0) == 'no odometry has arrived for 10.0 s'
 
 
+def test_what_the_learner_slept_through_is_not_called_absent():
+    session = make()
+    session.tick(0.9)
+    session.on_odometry(1.0, 1.0)
+    session.tick(31.0)
+    session.tick(31.1)
+    assert refusal(session, 31.1) == (
+        'no odometry has been read for 30.1 s, of which this program itself stood still for '
+        '30.0 s')
+
+
 def test_in_lockstep_time_stands_until_somebody_drives():
     session = make(lockstep=True)
     session.on_odometry(1.0, 1.0)
