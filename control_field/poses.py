@@ -6,6 +6,14 @@ from typing import Final, NamedTuple
 
 #: How far from its start a placed robot may stand, [m] and [rad].
 PLACE_TOLERANCE: Final = 0.02
+#: A heading may be off by so much from one pose to the next, [rad]; robots turn so fast, [rad/s].
+TURN_JUMP: Final = 0.35
+TURN_MAX: Final = 4.5
+
+
+def possible_turn(dt: float) -> float:
+    """Return by how much a heading may seem to turn within a time, [s], at most pi, [rad]."""
+    return min(TURN_JUMP + TURN_MAX * dt, math.pi)
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ class Sensing:
             self.period = self._last_period
         self.pose = self.localisation.place(pose, self.local_grids.newest)
         return self.pose, self.inputs.poses.order.observe(
-            pose.stamp, pose.x, pose.y, grid, (self.pose.x, self.pose.y))
+            pose.stamp, pose.x, pose.y, grid, (self.pose.x, self.pose.y), pose.yaw)
 
     def on_bad_odometry(self, what: str, now: float) -> None:
         """Take in odometry that is not to be trusted."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from control_field.drives.breaks import Break, BreakKind
 from control_field.drives.dead_reckoning import DeadReckoning
 from control_field.drives.speeds import period
-from control_field.drives.turned_frame import unseen_turn
+from control_field.poses import possible_turn
 from control_field.words import counted
 
 Floats = npt.NDArray[np.float64]
@@ -79,7 +79,7 @@ def unseen(dt: float, leap: float, said: DeadReckoning | None) -> str:
         What came with the poses, as far as it fits them.
 
     """
-    turn = unseen_turn(dt) if said is not None and said.has_headings else 0.0
+    turn = possible_turn(dt) if said is not None and said.has_headings else 0.0
     hidden = [f'leap by up to {leap:.2f} m'] if leap > 0.0 else []
     if turn > _TURN:
         hidden.append('turn' if turn >= math.pi else

@@ -5,7 +5,6 @@ Odometry that is reset near its origin, and a localisation that finds itself tur
 at first: what comes after is another drive all the same, turned.
 """
 
-import math
 from typing import Final
 
 import numpy as np
@@ -13,13 +12,11 @@ import numpy.typing as npt
 
 from control_field.drives.breaks import Break, BreakKind
 from control_field.drives.speeds import period
+from control_field.poses import TURN_JUMP, TURN_MAX
 
 Floats = npt.NDArray[np.float64]
 
-#: A heading may be off by so much, [rad]; robots turn so fast, [rad/s], or twice as fast as in
-#: the steps beside.
-TURN_JUMP: Final = 0.35
-TURN_MAX: Final = 4.5
+#: A robot may turn so many times as fast as in the steps beside.
 _HASTE: Final = 2.0
 #: Poses on either side among which one that fits makes a leap a spike, and the share that fits.
 _SPIKE, _FITS = 3, 0.5
@@ -66,11 +63,6 @@ def turned_frames(
         abs(turn[i]) > _BACK and _is_slow(stamps, wheels, i))) for i in found
             if _is_ahead(wheels[i + 1:], yaw[i + 1:], stride)
             and _is_ahead(wheels[i::-1], yaw[i::-1], stride)]
-
-
-def unseen_turn(dt: float) -> float:
-    """Return by how much a frame may turn in a step of so long, [s], unseen, at most pi, [rad]."""
-    return min(TURN_JUMP + TURN_MAX * dt, math.pi)
 
 
 def _stays(yaw: Floats, i: int) -> bool:

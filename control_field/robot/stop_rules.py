@@ -11,6 +11,7 @@ import math
 from typing import Final
 
 from control_field.grid import Grid
+from control_field.poses import possible_turn
 from control_field.robot.stop_reasons import \
     StopReason as StopReason  # noqa: PLC0414 - others find it here
 from control_field.robot.suspension import Suspension
@@ -136,7 +137,7 @@ class PoseMonitor:
     def __init__(self, rules: StopRules) -> None:
         """Start with no pose."""
         self.rules = rules
-        self._last: tuple[float, float, float] | None = None
+        self._last: tuple[float, float, float, float] | None = None
         self._is_placed = False
         self._behind = 0, math.inf
 
@@ -167,7 +168,7 @@ class PoseMonitor:
 
     def observe(
         self, stamp: float, x: float, y: float, grid: Grid,
-        place: tuple[float, float] | None = None,
+        place: tuple[float, float] | None = None, yaw: float = 0.0,
     ) -> StopReason | None:
         """
         Take in a pose.
@@ -182,6 +183,8 @@ class PoseMonitor:
             The workspace.
         place : tuple of float, optional, [m]
             Where the robot is, if odometry is not taken at its word.
+        yaw : float, [rad]
+            Of the odometry.
 
         Returns
         -------
@@ -189,12 +192,14 @@ class PoseMonitor:
             What is wrong with it.
 
         """
-        last, self._last = self._last, (stamp, x, y)
+        last, self._last = self._last, (stamp, x, y, yaw)
         was_placed, self._is_placed = self._is_placed, False
         if last is not None and stamp < last[0]:
             return StopReason.CLOCK_JUMPED_BACK
-        if last is not None and not was_placed and math.hypot(x - last[1], y - last[2]) > (
-                self.rules.pose_jump + self.rules.v_max * (stamp - last[0])):
+        if last is not None and not was_placed and (
+                math.hypot(x - last[1], y - last[2]) > (
+                    self.rules.pose_jump + self.rules.v_max * (stamp - last[0]))
+                or abs(math.remainder(yaw - last[3], math.tau)) > possible_turn(stamp - last[0])):
             return StopReason.POSE_JUMPED
         if not grid.contains(*grid.cell_from_world(*(place or (x, y)))):
             return StopReason.OUTSIDE_WORKSPACE

@@ -68,6 +68,13 @@ def test_a_jump_is_told_and_driving_is_not():
     assert pose_monitor().observe(20.0, 3.0, 1.0, GRID) is None
 
 
+def test_a_heading_that_leaps_is_a_frame_that_turns():
+    assert pose_monitor().observe(10.05, 1.0, 1.0, GRID, yaw=0.6) is StopReason.POSE_JUMPED
+    assert pose_monitor().observe(10.05, 1.0, 1.0, GRID, yaw=-0.5) is None
+    assert pose_monitor().observe(10.05, 1.0, 1.0, GRID, yaw=6.2) is None
+    assert pose_monitor().observe(11.0, 1.0, 1.0, GRID, yaw=3.1) is None
+
+
 def test_who_is_placed_has_not_jumped_but_a_clock_set_back_is_told():
     monitor = pose_monitor()
     monitor.place_anew()
