@@ -18,9 +18,10 @@ from terminal_helpers import TerminalProcess
 
 START = (0.625, 0.875)
 N_TRIALS = 2
-#: A tick is 50 ms of simulated time; either way a second of driving takes a fifth of a second.
+#: A tick is 50 ms of simulated time; either way a second of driving takes a fifth of a second. The
+#: base waits for a command as long as the keyboard's ten a second need in this time.
 LOCKSTEP = {'lockstep': True}
-REAL_TIME = {'speed_factor': 5.0}
+REAL_TIME = {'speed_factor': 5.0, 'cmd_vel_timeout': 1.0}
 
 
 #: What the screen says when a key has done what it is for.
