@@ -63,10 +63,10 @@ class Suite:
         for process in self.processes.values():
             assert process.running, process.report()
 
-    def wait(self, predicate, what: str):
+    def wait(self, predicate, what: str, patience: float = DEADLINE):
         """Wait for something; a report of all processes goes with a failure."""
         try:
-            return self.node.wait_until(predicate, what, DEADLINE)
+            return self.node.wait_until(predicate, what, patience)
         except Exception as error:
             raise AssertionError(f'{error}\n{self.report()}') from None
 

@@ -22,6 +22,7 @@ from experience_cli.commands.learn import field_bytes
 from msgs_bridge.node import qos
 import ros_helpers
 from sample_helpers import sample_copy
+import suite_helpers
 from suite_helpers import relearnt, running_suite, Suite
 from terminal_helpers import TerminalProcess
 
@@ -79,9 +80,9 @@ class RealTimeSuite(Suite):
             {'enable_stamped_cmd_vel': True, **parameters}, remappings=remappings,
             **self._options))
 
-    def wait(self, predicate, what):
+    def wait(self, predicate, what, patience=suite_helpers.DEADLINE):
         """Wait; what teleop shows is taken in meanwhile, it would stand still otherwise."""
-        return super().wait(lambda: (self.teleop.read(), predicate())[1], what)
+        return super().wait(lambda: (self.teleop.read(), predicate())[1], what, patience)
 
     def report(self):
         """Return what the nodes said; teleop's line comes ten times a second."""
@@ -151,7 +152,7 @@ def test_a_robot_touches_nothing_and_reaches_the_goal_whatever_node_stands_still
                 suite.suspend(name, seconds)
             if max(pauses) > LEASE:
                 # The middleware may not get over a second one before all have met again.
-                suite.wait(suite.is_idle, f'the last trial after that of {name}')
+                suite.wait(suite.is_idle, f'the end of a trial after that of {name}', 300.0)
         suite.in_trial()
         suite.wait(suite.is_idle, 'the last trials')
         outcomes = check_bags(suite)
