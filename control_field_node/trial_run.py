@@ -124,6 +124,7 @@ class TrialRun:
             control_field.known, self.policy.state.ground.rules, settings.patience)
         self._kept_back = Patience(settings.patience)
         self._looks = Patience(settings.patience)
+        self._waits_in: tuple[int, int] | None = None
         self.waiting = ''
         self._least_coherence = settings.least_coherence
         self._new_field: ControlField | None = None
@@ -173,7 +174,7 @@ class TrialRun:
         """Forget the path: something else has moved or stopped the robot."""
         self._tracker.reset()
         self.rest()
-        self._is_in_goal_cell = False
+        self._is_in_goal_cell, self._waits_in = False, None
         self._followed = None
 
     def step(self, pose: Pose, observation: Observation, commanded_speed: float,
@@ -212,8 +213,10 @@ class TrialRun:
         if step is not None and self._way.is_to_wait(pose.stamp, *step):
             return self._wait()
         self._tracker.update(predicted, observation)
-        if not self._tracker.is_due(predicted, observation):
+        # Who stands and waits may not be where it was due any more, as predicted: that counts.
+        if self._waits_in != observation.cell and not self._tracker.is_due(predicted, observation):
             return Move(self._tracker.velocity(predicted))
+        self._waits_in = None
         if self._is_in_goal_cell:
             return Move(STANDSTILL, _NO_ROWS, Outcome.GOAL)
         return self._decide(predicted, observation)
@@ -257,6 +260,7 @@ class TrialRun:
             return ended_by(StopReason.LOW_COHERENCE)
         if self._looks.lasts(pose.stamp, self._way.n_looks or None) or self._way.is_to_wait(
                 pose.stamp, observation.cell, self.policy.heading(*observation.cell)):
+            self._waits_in = observation.cell
             return self._wait()
         choice = self.policy.decide(
             *observation.cell, observation.blocked, observation.unknown, pose.stamp)
@@ -264,6 +268,7 @@ class TrialRun:
         if choice.heading < 0:
             limit = self.policy.n_steps >= self.parameters.step_limit
             if not limit and self.policy.doubts and self._way.looks_again(self.policy.state):
+                self._waits_in = observation.cell
                 return replace(self._wait(), rows=rows)
             return ended_by(
                 StopReason.STEP_LIMIT if limit else StopReason.NO_WAY, choice.reason, rows)
