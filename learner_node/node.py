@@ -256,6 +256,10 @@ class LearnerNode(Node):
         self._handler.carry_out(
             self._session.on_start_response(accepted, message, time.monotonic()))
 
+    def on_stop_answer(self, accepted: bool, message: str) -> None:
+        """Note the controller's answer to a request to stop."""
+        self._session.state.unheard_stop.on_answer(message)
+
     def learn(self, episode: EpisodeFolder) -> None:
         """Learn from a bag that was recorded."""
         self._name_trial()

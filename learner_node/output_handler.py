@@ -71,7 +71,7 @@ class OutputHandler:
             case StartTrial():
                 self._requests.start(self._node.on_answer)
             case StopTrial():
-                self._requests.stop()
+                self._requests.stop(self._node.on_stop_answer)
             case Say(text, warns):
                 self._node.say(text, warns)
 

@@ -64,10 +64,10 @@ class Requests:
         self._waiting = answered
         self.send()
 
-    def stop(self) -> None:
+    def stop(self, answered: Answered) -> None:
         """Request that the trial is stopped."""
         self._waiting = None
-        self._ask('stop')
+        self._ask('stop').add_done_callback(lambda future: _tell(future, answered))
 
     def send(self) -> None:
         """Send a start that waits, if the service is there by now; call it at every tick."""

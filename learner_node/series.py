@@ -22,6 +22,8 @@ MAX_REQUESTS: Final = 30
 _MAX_ASKING: Final = 10.0
 #: After how many the robot is sent to another start: that one may lie in an obstacle.
 _PLACE_REQUESTS: Final = 4
+#: Time after which trials are given up because the end of another is not heard; in `peer_timeout`.
+_MAX_UNHEARD: Final = 6.0
 #: Longest wait for the local grid of where the robot was set, [s].
 LOCAL_GRID_PATIENCE: Final = 1.0
 
@@ -189,14 +191,36 @@ class Series:
         return self._ask(Place(self._start), now)
 
     def _wait(self, obstacle: str, now: float) -> Outputs:
-        outputs: Outputs = []
-        if is_running(self._state.inputs.status) and self.request.is_due(now):
-            outputs += self._ask(StopTrial(), now)
+        outputs = self._stop_running(now)
+        obstacle = self._state.unheard_stop.problem or obstacle
         waited = now - self._state.since
         if obstacle != self._reported and waited > self._state.settings.peer_timeout:
             self._reported = obstacle
             outputs.append(Say(f'the next trial waits: {obstacle}', warns=True))
         return outputs
+
+    def _stop_running(self, now: float) -> Outputs:
+        """Ask to stop a trial that runs, as far as was heard, but not for ever."""
+        status, stop = self._state.inputs.status, self._state.unheard_stop
+        if not is_running(status):
+            stop.reset()
+            return []
+        settings = self._state.settings
+        if stop.has_lasted(_MAX_UNHEARD * settings.peer_timeout, now):
+            return self._give_up(stop.problem, now)
+        if stop.has_lasted(settings.peer_timeout, now) and not stop.problem:
+            stop.explain(status.trial, settings.controller, settings.peer_timeout)
+        if not self.request.is_due(now):
+            return []
+        stop.on_made(now)
+        return self._ask(StopTrial(), now)
+
+    def _give_up(self, problem: str, now: float) -> Outputs:
+        """Run no more trials, because the controller is not heard."""
+        self.n_left, self._reported = 0, problem
+        self._state.unheard_stop.reset()
+        self._state.go(Phase.IDLE, now)
+        return [Say(f'no more trials are run: {problem}', warns=True)]
 
     def _ask(self, request: Output, now: float) -> Outputs:
         self.request.on_made(now)

@@ -114,6 +114,7 @@ class Session:
         self._look_at_clock(now)
         inputs = self.state.inputs
         before, inputs.status = inputs.status, status
+        self.state.unheard_stop.reset()
         if self.state.phase is Phase.DEMONSTRATION:
             self.demonstration.intruder.on_status(status, before)
             if self.demonstration.intruder.is_there:

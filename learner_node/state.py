@@ -7,6 +7,7 @@ from typing import Final
 from learner_node.inputs import Inputs, is_running
 from learner_node.phases import Phase, RECORDING, remedy, SessionError, TRANSITIONS, WORDS
 from learner_node.settings import Settings
+from learner_node.unheard_stop import UnheardStop
 from msgs_bridge.messages.memory_identity import difference
 from msgs_bridge.messages.trial_status import TrialStatus
 from msgs_bridge.node.node_info import Operation
@@ -39,6 +40,7 @@ class SessionState:
         #: Whose field that is, see `memory_identity`.
         self.memory = ''
         self.inputs = Inputs()
+        self.unheard_stop = UnheardStop()
         #: Returns True once what had arrived by a time, [s], is recorded and was handed on.
         self.has_heard_all: Callable[[float], bool] = lambda since: True
         #: Returns why something must not be done now, such as what does not fit in the suite.
@@ -53,6 +55,7 @@ class SessionState:
         """Count the time during which this process was suspended out of what is waited for."""
         self.since = min(self.since + seconds, now)
         self.inputs.on_suspended(seconds, now)
+        self.unheard_stop.on_suspended(seconds, now)
 
     @property
     def is_recording(self) -> bool:
@@ -81,7 +84,7 @@ class SessionState:
         if not peers.robot:
             return 'no robot publishes odometry'
         if is_running(status):
-            return f'trial {status.trial} is still running'
+            return self.unheard_stop.problem or f'trial {status.trial} is still running'
         misfit = self.misfit(status)
         if status.revision != self.revision and not (misfit and status.memory):
             return f'the controller has field revision {status.revision}, not {self.revision}'

@@ -187,6 +187,7 @@ class TrialRecording:
         # A request to a controller that runs nothing could come late and stop the trial after it.
         if state.phase in IN_TRIAL and inputs.peers.controller and is_running(inputs.status):
             outputs.append(StopTrial())
+            state.unheard_stop.on_made(now)
         self.forget()
         self.unrecorded.pass_over(state.trial if is_running(inputs.status) else 0)
         state.trial = 0

@@ -63,7 +63,7 @@ def test_a_start_waits_for_the_controller(ros_domain, ros_node, requests):
 def test_a_stop_takes_back_a_start_that_waits(ros_domain, ros_node, requests):
     answers = []
     requests.start(lambda *answer: answers.append(answer))
-    requests.stop()
+    requests.stop(lambda *_: None)
     with controller(ros_domain) as (peer, asked):
         wait_until(requests.is_there, node=ros_node, what='the controller')
         again = []
@@ -79,7 +79,7 @@ def test_a_stop_that_nobody_answered_goes_before_the_next_start(ros_domain, ros_
             wait_until(lambda kind=kind: peer.count_clients(f'/controller/{kind}_trial') == 1,
                        node=ros_node, what='the clients')
         stops = [client for client in ros_node.clients if 'stop' in client.srv_name]
-        requests.stop()
+        requests.stop(lambda *_: None)
         requests.start(lambda *_: None)
         assert stops[0] not in ros_node.clients
         wait_until(lambda: peer.count_clients('/controller/stop_trial') == 1, node=ros_node,
@@ -95,7 +95,7 @@ def test_a_stop_that_was_answered_keeps_its_client(ros_domain, ros_node, request
         clients = list(ros_node.clients)
         wait_until(lambda: all(client.service_is_ready() for client in clients), node=ros_node,
                    what='the services')
-        requests.stop()
+        requests.stop(lambda *_: None)
         exchange(ros_node, peer, requests, lambda: 'stop' in asked, 'the request to stop')
         [(_, stop)] = requests._open
         exchange(ros_node, peer, requests, stop.done, 'the answer to stop')
@@ -108,7 +108,7 @@ def test_a_stop_that_was_answered_keeps_its_client(ros_domain, ros_node, request
 def test_what_is_asked_for_again_and_again_is_not_piled_up(ros_node, requests):
     stop = next(client for client in ros_node.clients if 'stop' in client.srv_name)
     for _ in range(100):  # nobody is there to answer
-        requests.stop()
+        requests.stop(lambda *_: None)
     assert len(requests._open) < 20
     assert len(stop._pending_requests) < 20
     for _, future in requests._open:
@@ -124,7 +124,7 @@ def test_what_was_answered_is_dropped(ros_domain, ros_node, requests):
         wait_until(lambda: all(client.service_is_ready() for client in clients), node=ros_node,
                    what='the services')
         for number in range(1, 4):
-            requests.stop()
+            requests.stop(lambda *_: None)
             [(_, stop)] = requests._open
             exchange(ros_node, peer, requests, stop.done, 'the answer to stop')
             assert asked == ['stop'] * number

@@ -235,3 +235,45 @@ class TestRetries:
         outputs = play('on_status', running(1, revision=0))
         assert [type(output) for output in outputs] == [Say, Abandon, StopTrial]
         assert play.phase is Phase.WAITING
+
+
+class TestAStopThatIsNotHeard:
+
+    @pytest.fixture
+    def waiting(self, trying):
+        """Return a session that waits for the end of trial 1, as far as it has heard."""
+        while trying.phase is Phase.TRIAL:
+            trying.wait(0.5)
+        assert StopTrial() in trying.wait(0.5)
+        return trying
+
+    def test_is_said_once_with_who_does_not_answer_and_what_to_do(self, waiting):
+        [said] = warnings_of(waiting.wait(20.0))
+        assert said.startswith('the next trial waits: control_field_node has not answered '
+                               'stop_trial for 5 s, and trial 1 may be over: start learner_node')
+        assert said.removeprefix('the next trial waits: ') in waiting.session.state.describe()
+        assert 'is still running' not in waiting.session.state.describe()
+
+    def test_is_said_with_the_answer_where_one_comes(self, waiting):
+        waiting.session.state.unheard_stop.on_answer('no trial is running')
+        [said] = warnings_of(waiting.wait(20.0))
+        assert 'answers to stop_trial "no trial is running"' in said
+
+    def test_ends_the_series(self, waiting):
+        said = warnings_of(waiting.wait(40.0))
+        assert said[-1].startswith('no more trials are run: control_field_node has not answered')
+        assert waiting.phase is Phase.IDLE
+        assert waiting.session.series.n_left == 0
+        assert not waiting.session.series.is_stopped
+
+    def test_is_forgotten_when_the_controller_is_heard(self, waiting):
+        waiting.wait(20.0)
+        assert waiting('on_status', ended(1)) == [Place(START)]
+        waiting('series.stop')
+        waiting('on_status', running(2, decisions=1))
+        waiting('series.run', 1)
+        assert waiting.session.state.describe() == 'waiting: trial 2 is still running'
+
+    def test_does_not_count_the_time_in_which_the_learner_itself_was_suspended(self, waiting):
+        waiting.now += 60.0
+        assert not warnings_of(waiting.wait(1.0))
