@@ -78,8 +78,8 @@ class Parameters:
         0.2, 'full profile: how much longer rehearsal takes unseen ground to be', low=0.0,
         high=10.0)
     curiosity: float = parameter(
-        0.8, 'full profile: how much shorter ground full of unseen cells counts in trials from '
-        'chosen starts', low=0.0, high=0.9)
+        0.9, 'full profile: how much shorter ground full of unseen cells counts in trials from '
+        'chosen starts', low=0.0, high=0.99)
     map_memory: int = parameter(
         20, 'how long a wall that is not seen any more is certain; then it is doubted, and one '
         'seen less often is doubted sooner; 0: walls are never doubted', unit='episodes', low=0,

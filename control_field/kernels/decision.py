@@ -190,9 +190,13 @@ def take_in_local_grid(trial: TrialState, row: int, col: int, blocked: int, unkn
 
 
 def take_in_cell(trial: TrialState, row: int, col: int, occupied: bool) -> None:
-    """Take in how a cell is seen; what was doubted until now no longer counts as longer."""
+    """
+    Take in how a cell is seen.
+
+    What was doubted until now no longer counts as longer, what was worth a look not as shorter.
+    """
     known = trial.ground.known
-    if 0 < known[row, col] < _BLOCKED:
+    if 0 < known[row, col] < _BLOCKED or trial.ground.factor[row, col] < 1.0:
         trial.ground.factor[row, col] = 1.0
     if known[row, col] == _BLOCKED and not occupied:
         trial.flood.ends[:] = 0

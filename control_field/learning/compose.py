@@ -24,8 +24,10 @@ ATTRACTION_STRENGTH = 2.0
 _MOST_ROUNDS = 200
 #: A learnt step is kept while what it leads to costs at most this many cells more than the best.
 _WORTH_KEEPING = 1.0
-#: From this ratio to the best known way on, what a trial did is no longer preferred.
+#: From this ratio to the best known way on, a shown way is one that has been outdone.
 _CLEARLY_LONGER = 1.15
+#: From this one on, what a trial did is no longer preferred: its way had looking around in it.
+_LONGER_IN_PRACTICE = 1.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,7 +234,7 @@ class _Composer:
         cost = self._cost(preference)
         for row, col in np.argwhere((action >= 0) & (self.demonstrated < 0)).tolist():
             through = compiled.through(self.ground, cost, row, col, action[row, col])
-            if through <= _CLEARLY_LONGER * cost[row, col]:
+            if through <= _LONGER_IN_PRACTICE * cost[row, col]:
                 preference.headings[row, col] = action[row, col]
                 preference.spared[row, col] = parameters.practice_advantage
         return preference

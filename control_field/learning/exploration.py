@@ -15,10 +15,9 @@ from control_field.rays import rays_within
 from control_field.records import ControlField
 from control_field.robot.policy import rules_of
 
-#: What a look at a cell that may have changed is worth, beside one that was never seen.
-_OUTDATED: Final = 0.3
-#: The same of a cell that is merely long unseen, times the square root of its age (Dyna-Q+): it
-#: decides where nothing else does. Younger ones are not worth a look.
+#: What a look at a cell is worth that is merely long unseen, times the square root of its age
+#: (Dyna-Q+), beside one that was never seen or may have changed since: it decides where nothing
+#: else does. Younger ones are not worth a look.
 _LONG_UNSEEN: Final = 0.001
 _LEAST_AGE: Final = 10
 #: What it costs to go to a wall and find that it still stands, [cells]; from a chosen start, where
@@ -33,7 +32,9 @@ _TRIED: Final = 1
 
 def worth_of_look(memory: Memory) -> npt.NDArray[np.float64]:
     """
-    Return what a look at each cell is worth: 1 where nothing was ever seen, 0 for what is fresh.
+    Return what a look at each cell is worth: 0 for what is fresh.
+
+    1 where nothing was ever seen, or not since the world has changed.
 
     Returns
     -------
@@ -44,8 +45,7 @@ def worth_of_look(memory: Memory) -> npt.NDArray[np.float64]:
     age = np.maximum(evidence.age, 0)
     is_old = (age >= _LEAST_AGE) | (evidence.state == BLOCKED)
     worth = np.where(is_old, _LONG_UNSEEN * np.sqrt(age), 0.0)
-    worth[evidence.outdated] = _OUTDATED
-    worth[memory.known < 0] = 1.0
+    worth[evidence.outdated | (memory.known < 0)] = 1.0
     return worth
 
 
@@ -133,6 +133,8 @@ def exploration_field(memory: Memory, field: ControlField) -> ControlField:
     ground. Through walls that may have opened it leads at their price: those last seen before the
     world has changed, and once all that can be reached was seen, those not seen for long. With
     ``prefer_shorter`` it looks only where a shorter way may be: unseen ground counts as free.
+    A robot reads these prices in the Q-matrix (`policy.prices_in_q`), so that it goes on looking
+    around where the way is not free as planned.
 
     Parameters
     ----------

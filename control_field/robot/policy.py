@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from control_field.headings import headings_from_vectors, STEP_COL, STEP_ROW
+from control_field.headings import (
+    headings_from_vectors, N_HEADINGS, STEP_COL, STEP_LENGTH, STEP_ROW)
 from control_field.kernels.decision import (
     decide, LOGGED, n_rewards, new_trial, Options, take_in_local_grid, Transition, TrialState,
     write_decision, write_row)
@@ -20,6 +21,11 @@ from control_field.words import counted
 
 #: Backups that one decision may spend on rehearsing around the robot: about 10 ms in Python.
 N_ONLINE_BACKUPS: Final = 400
+#: Q-values up to this say only that the goal is far.
+_NOTHING_IN_Q: Final = 1.001e-37
+#: Prices that differ by less are the same: a field's Q-values have single precision.
+_SAME_PRICE: Final = 1e-3
+_LEAST_PRICE: Final = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +108,42 @@ def ground_of(known: npt.NDArray[np.int8], parameters: Parameters) -> Ground:
     return Ground(known, caution_factor(known, parameters), rules_of(parameters))
 
 
+def prices_in_q(
+    q: npt.NDArray[np.floating], cost: npt.NDArray[np.float64],
+    otherwise: npt.NDArray[np.float64], discount: float,
+) -> npt.NDArray[np.float64]:
+    """
+    Return what scales the length of a step into each cell, as a rehearsed Q-matrix has it.
+
+    ``Q(s, a) = discount ** (length(a) * factor(s') + cost(s'))``: so it says at what price it was
+    made, and a way round something is sought at the same. The field of a trial that is to look
+    around makes ground cheap that is worth a look, and leads through walls that may have opened.
+
+    Parameters
+    ----------
+    q : ndarray, shape (n_rows, n_cols, 8)
+    cost : ndarray of float64, shape (n_rows, n_cols), [cells]
+        Cost to go of the same Q-matrix.
+    otherwise : ndarray of float64, shape (n_rows, n_cols)
+        What counts where it says nothing, or the same but for rounding.
+    discount : float
+
+    """
+    rows, cols = cost.shape
+    prices = np.full((rows + 2, cols + 2), -np.inf)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        through = np.where(q > _NOTHING_IN_Q, np.log(q) / math.log(discount), np.nan)
+        ahead = np.pad(np.where(np.isfinite(cost), cost, np.nan), 1, constant_values=np.nan)
+        for heading in range(N_HEADINGS):
+            top, left = 1 + STEP_ROW[heading], 1 + STEP_COL[heading]
+            there = slice(top, top + rows), slice(left, left + cols)
+            price = (through[:, :, heading] - ahead[there]) / STEP_LENGTH[heading]
+            prices[there] = np.fmax(prices[there], price)
+    said = prices[1:-1, 1:-1]
+    differs = np.isfinite(said) & (np.abs(said - otherwise) > _SAME_PRICE)
+    return np.where(differs, np.maximum(said, _LEAST_PRICE), otherwise)
+
+
 def options_of(parameters: Parameters) -> Options:
     """Return how a trial decides."""
     return Options(
@@ -125,13 +167,13 @@ def trial_on(
 
     """
     q = field.q.astype(np.float64)
+    ground, cost = ground_of(known, parameters), np.zeros(field.grid.shape)
     if options_of(parameters).rehearsed:
         cost = cost_from_q(q, parameters.discount)
         cost[field.goal] = 0.0
-    else:
-        cost = np.zeros(field.grid.shape)
-    return new_trial(ground_of(known, parameters), headings_from_vectors(field.vx, field.vy),
-                     field.goal, q, cost)
+        ground = ground._replace(
+            factor=prices_in_q(q, cost, ground.factor, parameters.discount))
+    return new_trial(ground, headings_from_vectors(field.vx, field.vy), field.goal, q, cost)
 
 
 def decisions_from_log(

@@ -2,11 +2,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 
+from control_field.grid import Grid
 from control_field.headings import headings_from_vectors
 from control_field.learning.exploration import (
     exploration_field, prices_of_walls, worth_around, worth_in_view, worth_of_look)
 from control_field.learning.grid_world import GridWorld
+from control_field.learning.learner import Learner
+from control_field.parameters import Parameters
 from control_field.rays import rays_within, visible_cells
+from control_field.robot import policy
+from experience_evaluation.starts import choose_places
+from experience_evaluation.teachers import demonstrate
+from experience_evaluation.worlds import rooms_world
 from strategies import few, knowns, practise, relearner, segment, steady, taught
 
 #: A wall with a gap at one end; the same with one at the other end, too.
@@ -154,3 +161,26 @@ def test_looking_costs_little_where_nothing_changes():
     learner = walled(prefer_shorter=True)
     steps = explore(learner, ONE_GAP, 30, spread=False)
     assert np.mean(steps) <= 1.25 * min(steps)
+
+
+def n_seen(seed, n=6):
+    """Return how many cells n trials from chosen starts have shown in a world full of rooms."""
+    rng = np.random.default_rng(seed)
+    occupancy = rooms_world(24, rng, 3)
+    goal, start = choose_places(occupancy, rng)
+    world = GridWorld(occupancy, Parameters())
+    learner = Learner(Grid(24, 24, 1.0), Parameters())
+    learner.add_demonstration(demonstrate(world, 'shortest', start, goal, rng, 1))
+    for number in range(n):
+        field = learner.trial_field(True)
+        starts = learner.next_starts(50, rng, field)
+        practise(learner, occupancy, [next(cell for cell in starts if occupancy[cell] == 0)],
+                 10 + number, exploring=True)
+    return int((learner.memory.known >= 0).sum())
+
+
+def test_a_trial_goes_on_looking_around_where_the_way_is_not_free_as_planned(monkeypatch):
+    seeds = range(4)
+    seen = [n_seen(seed) for seed in seeds]
+    monkeypatch.setattr(policy, 'prices_in_q', lambda q, cost, otherwise, discount: otherwise)
+    assert sum(seen) > 1.05 * sum(n_seen(seed) for seed in seeds)

@@ -96,8 +96,13 @@ def numbers_from_outside(world, field):
         'hidden_neurons': len(field['centres']),
         'hidden_neurons_share': len(field['centres']) / len(cost),
         'basin': np.mean(basin), 'fidelity': np.mean(shown),
-        'flow_steps': len(home[1, 1]),
-        'greedy_steps': len(follow(free, field['q_matrix'].argmax(axis=2), goal, (1, 1)))}
+        'flow_steps': n_steps(home[1, 1]),
+        'greedy_steps': n_steps(follow(free, field['q_matrix'].argmax(axis=2), goal, (1, 1)))}
+
+
+def n_steps(taken):
+    """Return the number of steps; None where they do not lead to the goal."""
+    return None if taken is None else len(taken)
 
 
 @pytest.mark.parametrize(('family', 'seed', 'more'), [
