@@ -251,6 +251,7 @@ class TrialPolicy:
         self.state = trial_on(field, known, self._parameters)._replace(
             counts=state.counts, entered=state.entered, punished=state.punished,
             seen=state.seen, n_doubted=state.n_doubted)
+        self.state.ground.factor[state.seen] = 1.0  # there is nothing left to look at
 
     def at_goal(self, row: int, col: int) -> bool:
         """Return whether a cell is the goal."""

@@ -7,16 +7,14 @@ import pytest
 
 from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW, UNIT
-from control_field.kernels import compiled
-from control_field.kernels.decision import backup, take_in_cell, Transition
-from control_field.kernels.steps import no_preference, plain_ground, StepRules
+from control_field.kernels.decision import backup, Transition
+from control_field.kernels.steps import StepRules
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
-from control_field.robot.policy import (
-    caution_factor, cost_from_q, ground_of, prices_in_q, rules_of, trial_on, TrialPolicy)
+from control_field.robot.policy import caution_factor, cost_from_q, TrialPolicy
 from oracles import turn_between
-from strategies import few, knowns, relearner, seeds, steady, taught
+from strategies import few, relearner, seeds, steady, taught
 
 EAST, NORTH_EAST, NORTH, WEST, SOUTH = 0, 1, 2, 4, 6
 AROUND = 0xFF
@@ -260,43 +258,6 @@ def test_a_field_without_a_course_is_no_reinforcement():
     choice = policy_of(empty).decide(2, 1, 0, 0, 0.0)
     assert choice.kind == Kind.AVOID
     assert choice.decisions['reward'].tolist() == [0]
-
-
-@given(knowns, st.floats(0.7, 0.99), seeds)
-@steady
-def test_the_prices_of_steps_are_read_back_from_Q(known, discount, seed):
-    prices = np.random.default_rng(seed).uniform(0.05, 9.0, known.shape)
-    ground, goal = plain_ground(known, rules_of(Parameters())), (0, 0)
-    known[goal] = 0
-    ground, none = ground._replace(factor=prices), no_preference(known.shape)
-    cost = compiled.cost_to_go(ground, goal, none)
-    q = compiled.q_from_cost(ground, cost, none, discount).astype(np.float32)
-    entered = np.zeros(known.shape, np.bool_)
-    for row, col, heading in np.argwhere(q > 1e-30).tolist():
-        entered[row + STEP_ROW[heading], col + STEP_COL[heading]] = True
-    otherwise = np.full(known.shape, 11.0)
-    read = prices_in_q(q, np.where(known == 100, np.inf, cost), otherwise, discount)
-    assert np.allclose(read[entered], prices[entered], atol=1e-3)
-    assert (read[~entered & (cost < 100.0)] == 11.0).all()
-
-
-@given(relearner(), st.integers(0, 20))
-@few
-def test_on_a_field_that_does_not_explore_steps_cost_what_they_did(learnt_bag, map_memory):
-    occupancy, cells = learnt_bag
-    learner = taught(cells, occupancy.shape, occupancy, map_memory=map_memory)
-    field = learner.refresh.field
-    planned = learner.refresh.composition.planned
-    factor = trial_on(field, field.known.copy(), learner.parameters).ground.factor
-    assert np.array_equal(factor, ground_of(planned, learner.parameters).factor)
-
-
-def test_what_was_worth_a_look_is_not_cheap_any_more_once_it_is_seen():
-    trial = policy_of().state
-    trial.ground.factor[2] = [0.1, 0.5, 1.0, 3.0, 1.2]
-    for col in range(5):
-        take_in_cell(trial, 2, col, False)
-    assert trial.ground.factor[2].tolist() == [1.0, 1.0, 1.0, 3.0, 1.2]
 
 
 @given(relearner(blind=True), seeds)
