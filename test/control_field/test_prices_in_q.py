@@ -13,9 +13,12 @@ from control_field.robot.policy import ground_of, prices_in_q, rules_of, trial_o
 from strategies import few, knowns, relearner, seeds, steady, taught
 
 
-def priced(known, prices, goal, discount=Parameters().discount):
+PARAMETERS = Parameters()
+
+
+def priced(known, prices, goal, discount=PARAMETERS.discount):
     """Return the cost to go and the Q-matrix of ground with so high a price for each cell."""
-    ground, none = plain_ground(known, rules_of(Parameters())), no_preference(known.shape)
+    ground, none = plain_ground(known, rules_of(PARAMETERS)), no_preference(known.shape)
     ground = ground._replace(factor=prices)
     cost = compiled.cost_to_go(ground, goal, none)
     q = compiled.q_from_cost(ground, cost, none, discount)
@@ -28,7 +31,7 @@ def policy_on(prices, goal=(0, 0)):
     _, q = priced(np.zeros(shape, np.int8), prices, goal)
     field = ControlField(Grid(*shape, 1.0), 3, goal, none, none, none, q,
                          np.zeros(shape, np.int8), np.zeros(shape, np.uint8))
-    return TrialPolicy(field, Parameters(), np.random.default_rng(0), 1)
+    return TrialPolicy(field, PARAMETERS, np.random.default_rng(0), 1)
 
 
 @given(knowns, st.floats(0.7, 0.99), seeds)
