@@ -1,8 +1,8 @@
 """The recorder: writes messages into the bag of the episode under way."""
 
 from collections import Counter, deque
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 import struct
 from threading import RLock
@@ -126,7 +126,7 @@ class Recorder:
             self.lost[message.topic] += 1
 
     def catch_up(self) -> None:
-        """Write messages that have waited too long into the bag; `take` reports a failure."""
+        """Write what has waited too long into the bag; `take` or `close` reports a failure."""
         with self._lock, suppress(BagError):
             late = self._queue.unwritten()
             if self._writer is None or not late or (
@@ -134,7 +134,7 @@ class Recorder:
                 return
             for queued in late:
                 place = self._writer.n_messages
-                self.write(queued.message)
+                _write(self._writer, queued.message)
                 queued.place = place
             self._writer.flush()
 
@@ -188,14 +188,13 @@ class Recorder:
         Raises
         ------
         BagError
-            If it cannot be written; what was written before is kept.
+            If it cannot be written; what was written before is kept. This is said once: a bag
+            that failed is closed, and no other is open.
 
         """
-        with self._lock:
-            if self._writer is not None:
-                self._writer.write(
-                    message.topic, message.type_name, message.cdr,
-                    message.stamp if log_time is None else log_time, message.stamp)
+        with self._said_once() as writer:
+            if writer is not None:
+                _write(writer, message, log_time)
 
     def flush(self) -> None:
         """
@@ -209,10 +208,10 @@ class Recorder:
             If it was removed or renamed meanwhile; nothing is recorded any more.
 
         """
-        with self._lock:
-            if self._writer is not None:
-                self._check_there(self._writer)
-                self._writer.flush()
+        with self._said_once() as writer:
+            if writer is not None:
+                self._check_there(writer)
+                writer.flush()
 
     def close(self) -> EpisodeFolder | None:
         """
@@ -221,37 +220,48 @@ class Recorder:
         Raises
         ------
         BagError
-            If it cannot be finished.
+            If it cannot be finished, or a failure was not said before.
         BagGoneError
             If it was removed or renamed meanwhile.
 
         """
-        with self._lock:
-            if self._writer is not None:
-                self._check_there(self._writer)
-            writer, self._writer = self._writer, None
-            later = self._queue.take_back()
+        with self._said_once() as writer:
             if writer is None:
                 return None
+            self._check_there(writer)
+            if writer.failure:  # in `catch_up`, which tells nobody
+                raise BagError(writer.failure)
+            later = self._queue.take_back()
             lost = self.lost - self._lost_before
             if lost:
                 writer.note(LOST_NAME, {topic: str(n) for topic, n in lost.items()})
+            self._writer = None
             writer.close()
             episode = episode_from_path(writer.folder)
             if later:
                 drop_messages(episode, later)
             return episode
 
+    @contextmanager
+    def _said_once(self) -> Iterator[BagWriter | None]:
+        """Give the open bag; close one that fails or is gone, so that nothing fails again."""
+        with self._lock:
+            writer = self._writer
+            try:
+                yield writer
+            except BagError as error:
+                if writer is not None and (writer.failure or isinstance(error, BagGoneError)):
+                    self._writer = None
+                    self._queue.take_back()
+                    with suppress(BagError):
+                        writer.close()
+                raise
+
     def _check_there(self, writer: BagWriter) -> None:
-        """Close a bag that was moved or removed: writing to it would go on silently."""
-        if _identity(writer.path) == self._file:
-            return
-        self._writer = None
-        self._queue.take_back()
-        with suppress(BagError):
-            writer.close()
-        raise BagGoneError(
-            f'cannot record into {writer.folder}: it was removed or renamed while it was recorded')
+        """Refuse to go on with a bag that was moved or removed: that would be silent."""
+        if _identity(writer.path) != self._file:
+            raise BagGoneError(f'cannot record into {writer.folder}: it was removed or renamed '
+                               f'while it was recorded')
 
     def discard(self) -> None:
         """
@@ -282,6 +292,12 @@ class Recorder:
         """
         episode = self.close()
         return episode and take_away(self.task, [episode.number])[0]
+
+
+def _write(writer: BagWriter, message: RawMessage, log_time: int | None = None) -> None:
+    """Write a message into a bag; BagError if that fails."""
+    writer.write(message.topic, message.type_name, message.cdr,
+                 message.stamp if log_time is None else log_time, message.stamp)
 
 
 def _identity(path: Path) -> tuple[int, int] | None:

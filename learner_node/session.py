@@ -148,7 +148,7 @@ class Session:
         self.series.n_left = 0
         self.trials.unrecorded.pass_over(self.state.trial)
         self.state.go(Phase.IDLE, now)
-        return [Abandon(''), *([StopTrial()] if stops else [])]
+        return [*([StopTrial()] if stops else []), Abandon('')]
 
     # Time alone
 

@@ -188,7 +188,8 @@ class BagWriter:
     def __init__(self, folder: Path | str, header: Mapping[str, str]) -> None:
         self.folder = Path(folder)
         self.path = mcap_path(self.folder)
-        self._failure = ''
+        #: What could not be written; from then on the bag takes nothing more. Empty if all could.
+        self.failure = ''
         self._closed = False
         self._flushed_wall = time.monotonic()
         self._flushed_log: int | None = None
@@ -310,7 +311,7 @@ class BagWriter:
         """
         if self._closed:
             return
-        if self._failure:
+        if self.failure:
             self._closed = True
             with suppress(OSError):
                 self._file.abandon()
@@ -322,10 +323,10 @@ class BagWriter:
     @contextmanager
     def _guarded(self) -> Iterator[None]:
         """Refuse to go on after a failure, and turn an OSError into one line."""
-        if self._failure or self._closed:
-            raise BagError(self._failure or f'{self.path} is closed')
+        if self.failure or self._closed:
+            raise BagError(self.failure or f'{self.path} is closed')
         try:
             yield
         except OSError as error:
-            self._failure = error_line('record into', self.path, error)
-            raise BagError(self._failure) from None
+            self.failure = error_line('record into', self.path, error)
+            raise BagError(self.failure) from None

@@ -1,5 +1,7 @@
 """The recorder: what goes into which bag, in which order, and what is lost."""
 
+import errno
+import os
 import tracemalloc
 
 import pytest
@@ -7,7 +9,9 @@ import pytest
 from bridge_helpers import GRID
 from control_field.parameters import Parameters
 from episode_store.episode import Episode
+from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
+from episode_store.rosbag2.writer import McapFile
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from learner_node.message_queue import RawMessage
 from learner_node.recorder import Recorder, stamp_of
@@ -28,6 +32,10 @@ def record(recorder, name, message):
     """Let a message arrive, and take it."""
     recorder.arrived(name, message)
     recorder.take()
+
+
+def no_space(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 class TestRecorder:
@@ -99,6 +107,26 @@ class TestRecorder:
         trial = recorder.start(EpisodeKind.TRIAL, 300)
         recorder.close()
         assert [sent for *_, sent, _ in BagReader(trial.bag).records()] == [*range(92, 100)]
+
+    @pytest.mark.parametrize('is_told_late', [False, True])
+    def test_a_bag_that_cannot_be_written_is_said_once_though_messages_were_lost(
+            self, tmp_path, monkeypatch, is_told_late):
+        recorder = recorder_in(tmp_path)
+        episode = recorder.start(EpisodeKind.DEMO, 0)
+        record(recorder, 'odom', raw_bool('/odom', b'\0\1\0\0\1', 1))
+        recorder.flush()
+        recorder.lost['/odom'] += 1
+        monkeypatch.setattr(McapFile, 'flush', no_space)
+        monkeypatch.setattr(McapFile, 'add_metadata', no_space)
+        if is_told_late:  # what failed while the session was held up comes out at the end
+            monkeypatch.setattr('learner_node.recorder._PATIENCE', 0.0)
+            recorder.arrived('odom', raw_bool('/odom', b'\0\1\0\0\1', 2))
+            recorder.catch_up()
+        with pytest.raises(BagError, match='no space left'):
+            recorder.close() if is_told_late else recorder.flush()
+        assert recorder.close() is None
+        recorder.flush()
+        assert len(list(BagReader(episode.bag).records())) == 1
 
     def test_leaves_nothing_of_what_is_discarded(self, tmp_path):
         recorder = recorder_in(tmp_path)

@@ -198,7 +198,7 @@ class TestLostPeers:
 
 
 def test_nothing_goes_on_when_nothing_can_be_recorded(trying):
-    assert trying('on_recording_failed', 'no space') == [Abandon(''), StopTrial()]
+    assert trying('on_recording_failed', 'no space') == [StopTrial(), Abandon('')]
     assert trying.phase is Phase.IDLE
     assert trying.session.series.n_left == 0
 
