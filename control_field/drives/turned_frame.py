@@ -18,6 +18,8 @@ Floats = npt.NDArray[np.float64]
 
 #: A robot may turn so many times as fast as in the steps beside.
 _HASTE: Final = 2.0
+#: A heading that stands for so long, [s], is one of a robot that does.
+_RAREST: Final = 0.5
 #: Poses on either side among which one that fits makes a leap a spike, and the share that fits.
 _SPIKE, _FITS = 3, 0.5
 #: Of strides of so long, [s], the few next ones that are driving, [m], lead no farther aside than
@@ -50,6 +52,8 @@ def turned_frames(
 
     """
     dt, turn = np.diff(stamps), _wrapped(np.diff(yaw))
+    # A heading that is measured more rarely than it is sent stands in between.
+    dt = np.maximum(dt, min(period(stamps[1:][turn != 0.0]), _RAREST))
     rate = turn / np.maximum(dt, 1e-3)
     beside = np.abs(np.stack([np.roll(rate, 1), np.roll(rate, -1)]))
     beside[0, :1] = beside[1, -1:] = 0.0

@@ -142,3 +142,11 @@ class TestHonest:
         stamps, xy, motion = driven(seed, rate, 60.0, speed)
         drive = whole_drive(stamps, xy, LIMITS, Motion(0.0 * motion.yaw))
         assert len(drive.kept) == len(xy)
+
+    @given(seeds, st.sampled_from([2.0, 5.0, 10.0]), st.booleans())
+    @few
+    def test_one_whose_heading_is_measured_more_rarely_than_it_is_sent(self, seed, rate, speeds):
+        stamps, xy, motion = driven(seed, 50.0, turning=0.8 if rate < 5.0 else 2.84)
+        held = np.arange(len(xy)) // int(50.0 / rate) * int(50.0 / rate)
+        motion = Motion(motion.yaw[held], motion.velocity if speeds else None)
+        assert len(whole_drive(stamps, xy, LIMITS, motion).kept) == len(xy)
