@@ -11,9 +11,9 @@ TURN_JUMP: Final = 0.35
 TURN_MAX: Final = 4.5
 
 
-def possible_turn(dt: float) -> float:
+def possible_turn(dt: float, w_max: float = TURN_MAX) -> float:
     """Return by how much a heading may seem to turn within a time, [s], at most pi, [rad]."""
-    return min(TURN_JUMP + TURN_MAX * dt, math.pi)
+    return min(TURN_JUMP + max(TURN_MAX, w_max) * dt, math.pi)
 
 
 @dataclass(frozen=True)

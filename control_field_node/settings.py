@@ -159,7 +159,8 @@ class Settings:
         """Return the numbers of the stop rules."""
         return StopRules(
             self.odom_timeout, self.neighbourhood_timeout, self.v_max, self.pose_jump,
-            self.progress_distance, self.progress_time, self.stall_time, self.time_limit)
+            self.progress_distance, self.progress_time, self.stall_time, self.time_limit,
+            self.w_max)
 
     @property
     def is_stamped(self) -> bool:

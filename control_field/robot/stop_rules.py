@@ -11,7 +11,7 @@ import math
 from typing import Final
 
 from control_field.grid import Grid
-from control_field.poses import possible_turn
+from control_field.poses import possible_turn, TURN_MAX
 from control_field.robot.stop_reasons import \
     StopReason as StopReason  # noqa: PLC0414 - others find it here
 from control_field.robot.suspension import Suspension
@@ -36,6 +36,8 @@ class StopRules:
         How long it may be told to drive without moving, [s].
     time_limit : float
         Longest trial, [s].
+    w_max : float
+        How fast the robot can turn, [rad/s]; less than most robots do is taken for that.
 
     """
 
@@ -47,6 +49,7 @@ class StopRules:
     progress_time: float = 10.0
     stall_time: float = 2.0
     time_limit: float = 3600.0
+    w_max: float = TURN_MAX
 
 
 #: Speed from which a command counts as told to drive, [m/s], and what counts as moving, [m].
@@ -199,7 +202,8 @@ class PoseMonitor:
         if last is not None and not was_placed and (
                 math.hypot(x - last[1], y - last[2]) > (
                     self.rules.pose_jump + self.rules.v_max * (stamp - last[0]))
-                or abs(math.remainder(yaw - last[3], math.tau)) > possible_turn(stamp - last[0])):
+                or abs(math.remainder(yaw - last[3], math.tau)) > possible_turn(
+                    stamp - last[0], self.rules.w_max)):
             return StopReason.POSE_JUMPED
         if not grid.contains(*grid.cell_from_world(*(place or (x, y)))):
             return StopReason.OUTSIDE_WORKSPACE

@@ -9,6 +9,7 @@ from control_field.records import Outcome
 from control_field.robot.stop_rules import (
     is_lost, PoseMonitor, ProgressChecker, StopReason, StopRules, Timeout)
 from control_field.robot.suspension import Suspension
+from control_field_node.settings import Settings
 
 GRID = Grid(20, 20, 0.25)
 RULES = StopRules()
@@ -73,6 +74,14 @@ def test_a_heading_that_leaps_is_a_frame_that_turns():
     assert pose_monitor().observe(10.05, 1.0, 1.0, GRID, yaw=-0.5) is None
     assert pose_monitor().observe(10.05, 1.0, 1.0, GRID, yaw=6.2) is None
     assert pose_monitor().observe(11.0, 1.0, 1.0, GRID, yaw=3.1) is None
+
+
+def test_a_robot_that_turns_fast_may():
+    assert Settings(w_max=20.0).rules.w_max == 20.0
+    for rules, found in ((RULES, StopReason.POSE_JUMPED), (StopRules(w_max=20.0), None)):
+        monitor = PoseMonitor(rules)
+        monitor.observe(10.0, 1.0, 1.0, GRID)
+        assert monitor.observe(10.05, 1.0, 1.0, GRID, yaw=1.0) is found
 
 
 def test_who_is_placed_has_not_jumped_but_a_clock_set_back_is_told():
