@@ -40,9 +40,11 @@ class Inputs:
         #: When odometry arrived last, and when the last sign of life did, [s].
         self.last_odometry = self.last_sign_of_life = -math.inf
         self.suspension = Suspension()
+        self.slept = 0.0  #: longest sleep of this process since the controller was heard, [s]
 
     def on_suspended(self, seconds: float, now: float) -> None:
         """Count the time during which this process was suspended as nobody's silence."""
+        self.slept = max(self.slept, seconds)
         self.last_odometry = min(self.last_odometry + seconds, now)
         self.last_sign_of_life = min(self.last_sign_of_life + seconds, now)
 

@@ -115,6 +115,7 @@ class Session:
         inputs = self.state.inputs
         before, inputs.status = inputs.status, status
         self.state.unheard_stop.reset()
+        inputs.slept = 0.0
         if self.state.phase is Phase.DEMONSTRATION:
             self.demonstration.intruder.on_status(status, before)
             if self.demonstration.intruder.is_there:

@@ -17,6 +17,9 @@ _SETTLING_TIME: Final = 0.3
 #: Longest time that what had arrived by then may take to be read and recorded, [s].
 _CATCHING_UP_TIME: Final = 10.0
 
+#: Sleep of this process after which others may have forgotten it, [s]; 18 by default (ADR 23).
+_FORGOTTEN: Final = 3.0
+
 
 class SessionState:
     """
@@ -80,7 +83,7 @@ class SessionState:
             return why
         peers, status = self.inputs.peers, self.inputs.status
         if not peers.controller or status is None:
-            return f'{self.settings.controller} is not there'
+            return f'{self.settings.controller} is not there{self._sleep()}'
         if not peers.robot:
             return 'no robot publishes odometry'
         if is_running(status):
@@ -89,6 +92,13 @@ class SessionState:
         if status.revision != self.revision and not (misfit and status.memory):
             return f'the controller has field revision {status.revision}, not {self.revision}'
         return f'the controller {misfit}' if misfit else ''
+
+    def _sleep(self) -> str:
+        """Say that this process slept long enough for others not to be found again."""
+        slept = self.inputs.slept
+        return '' if slept < _FORGOTTEN else (
+            f', or has not been found again since the learner was suspended for {slept:.0f} s: if '
+            f'it runs, start learner_node anew, which loses nothing that was learnt')
 
     def describe(self) -> str:
         """Say in a few words what is under way."""

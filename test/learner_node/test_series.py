@@ -277,3 +277,16 @@ class TestAStopThatIsNotHeard:
     def test_does_not_count_the_time_in_which_the_learner_itself_was_suspended(self, waiting):
         waiting.now += 60.0
         assert not warnings_of(waiting.wait(1.0))
+
+    def test_of_a_controller_that_is_gone_after_a_sleep_says_so(self, trying):
+        trying.now += 7.0
+        trying('tick')
+        trying.wait(6.0)
+        trying('on_peers', Peers(robot=True))
+        said = trying.session.state.describe()
+        assert 'control_field_node is not there, or has not been found again since' in said
+        assert 'suspended for 7 s: if it runs, start learner_node anew' in said
+        trying('on_peers', Peers(controller=True, robot=True))
+        trying('on_status', idle(2))
+        trying('on_peers', Peers(robot=True))
+        assert trying.session.state.describe() == 'waiting: control_field_node is not there'
