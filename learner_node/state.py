@@ -16,7 +16,6 @@ from msgs_bridge.node.node_info import Operation
 _SETTLING_TIME: Final = 0.3
 #: Longest time that what had arrived by then may take to be read and recorded, [s].
 _CATCHING_UP_TIME: Final = 10.0
-
 #: Sleep of this process after which others may have forgotten it, [s]; 18 by default (ADR 23).
 _FORGOTTEN: Final = 3.0
 
