@@ -9,9 +9,11 @@ from learner_node.phases import Phase, WORDS
 from learner_node.recorder import stamp_of
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.node import qos
-from ros_helpers import call, REPEAT, start_node, wait_until
+from ros_helpers import call, DEADLINE, REPEAT, start_node, wait_until
 
 LEARNER = 'learner_node.node'
+#: What is learnt first waits for kernels, which a new tree compiles, [s].
+COMPILING = 5 * DEADLINE
 #: Odometry that is published between two looks at what has come of it.
 STEPS_A_LOOK = 5
 
@@ -71,8 +73,8 @@ class Robot:
                        for cdr in recorded(task, '/odom'))
 
         wait_until(is_heard, node=self.node, processes=[process], what='the end in the bag')
-        return self._ask(False)
+        return self._ask(False, COMPILING)
 
-    def _ask(self, data):
+    def _ask(self, data, deadline=DEADLINE):
         return call(self.node, SetBool, 'learner_node/record_demonstration',
-                    SetBool.Request(data=data), again=REPEAT)
+                    SetBool.Request(data=data), deadline, REPEAT)

@@ -4,7 +4,7 @@ from itertools import pairwise
 import shutil
 import sys
 
-from learner_helpers import LEARNER, recorded, Robot, start
+from learner_helpers import COMPILING, LEARNER, recorded, Robot, start
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
@@ -111,8 +111,8 @@ def test_a_drop_during_a_keep_leaves_no_request_without_an_answer(
         drops = client_of(ros_node, Trigger, 'learner_node/drop_last')
         keep = keeps.call_async(SetBool.Request(data=False))
         drop = drops.call_async(Trigger.Request())
-        wait_until(lambda: keep.done() and drop.done(), node=ros_node, processes=[process],
-                   what='both answers')
+        wait_until(lambda: keep.done() and drop.done(), COMPILING, node=ros_node,
+                   processes=[process], what='both answers')
     assert keep.result().success, keep.result().message
     assert drop.result().message
 
