@@ -181,8 +181,8 @@ def test_a_trial_whose_recorder_sleeps_until_it_is_forgotten_counts(
         assert check_bags(suite) == [Outcome.GOAL, Outcome.GOAL], suite.report()
         assert 'no odometry' not in learner.stdout + learner.stderr, suite.report()
         for episode in suite.task.episodes():
-            # In lock-step all is kept, but words of how the trial stood meanwhile.
+            # No decision is missing. What comes ten times a second may be until the middleware has
+            # brought all together again, which takes a busy machine its time; the bag says so.
             gaps = Episode.at(episode.path).gaps
-            assert not gaps.holes, gaps
             assert not gaps.n_missing, gaps
             assert {*gaps.lost} <= {'/trial'}, gaps
