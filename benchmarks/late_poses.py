@@ -27,9 +27,9 @@ from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.learning.grid_world import GridWorld
 from control_field.parameters import Parameters
 from control_field.records import CellFlag, ControlField, Outcome
+from control_field_node.driving.trial_run import Answer
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
-from control_field_node.trial_run import Answer
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
 from sim_node.robot import Placement

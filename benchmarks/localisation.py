@@ -26,9 +26,9 @@ from control_field.local_grid import masks_from_neighbourhood
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Demonstration, Outcome, Trial
 from control_field.robot.stop_rules import StopReason
+from control_field_node.driving.trial_run import Answer
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
-from control_field_node.trial_run import Answer
 from experience_cli.demo.path_follower import Driver, points_from_cells
 from experience_cli.demo.show_and_try import WAY
 from msgs_bridge.messages.neighbourhoods import Neighbourhood

@@ -22,7 +22,7 @@ from benchmarks import localisation
 from control_field.grid import Grid
 from control_field.local_grid import cells_from_fine
 from control_field.records import DECISION_DTYPE, Outcome, Trial
-from control_field_node.trial_run import Answer
+from control_field_node.driving.trial_run import Answer
 from experience_cli.demo.show_and_try import WAY
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose

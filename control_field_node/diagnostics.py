@@ -6,8 +6,8 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from control_field.robot.stop_rules import StopReason
-from control_field_node.localisation import Localisation
-from control_field_node.manual_control import UNMONITORED
+from control_field_node.driving.manual_control import UNMONITORED
+from control_field_node.inputs.localisation import Localisation
 from control_field_node.supervisor import Supervisor
 
 

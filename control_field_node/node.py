@@ -16,16 +16,16 @@ from std_srvs.srv import Trigger
 from control_field.parameters import Parameters
 from control_field.robot.limits import STANDSTILL, Velocity
 from control_field.robot.stop_rules import StopReason
-from control_field_node.command_age_check import CommandAgeCheck
-from control_field_node.command_publishers import CommandPublishers
-from control_field_node.command_writer import CommandWriter
-from control_field_node.field_reader import FieldReader, Outcome
-from control_field_node.lockstep import TickBook
+from control_field_node.commands.command_age_check import CommandAgeCheck
+from control_field_node.commands.command_publishers import CommandPublishers
+from control_field_node.commands.command_writer import CommandWriter
+from control_field_node.commands.lockstep import TickBook
+from control_field_node.commands.velocity_output import GUARD_PERIOD
+from control_field_node.driving.trial_run import Answer, NOTHING
+from control_field_node.inputs.field_reader import FieldReader, Outcome
 from control_field_node.publishers import Publishers
 from control_field_node.settings import DECISION_PARAMETERS, FIXED, Settings
 from control_field_node.supervisor import Supervisor
-from control_field_node.trial_run import Answer, NOTHING
-from control_field_node.velocity_output import GUARD_PERIOD
 from msgs_bridge.messages.neighbourhoods import cells_of_local_grid, neighbourhood_from_grid
 from msgs_bridge.messages.poses import (
     check_frame, FRAME_OWNERS, Pose, pose_from_initialpose, pose_from_odometry,

@@ -9,12 +9,12 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from control_field.robot.limits import Velocity
-from control_field_node.command_publishers import CommandPublishers
-from control_field_node.command_writer import CommandWriter
+from control_field_node.commands.command_publishers import CommandPublishers
+from control_field_node.commands.command_writer import CommandWriter
 from control_field_node.diagnostics import diagnostic_from_supervisor
+from control_field_node.driving.trial_run import Answer
 from control_field_node.settings import Settings
 from control_field_node.supervisor import Supervisor
-from control_field_node.trial_run import Answer
 from msgs_bridge.messages.tables import cloud_from_decisions
 from msgs_bridge.messages.trial_status import status_from_trial
 from msgs_bridge.messages.velocities import twist_stamped_from_velocity

@@ -1,14 +1,12 @@
-"""Why a trial cannot start, and why a goal, a place or a local grid does not fit."""
+"""Why a trial cannot start, and why a place or a local grid does not fit."""
 
 from typing import TYPE_CHECKING
 
 from control_field.grid import Grid
-from control_field.records import ControlField
-from control_field_node.observation import Observation
-from msgs_bridge.messages.poses import problem_with_frame
+from control_field_node.inputs.observation import Observation
 
 if TYPE_CHECKING:  # the supervisor asks, and is asked
-    from control_field_node.sensing import Sensing
+    from control_field_node.inputs.sensing import Sensing
     from control_field_node.supervisor import Supervisor
 
 
@@ -53,21 +51,6 @@ def _problem_with_place(grid: Grid, x: float, y: float) -> str:
     if grid.contains(*grid.cell_from_world(x, y)):
         return ''
     return f'the robot is outside the workspace, at ({x:g}, {y:g}) m'
-
-
-def problem_with_goal(
-    field: ControlField | None, x: float, y: float, frame_id: str,
-) -> str:
-    """Return why the robot will not drive to a point, [m]; empty where the field leads there."""
-    if field is None or field.is_void:
-        return 'goal_pose: there is no control field yet'
-    if problem := problem_with_frame(frame_id, field.grid.frame_id, 'goal_pose'):
-        return f'{problem}: choose that as the fixed frame of what it is clicked in'
-    if field.grid.cell_from_world(x, y) == field.goal:
-        return ''
-    there = field.grid.world_from_cell(*field.goal)
-    return (f'goal_pose: the control field leads to ({there[0]:g}, {there[1]:g}) m only; '
-            f'demonstrate the way to ({x:g}, {y:g}) m')
 
 
 def problem_with_observation(observation: Observation, grid: Grid, x: float, y: float) -> str:

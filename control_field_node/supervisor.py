@@ -15,18 +15,18 @@ from control_field.robot.collision_monitor import Intervention
 from control_field.robot.contact_watch import ContactWatch
 from control_field.robot.limits import STANDSTILL
 from control_field.robot.stop_rules import StopReason
-from control_field_node.active_field import ActiveField
-from control_field_node.heartbeat_monitor import HeartbeatMonitor
-from control_field_node.input_monitor import RefusalLog
-from control_field_node.manual_control import ManualControl
-from control_field_node.observation import Observation
+from control_field_node.commands.robot_link import place_of
+from control_field_node.commands.velocity_output import VelocityOutput
+from control_field_node.driving.manual_control import ManualControl
+from control_field_node.driving.trial_control import Pause, TrialControl
+from control_field_node.driving.trial_run import Answer, ended_by, NOTHING, STOP, TrialRun
+from control_field_node.inputs.active_field import ActiveField
+from control_field_node.inputs.heartbeat_monitor import HeartbeatMonitor
+from control_field_node.inputs.input_monitor import RefusalLog
+from control_field_node.inputs.observation import Observation
+from control_field_node.inputs.sensing import Sensing
 from control_field_node.refusals import problem_with_observation, why_no_start
-from control_field_node.robot_link import place_of
-from control_field_node.sensing import Sensing
 from control_field_node.settings import Settings
-from control_field_node.trial_control import Pause, TrialControl
-from control_field_node.trial_run import Answer, ended_by, NOTHING, STOP, TrialRun
-from control_field_node.velocity_output import VelocityOutput
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import FRAME_OWNERS, Pose, problem_with_frame
 from msgs_bridge.messages.trial_status import TrialStatus

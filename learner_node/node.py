@@ -17,21 +17,21 @@ from std_msgs.msg import Empty
 
 from control_field.parameters import Parameters
 from episode_store.task_folder import EpisodeFolder, TaskFolder
-from learner_node.field_monitor import FieldMonitor
-from learner_node.learning_loop import LearningLoop
-from learner_node.message_dispatcher import MessageDispatcher
-from learner_node.message_queue import RawMessage
-from learner_node.odometry_check import OdometryCheck
+from learner_node.learning.learning_loop import LearningLoop
+from learner_node.learning.task_memory import TaskMemory
 from learner_node.output_handler import OutputHandler
 from learner_node.publications import Publications
-from learner_node.recorder import Recorder, stamp_of
+from learner_node.recording.message_dispatcher import MessageDispatcher
+from learner_node.recording.message_queue import RawMessage
+from learner_node.recording.odometry_check import OdometryCheck
+from learner_node.recording.recorder import Recorder, stamp_of
+from learner_node.recording.topics import Recorded, recorded_topics
 from learner_node.reports import diagnostic_from_session, PROGRAM
 from learner_node.requests import Requests
 from learner_node.services import LearnerServices
-from learner_node.session import Session
+from learner_node.session.field_monitor import FieldMonitor
+from learner_node.session.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
-from learner_node.task_memory import TaskMemory
-from learner_node.topics import Recorded, recorded_topics
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names
 from msgs_bridge.node.listener import Listener

@@ -8,13 +8,13 @@ from control_field.records import Outcome
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind
 from episode_store.undo import THROWN_AWAY, UNDO
-from learner_node.message_queue import RawMessage
-from learner_node.outputs import (
-    Abandon, Close, Discard, Output, Outputs, Place, Record, Say, StartTrial, StopTrial)
 from learner_node.publications import Publications
-from learner_node.recorder import BagGoneError, Recorder
+from learner_node.recording.message_queue import RawMessage
+from learner_node.recording.recorder import BagGoneError, Recorder
+from learner_node.recording.topics import type_name
 from learner_node.requests import Requests
-from learner_node.topics import type_name
+from learner_node.session.outputs import (
+    Abandon, Close, Discard, Output, Outputs, Place, Record, Say, StartTrial, StopTrial)
 from msgs_bridge.messages.serialized import cdr_from_message
 from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
 

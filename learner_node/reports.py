@@ -12,8 +12,8 @@ from control_field.words import counted, how_it_ended, sentences
 from episode_store.episode import Content
 from episode_store.relearn import LearntBag
 from episode_store.task_folder import EpisodeKind, TaskFolder
-from learner_node.phases import Phase
-from learner_node.session import Session
+from learner_node.session.phases import Phase
+from learner_node.session.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.node.command_line import names_of, Program
 

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from std_srvs.srv import Trigger
 
-from learner_node.inputs import Peers
+from learner_node.session.inputs import Peers
 
 #: Called with the answer: whether the controller does what it was asked for, and its message.
 Answered = Callable[[bool, str], None]

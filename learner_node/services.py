@@ -8,10 +8,10 @@ from typing import Any
 from std_srvs.srv import SetBool, Trigger
 
 from control_field.words import counted
-from learner_node.learning_loop import LearningLoop
-from learner_node.outputs import Outputs
-from learner_node.phases import SessionError
-from learner_node.session import Session
+from learner_node.learning.learning_loop import LearningLoop
+from learner_node.session.outputs import Outputs
+from learner_node.session.phases import SessionError
+from learner_node.session.session import Session
 from msgs_bridge.messages.trial_status import Label
 
 #: What is asked of the session at a time, [s], such as `Demonstration.keep`.

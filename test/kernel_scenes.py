@@ -2,7 +2,6 @@
 
 import copy
 
-from moving_scenes import MovingThings
 import numpy as np
 
 from control_field.kernels import compiled, interpolation, steps
@@ -13,6 +12,7 @@ from control_field.kernels.repair import Flow
 from control_field.kernels.steps import Ground, Preference
 from control_field.kernels.visibility import Scanner
 from control_field.rays import rays_within
+from moving_scenes import MovingThings
 
 
 class Scene(MovingThings):

@@ -5,8 +5,8 @@ from std_srvs.srv import SetBool
 
 from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import TaskFolder
-from learner_node.phases import Phase, WORDS
-from learner_node.recorder import stamp_of
+from learner_node.recording.recorder import stamp_of
+from learner_node.session.phases import Phase, WORDS
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.node import qos
 from ros_helpers import call, DEADLINE, REPEAT, start_node, wait_until

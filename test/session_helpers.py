@@ -4,8 +4,8 @@ from operator import attrgetter
 
 from control_field.poses import StartPose
 from control_field.records import Outcome
-from learner_node.outputs import Say
-from learner_node.session import Session
+from learner_node.session.outputs import Say
+from learner_node.session.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import State, TrialStatus
 

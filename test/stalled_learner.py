@@ -5,8 +5,8 @@ from threading import Event
 import time
 
 from learner_node.node import LearnerNode
-from learner_node.phases import Phase
 from learner_node.reports import PROGRAM
+from learner_node.session.phases import Phase
 from msgs_bridge.node.run import run_node
 
 #: How long each of them stands still, and for how long nothing of Python runs at all, [s].

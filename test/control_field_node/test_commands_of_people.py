@@ -5,8 +5,8 @@ import pytest
 import rclpy
 from rclpy.parameter import Parameter
 
+from control_field_node.driving.trial_run import NOTHING
 from control_field_node.node import ControlFieldNode
-from control_field_node.trial_run import NOTHING
 from controller_peer import controller, Peer, velocity_of
 from msgs_bridge.messages.poses import stamp_from_seconds
 from msgs_bridge.node import qos

@@ -1,11 +1,11 @@
 """What runs into a standing robot is no collision of the trial; what a robot runs into is."""
 
-from moving_things import clear, remembering, waiting
 import pytest
 
 from control_field.records import Outcome
 from control_field.robot.stop_rules import StopReason
 from controller_bench import driving, DT
+from moving_things import clear, remembering, waiting
 
 
 @pytest.fixture(params=[False, True], ids=['live', 'lockstep'])

@@ -5,7 +5,7 @@ import dataclasses
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from control_field_node.diagnostics import diagnostic_from_supervisor
-from control_field_node.manual_control import UNMONITORED
+from control_field_node.driving.manual_control import UNMONITORED
 from controller_bench import Bench, driving, DT, GOAL
 from controller_helpers import GRID, straight_field
 

@@ -12,7 +12,7 @@ from sensor_msgs.msg import PointCloud2
 from control_field.grid import Grid
 from control_field.records import Outcome
 from control_field.robot.stop_rules import StopReason
-from control_field_node.field_reader import FEW_CELLS, FieldReader, outcome_from_cdr
+from control_field_node.inputs.field_reader import FEW_CELLS, FieldReader, outcome_from_cdr
 from controller_bench import Bench, driving, DT
 from controller_helpers import GRID, straight_field
 from msgs_bridge.messages.tables import cloud_from_field, OtherVersionError

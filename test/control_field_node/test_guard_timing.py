@@ -6,9 +6,9 @@ from rclpy.serialization import serialize_message
 
 from control_field.records import Outcome
 from control_field.robot.limits import STANDSTILL
-from control_field_node.command_writer import CommandWriter
-from control_field_node.guard_timing import GuardTiming, MOST_HELD
-from control_field_node.lockstep import TickBook
+from control_field_node.commands.command_writer import CommandWriter
+from control_field_node.commands.guard_timing import GuardTiming, MOST_HELD
+from control_field_node.commands.lockstep import TickBook
 from control_field_node.settings import Settings
 from controller_bench import driving
 from msgs_bridge.messages.poses import stamp_from_seconds

@@ -9,7 +9,7 @@ import pytest
 from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from sensor_msgs.msg import PointCloud2
 
-from control_field_node.velocity_output import GUARD_PERIOD
+from control_field_node.commands.velocity_output import GUARD_PERIOD
 from controller_helpers import straight_field
 from controller_peer import BEHIND, controller, Peer, simulator
 from msgs_bridge.messages.trial_status import State

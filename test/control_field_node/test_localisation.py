@@ -8,8 +8,9 @@ import pytest
 
 from benchmarks.localisation import Bench, Condition, SLIP
 from control_field.robot import policy
-from control_field_node import localisation, trial_run
-from control_field_node.localisation import Localisation
+from control_field_node.driving import trial_run
+from control_field_node.inputs import localisation
+from control_field_node.inputs.localisation import Localisation
 from control_field_node.settings import DECISION_PARAMETERS, Settings
 from controller_helpers import straight_field
 from msgs_bridge.messages.neighbourhoods import Neighbourhood

@@ -3,8 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import OccupancyGrid, Odometry
 
-from control_field_node.command_writer import CommandWriter
-from control_field_node.lockstep import TickBook
+from control_field_node.commands.command_writer import CommandWriter
+from control_field_node.commands.lockstep import TickBook
 from control_field_node.settings import Settings
 from msgs_bridge.messages.poses import stamp_from_seconds
 from msgs_bridge.messages.velocities import twist_from_velocity

@@ -11,9 +11,9 @@ from control_field.local_grid import crop_neighbourhood, masks_from_neighbourhoo
 from control_field.robot.collision_monitor import limit_command
 from control_field.robot.limits import Limits, STANDSTILL
 from control_field.robot.obstacle_boxes import distance_to_box
-from control_field_node.observation import (
+from control_field_node.driving.path_tracker import PathTracker
+from control_field_node.inputs.observation import (
     LocalGridRules, observation_from_neighbourhood, ObservationCache)
-from control_field_node.path_tracker import PathTracker
 from controller_helpers import GRID
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose

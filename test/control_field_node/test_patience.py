@@ -2,16 +2,16 @@
 
 from dataclasses import replace
 
-from moving_things import block, clear, is_waiting, remembering, wait_until, waiting
 import pytest
 
 from control_field.parameters import Parameters
 from control_field.records import Kind, Outcome
 from control_field.robot.stop_rules import StopReason
 from control_field_node.diagnostics import diagnostic_from_supervisor
-from control_field_node.trial_run import WAITING
+from control_field_node.driving.trial_run import WAITING
 from controller_bench import Bench, DT, GOAL
 from controller_helpers import GRID, straight_field
+from moving_things import block, clear, is_waiting, remembering, wait_until, waiting
 from msgs_bridge.messages.trial_status import State
 
 

@@ -8,7 +8,7 @@ import pytest
 from control_field.records import Outcome
 from control_field.robot.limits import STANDSTILL
 from control_field.robot.stop_rules import StopReason
-from control_field_node.input_monitor import PoseFilter
+from control_field_node.inputs.input_monitor import PoseFilter
 from controller_bench import Bench, driving, DT
 from controller_helpers import GRID
 from msgs_bridge.messages.neighbourhoods import Neighbourhood

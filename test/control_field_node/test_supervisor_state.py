@@ -8,8 +8,8 @@ from control_field.grid import Grid
 from control_field.records import Outcome
 from control_field.robot.limits import STANDSTILL
 from control_field.robot.stop_rules import StopReason
+from control_field_node.driving.trial_run import NOTHING
 from control_field_node.settings import Settings
-from control_field_node.trial_run import NOTHING
 from controller_bench import Bench, DT, GOAL
 from controller_helpers import GRID, straight_field
 from msgs_bridge.messages.poses import Pose

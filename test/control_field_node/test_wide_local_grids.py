@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from control_field.records import Outcome
-from control_field_node.localisation import Localisation
+from control_field_node.inputs.localisation import Localisation
 from control_field_node.settings import Settings
 from controller_bench import Bench, GOAL
 from controller_helpers import GRID, straight_field

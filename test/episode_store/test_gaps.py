@@ -24,7 +24,7 @@ from episode_store.rosbag2.writer import BagWriter, HEADER_NAME
 from episode_store.task_folder import episode_from_path, EpisodeKind, TaskFolder
 from episode_store.trim import drop_messages
 from experience_cli.main import main
-from learner_node.task_memory import TaskMemory
+from learner_node.learning.task_memory import TaskMemory
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.trial_status import State
 from msgs_bridge.messages.velocities import twist_from_velocity

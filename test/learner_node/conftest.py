@@ -2,8 +2,8 @@
 
 import pytest
 
-from learner_node.inputs import Peers
-from learner_node.phases import Phase
+from learner_node.session.inputs import Peers
+from learner_node.session.phases import Phase
 from session_helpers import HERE, idle, Play, running
 
 

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import pytest
 
 from control_field.poses import StartPose
-from learner_node.message_dispatcher import MessageDispatcher
-from learner_node.odometry_check import OdometryCheck
-from learner_node.outputs import Say
-from learner_node.phases import SessionError
-from learner_node.session import Session
+from learner_node.recording.message_dispatcher import MessageDispatcher
+from learner_node.recording.odometry_check import OdometryCheck
+from learner_node.session.outputs import Say
+from learner_node.session.phases import SessionError
+from learner_node.session.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.serialized import cdr_from_message

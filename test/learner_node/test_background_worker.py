@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from episode_store.rosbag2.errors import BagError
-from learner_node.background_worker import BackgroundWorker, result_of
+from learner_node.learning.background_worker import BackgroundWorker, result_of
 
 
 def test_hands_results_to_whom_collects_them():

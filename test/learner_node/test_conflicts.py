@@ -3,10 +3,10 @@
 import pytest
 
 from control_field.poses import StartPose
-from learner_node.inputs import Peers
-from learner_node.outputs import Place, Say
-from learner_node.phases import Phase, SessionError
-from learner_node.session import Session
+from learner_node.session.inputs import Peers
+from learner_node.session.outputs import Place, Say
+from learner_node.session.phases import Phase, SessionError
+from learner_node.session.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from msgs_bridge.node.node_info import Operation

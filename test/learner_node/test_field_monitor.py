@@ -7,7 +7,7 @@ from std_srvs.srv import Trigger
 
 from bridge_helpers import demonstration_bag
 from control_field.records import Outcome
-from learner_node.field_monitor import FieldMonitor
+from learner_node.session.field_monitor import FieldMonitor
 from msgs_bridge.messages.tables import field_from_cloud
 from msgs_bridge.messages.trial_status import State, status_from_trial, TrialStatus
 from msgs_bridge.node import qos

@@ -3,7 +3,6 @@
 import signal
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from learner_helpers import start
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
@@ -17,6 +16,7 @@ from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.rosbag2.errors import mcap_path
 from episode_store.task_folder import EpisodeKind, TaskFolder
+from learner_helpers import start
 from msgs_bridge.messages.tables import field_from_cloud
 from msgs_bridge.node import qos
 from ros_helpers import call, collect, REPEAT, wait_until

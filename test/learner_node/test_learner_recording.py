@@ -4,7 +4,6 @@ from itertools import pairwise
 import shutil
 import sys
 
-from learner_helpers import COMPILING, LEARNER, recorded, Robot, start
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import PointCloud2
@@ -15,6 +14,7 @@ from bridge_helpers import content_of
 from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError
 from episode_store.task_folder import TaskFolder
+from learner_helpers import COMPILING, LEARNER, recorded, Robot, start
 from msgs_bridge.messages.tables import field_from_cloud
 from msgs_bridge.node import qos
 from ros_helpers import call, client_of, collect, node_command, Process, REPEAT, wait_until

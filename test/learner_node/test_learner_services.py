@@ -9,7 +9,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from control_field.poses import StartPose
 from learner_node.services import LearnerServices
-from learner_node.session import Session
+from learner_node.session.session import Session
 from learner_node.settings import Settings
 
 

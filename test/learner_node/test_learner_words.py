@@ -11,8 +11,8 @@ from episode_store.making import start_bag
 from episode_store.relearn import Relearner
 from episode_store.task_folder import TaskFolder
 from experience_cli.commands.learn import text_from_learnt_bag
+from learner_node.learning.task_memory import TaskMemory
 from learner_node.reports import numbers_from_learnt_bag, sentence_from_learnt_bag
-from learner_node.task_memory import TaskMemory
 
 #: There, once around a block, and on.
 ROUND = [(2, 2), (2, 3), (2, 4), (2, 5), (3, 5), (4, 5), (4, 4), (4, 3), (3, 3), (2, 3), (1, 3)]

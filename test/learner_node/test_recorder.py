@@ -13,9 +13,9 @@ from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.writer import McapFile
 from episode_store.task_folder import EpisodeKind, TaskFolder
-from learner_node.message_queue import RawMessage
-from learner_node.recorder import Recorder, stamp_of
-from learner_node.task_memory import TaskMemory
+from learner_node.learning.task_memory import TaskMemory
+from learner_node.recording.message_queue import RawMessage
+from learner_node.recording.recorder import Recorder, stamp_of
 from ros_helpers import wait_until
 
 
@@ -119,7 +119,7 @@ class TestRecorder:
         monkeypatch.setattr(McapFile, 'flush', no_space)
         monkeypatch.setattr(McapFile, 'add_metadata', no_space)
         if is_told_late:  # what failed while the session was held up comes out at the end
-            monkeypatch.setattr('learner_node.recorder._PATIENCE', 0.0)
+            monkeypatch.setattr('learner_node.recording.recorder._PATIENCE', 0.0)
             recorder.arrived('odom', raw_bool('/odom', b'\0\1\0\0\1', 2))
             recorder.catch_up()
         with pytest.raises(BagError, match='no space left'):

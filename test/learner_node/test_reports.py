@@ -9,8 +9,8 @@ from control_field.words import how_it_ended
 from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.task_folder import TaskFolder
+from learner_node.learning.task_memory import TaskMemory
 from learner_node.reports import numbers_from_learnt_bag, sentence_from_learnt_bag
-from learner_node.task_memory import TaskMemory
 from msgs_bridge.messages.trial_status import State, TrialStatus
 
 

@@ -7,8 +7,8 @@ import pytest
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger
 
-from learner_node.inputs import Peers
 from learner_node.requests import Requests
+from learner_node.session.inputs import Peers
 from ros_helpers import own_node, wait_until
 
 KINDS = ('start', 'stop')

@@ -5,11 +5,12 @@ import pytest
 from control_field.records import Outcome
 from control_field.robot.stop_rules import StopReason
 from episode_store.task_folder import EpisodeKind
-from learner_node.inputs import Peers
-from learner_node.outputs import Abandon, Close, Discard, Place, Record, Say, StartTrial, StopTrial
-from learner_node.phases import Phase, SessionError
-from learner_node.series import LOCAL_GRID_PATIENCE, LOST, MAX_REQUESTS
-from learner_node.session import Session
+from learner_node.session.inputs import Peers
+from learner_node.session.outputs import (
+    Abandon, Close, Discard, Place, Record, Say, StartTrial, StopTrial)
+from learner_node.session.phases import Phase, SessionError
+from learner_node.session.series import LOCAL_GRID_PATIENCE, LOST, MAX_REQUESTS
+from learner_node.session.session import Session
 from learner_node.settings import Settings
 from session_helpers import ended, HERE, idle, Play, running, START, warnings_of
 

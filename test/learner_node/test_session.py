@@ -4,9 +4,9 @@ import pytest
 
 from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind
-from learner_node.inputs import Peers
-from learner_node.outputs import Abandon, Close, Discard, Place, Record, Say, StopTrial
-from learner_node.phases import Phase, SessionError, TRANSITIONS
+from learner_node.session.inputs import Peers
+from learner_node.session.outputs import Abandon, Close, Discard, Place, Record, Say, StopTrial
+from learner_node.session.phases import Phase, SessionError, TRANSITIONS
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from session_helpers import ended, idle, Play, running, START, warnings_of
 

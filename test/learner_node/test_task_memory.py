@@ -10,7 +10,7 @@ from control_field.parameters import Parameters
 from control_field.poses import StartPose
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import TaskFolder
-from learner_node.task_memory import set_aside, TaskMemory
+from learner_node.learning.task_memory import set_aside, TaskMemory
 from msgs_bridge.messages.trial_status import Label
 
 

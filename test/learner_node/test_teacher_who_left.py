@@ -3,9 +3,9 @@
 import pytest
 
 from episode_store.task_folder import EpisodeKind
-from learner_node.demonstration import LEFT
-from learner_node.outputs import Abandon, Discard, Record, Say
-from learner_node.phases import Phase, SessionError
+from learner_node.session.demonstration import LEFT
+from learner_node.session.outputs import Abandon, Discard, Record, Say
+from learner_node.session.phases import Phase, SessionError
 from session_helpers import Play
 
 

@@ -4,10 +4,10 @@ import pytest
 
 from control_field.poses import StartPose
 from control_field.records import Outcome
-from learner_node.inputs import Peers
-from learner_node.outputs import Abandon, Say, StopTrial
-from learner_node.phases import Phase, SessionError
-from learner_node.session import Session
+from learner_node.session.inputs import Peers
+from learner_node.session.outputs import Abandon, Say, StopTrial
+from learner_node.session.phases import Phase, SessionError
+from learner_node.session.session import Session
 from learner_node.settings import Settings
 from msgs_bridge.messages.trial_status import State, TrialStatus
 

@@ -3,8 +3,8 @@
 
 from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind
-from learner_node.outputs import Close, Record, StopTrial
-from learner_node.phases import Phase
+from learner_node.session.outputs import Close, Record, StopTrial
+from learner_node.session.phases import Phase
 from session_helpers import ended, idle, running, warnings_of
 
 

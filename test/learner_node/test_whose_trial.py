@@ -10,8 +10,8 @@ from sensor_msgs.msg import PointCloud2
 from bridge_helpers import demonstration_bag, GRID, random_decisions
 from control_field.records import Outcome
 from episode_store.task_folder import EpisodeKind, TaskFolder
-from learner_node.outputs import Record, Say
-from learner_node.phases import Phase
+from learner_node.session.outputs import Record, Say
+from learner_node.session.phases import Phase
 from msgs_bridge.messages.memory_identity import NOTHING, task_of
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.tables import cloud_from_decisions, field_from_cloud

@@ -1,5 +1,6 @@
 """`make check` sees what ament's linters would say, and what may run code from a file."""
 
+from configparser import ConfigParser
 from pathlib import Path
 import subprocess
 import sys
@@ -21,6 +22,15 @@ def test_flake8_names_it(tmp_path):
     for code in sources:
         assert any(f'{code}.py:' in line and f': {code} ' in line
                    for line in done.stdout.splitlines()), code
+
+
+def test_flake8_knows_what_is_ours():
+    config = ConfigParser()
+    config.read(ROOT / 'setup.cfg')
+    names = config['flake8']['application-import-names'].split(',')
+    rooms = {path.parent.name for path in ROOT.glob('*/__init__.py')}
+    helpers = {path.stem for path in ROOT.glob('test/*.py')} - {'conftest'}
+    assert sorted(names) == sorted(rooms | helpers | {'tools'})
 
 
 def test_ruff_names_what_may_run_code_from_a_file():

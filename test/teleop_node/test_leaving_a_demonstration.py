@@ -1,12 +1,12 @@
 """A demonstration whose teacher is gone ends by itself, and is neither lost nor learnt."""
 
-from person_helpers import Person, REAL_TIME
 import pytest
 from std_srvs.srv import Trigger
 
 from bridge_helpers import content_of
 from episode_store.errors import NothingToLearnError
-from learner_node.demonstration import LEFT
+from learner_node.session.demonstration import LEFT
+from person_helpers import Person, REAL_TIME
 import ros_helpers
 
 

@@ -2,12 +2,12 @@
 
 import re
 
-from person_helpers import LOCKSTEP, N_TRIALS, Person, REAL_TIME, START
 import pytest
 from std_srvs.srv import Trigger
 
 from episode_store.label import read_label
 from msgs_bridge.messages.trial_status import Label
+from person_helpers import LOCKSTEP, N_TRIALS, Person, REAL_TIME, START
 import ros_helpers
 
 

@@ -1,10 +1,10 @@
 """A person at the keys while the robot tries by itself; the same four processes for all tests."""
 
 
-from person_helpers import Person, REAL_TIME, START
 import pytest
 
 from msgs_bridge.messages.trial_status import State
+from person_helpers import Person, REAL_TIME, START
 import ros_helpers
 
 

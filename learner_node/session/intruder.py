@@ -2,8 +2,8 @@
 
 from typing import Final
 
-from learner_node.inputs import is_running
-from learner_node.phases import SessionError
+from learner_node.session.inputs import is_running
+from learner_node.session.phases import SessionError
 from msgs_bridge.messages.trial_status import TrialStatus
 
 #: Ticks after which a trial that was heard of during a demonstration is no late word of one that

@@ -5,10 +5,10 @@ import math
 from typing import Final
 
 from control_field.poses import StartPose
-from learner_node.inputs import is_running
-from learner_node.outputs import Output, Outputs, Place, Say, StartTrial, StopTrial
-from learner_node.phases import IN_TRIAL, Phase, SessionError
-from learner_node.state import SessionState
+from learner_node.session.inputs import is_running
+from learner_node.session.outputs import Output, Outputs, Place, Say, StartTrial, StopTrial
+from learner_node.session.phases import IN_TRIAL, Phase, SessionError
+from learner_node.session.state import SessionState
 from msgs_bridge.node.node_info import Operation
 
 #: Time after which a request that was not answered is made again, [s].

@@ -4,10 +4,10 @@ from collections.abc import Callable
 import math
 from typing import Final
 
-from learner_node.inputs import Inputs, is_running
-from learner_node.phases import Phase, RECORDING, remedy, SessionError, TRANSITIONS, WORDS
+from learner_node.session.inputs import Inputs, is_running
+from learner_node.session.phases import Phase, RECORDING, remedy, SessionError, TRANSITIONS, WORDS
+from learner_node.session.unheard_stop import UnheardStop
 from learner_node.settings import Settings
-from learner_node.unheard_stop import UnheardStop
 from msgs_bridge.messages.memory_identity import difference
 from msgs_bridge.messages.trial_status import TrialStatus
 from msgs_bridge.node.node_info import Operation

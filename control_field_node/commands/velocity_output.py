@@ -6,9 +6,9 @@ from typing import Final
 from control_field.robot.collision_monitor import Intervention, limit_command
 from control_field.robot.late_collision_monitor import limit_late_command
 from control_field.robot.limits import STANDSTILL, Velocity, within_acceleration, within_speed
-from control_field_node.guard_timing import GuardTiming
-from control_field_node.observation import Observation
-from control_field_node.robot_link import place_of, RobotLink
+from control_field_node.commands.guard_timing import GuardTiming
+from control_field_node.commands.robot_link import place_of, RobotLink
+from control_field_node.inputs.observation import Observation
 from control_field_node.settings import Settings
 from msgs_bridge.messages.poses import Pose
 

@@ -10,7 +10,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 
 from control_field.robot.limits import STANDSTILL, Velocity
 from control_field.robot.takeover import OwnCommands
-from control_field_node.lockstep import key_of, TickBook
+from control_field_node.commands.lockstep import key_of, TickBook
 from control_field_node.settings import Settings
 from msgs_bridge.messages.velocities import fill_twist
 

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from learner_node.inputs import is_running
+from learner_node.session.inputs import is_running
 from msgs_bridge.messages.trial_status import TrialStatus
 
 #: After so many looks in a row that find another field there ours is published anew; who refuses

@@ -8,14 +8,14 @@ steady clock, and carries out the outputs it returns, in order. `phases.TRANSITI
 from collections.abc import Callable
 
 from control_field.poses import StartPose
-from learner_node.demonstration import Demonstration
-from learner_node.inputs import Peers
-from learner_node.outputs import Abandon, Outputs, Say, StopTrial
-from learner_node.phases import IN_TRIAL, Phase
-from learner_node.series import Series
+from learner_node.session.demonstration import Demonstration
+from learner_node.session.inputs import Peers
+from learner_node.session.outputs import Abandon, Outputs, Say, StopTrial
+from learner_node.session.phases import IN_TRIAL, Phase
+from learner_node.session.series import Series
+from learner_node.session.state import SessionState
+from learner_node.session.trial_recording import TrialRecording
 from learner_node.settings import Settings
-from learner_node.state import SessionState
-from learner_node.trial_recording import TrialRecording
 from msgs_bridge.messages.trial_status import TrialStatus
 from msgs_bridge.node.node_info import Operation
 

@@ -7,11 +7,12 @@ from control_field.robot.collision_monitor import Intervention
 from control_field.robot.limits import STANDSTILL, Velocity
 from control_field.robot.stop_rules import StopReason
 from control_field.robot.takeover import moves, TakeoverDetector
-from control_field_node.sensing import Sensing
+from control_field_node.commands.command_age_check import senders_on
+from control_field_node.commands.velocity_output import VelocityOutput
+from control_field_node.driving.trial_control import TrialControl
+from control_field_node.driving.trial_run import Answer, NOTHING, STOP
+from control_field_node.inputs.sensing import Sensing
 from control_field_node.settings import Settings
-from control_field_node.trial_control import TrialControl
-from control_field_node.trial_run import Answer, NOTHING, STOP
-from control_field_node.velocity_output import VelocityOutput
 from msgs_bridge.messages.poses import Pose
 
 #: Of a person's commands before there is anything to check them against.
@@ -170,10 +171,3 @@ class ManualControl:
         was_driving = self._output.velocity != STANDSTILL
         self._output.stand()
         return STOP if was_driving else NOTHING
-
-
-def senders_on(topic: str, names: Sequence[str]) -> str:
-    """Return who may have sent what came on a topic; empty where nobody is known."""
-    if not names:
-        return ''
-    return f'{"one of " if len(names) > 1 else ""}{", ".join(names)} on {topic}'

@@ -6,12 +6,12 @@ from typing import Final
 from control_field.records import Outcome
 from control_field.robot.stop_rules import StopReason
 from episode_store.task_folder import EpisodeKind
-from learner_node.inputs import is_running
-from learner_node.outputs import Abandon, Close, Discard, Outputs, Record, Say, StopTrial
-from learner_node.phases import IN_TRIAL, Phase
-from learner_node.series import Series
-from learner_node.state import SessionState
-from learner_node.unrecorded_trials import UnrecordedTrials
+from learner_node.session.inputs import is_running
+from learner_node.session.outputs import Abandon, Close, Discard, Outputs, Record, Say, StopTrial
+from learner_node.session.phases import IN_TRIAL, Phase
+from learner_node.session.series import Series
+from learner_node.session.state import SessionState
+from learner_node.session.unrecorded_trials import UnrecordedTrials
 from msgs_bridge.messages.trial_status import State, TrialStatus
 
 #: Who stops a trial, or leaves it unwatched, wants no other either.

@@ -7,10 +7,10 @@ from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.limits import nearest_to_rest, STANDSTILL
 from control_field.robot.stop_rules import StopReason
-from control_field_node.sensing import Sensing
+from control_field_node.commands.velocity_output import VelocityOutput
+from control_field_node.driving.trial_run import Answer, ended_by, Move, NOTHING, STOP, TrialRun
+from control_field_node.inputs.sensing import Sensing
 from control_field_node.settings import Settings
-from control_field_node.trial_run import Answer, ended_by, Move, NOTHING, STOP, TrialRun
-from control_field_node.velocity_output import VelocityOutput
 from msgs_bridge.messages.trial_status import State, TrialStatus
 
 

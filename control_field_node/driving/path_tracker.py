@@ -12,7 +12,7 @@ from control_field.grid import Grid
 from control_field.headings import heading_from_step, STEP_COL, STEP_ROW
 from control_field.robot.limits import Limits, Velocity
 from control_field.robot.steering import EXACT_CONE, Segment, steer, wrapped
-from control_field_node.observation import Observation
+from control_field_node.inputs.observation import Observation
 from msgs_bridge.messages.poses import Pose
 
 #: How near a centre the robot turns in tight places, and stops at the goal, [cells].

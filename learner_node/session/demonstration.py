@@ -3,14 +3,14 @@
 from typing import Final
 
 from episode_store.task_folder import EpisodeKind
-from learner_node.inputs import is_running
-from learner_node.intruder import Intruder
-from learner_node.odometry_monitor import OdometryMonitor
-from learner_node.outputs import Abandon, Close, Discard, Outputs, Record, Say, StopTrial
-from learner_node.phases import Phase, SessionError
-from learner_node.series import Series
-from learner_node.state import SessionState
-from learner_node.teacher_monitor import TeacherMonitor
+from learner_node.session.inputs import is_running
+from learner_node.session.intruder import Intruder
+from learner_node.session.odometry_monitor import OdometryMonitor
+from learner_node.session.outputs import Abandon, Close, Discard, Outputs, Record, Say, StopTrial
+from learner_node.session.phases import Phase, SessionError
+from learner_node.session.series import Series
+from learner_node.session.state import SessionState
+from learner_node.session.teacher_monitor import TeacherMonitor
 from msgs_bridge.messages.trial_status import TrialStatus
 from msgs_bridge.node.node_info import Operation
 from msgs_bridge.node.throttled_log import template_of

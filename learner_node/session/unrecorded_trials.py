@@ -2,10 +2,10 @@
 
 from typing import Final
 
-from learner_node.inputs import is_running
-from learner_node.outputs import Outputs, Say
-from learner_node.phases import Phase
-from learner_node.state import SessionState
+from learner_node.session.inputs import is_running
+from learner_node.session.outputs import Outputs, Say
+from learner_node.session.phases import Phase
+from learner_node.session.state import SessionState
 from msgs_bridge.messages.trial_status import TrialStatus
 
 #: Ticks after which decisions that have not arrived are lost; ticks for the reason of

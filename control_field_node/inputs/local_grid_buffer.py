@@ -9,9 +9,9 @@ from control_field.grid import Grid
 from control_field.local_grid import UNKNOWN
 from control_field.records import ControlField
 from control_field.robot.motion_watch import MotionWatch
-from control_field_node.input_monitor import InputMonitor
-from control_field_node.localisation import Localisation
-from control_field_node.observation import LocalGridRules, Observation, ObservationCache
+from control_field_node.inputs.input_monitor import InputMonitor
+from control_field_node.inputs.localisation import Localisation
+from control_field_node.inputs.observation import LocalGridRules, Observation, ObservationCache
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose, problem_with_frame
 

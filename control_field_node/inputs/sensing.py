@@ -5,10 +5,10 @@ from typing import Final
 from control_field.grid import Grid
 from control_field.records import ControlField
 from control_field.robot.stop_rules import StopReason
-from control_field_node.input_monitor import InputMonitor, RefusalLog
-from control_field_node.local_grid_buffer import LocalGridBuffer
-from control_field_node.localisation import Localisation
-from control_field_node.observation import LocalGridRules, Observation
+from control_field_node.inputs.input_monitor import InputMonitor, RefusalLog
+from control_field_node.inputs.local_grid_buffer import LocalGridBuffer
+from control_field_node.inputs.localisation import Localisation
+from control_field_node.inputs.observation import LocalGridRules, Observation
 from control_field_node.settings import Settings
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose, problem_with_frame

@@ -12,16 +12,16 @@ from episode_store.gaps import BagGaps, note_gaps
 from episode_store.relearn import LearntBag
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind
-from learner_node.background_worker import BackgroundWorker, result_of
-from learner_node.kernel_warm_up import warm_up_kernels
+from learner_node.learning.background_worker import BackgroundWorker, result_of
+from learner_node.learning.kernel_warm_up import warm_up_kernels
+from learner_node.learning.task_memory import TaskMemory
 from learner_node.output_handler import OutputHandler
-from learner_node.outputs import Outputs
-from learner_node.phases import IN_TRIAL, Phase
 from learner_node.publications import Publications
 from learner_node.reports import (
     NEXT, numbers_from_learnt_bag, sentence_at_start, sentence_from_learnt_bag)
-from learner_node.session import Session
-from learner_node.task_memory import TaskMemory
+from learner_node.session.outputs import Outputs
+from learner_node.session.phases import IN_TRIAL, Phase
+from learner_node.session.session import Session
 
 
 class LearningLoop:

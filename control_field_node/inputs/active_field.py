@@ -5,9 +5,9 @@ from typing import Final
 from control_field.grid import Grid
 from control_field.records import ControlField
 from control_field.robot.stop_rules import StopReason
-from control_field_node.input_monitor import RefusalLog
-from control_field_node.refusals import problem_with_goal
+from control_field_node.inputs.input_monitor import RefusalLog
 from msgs_bridge.messages.memory_identity import task_of
+from msgs_bridge.messages.poses import problem_with_frame
 from msgs_bridge.messages.trial_status import State, TrialStatus
 
 #: Of a goal that was demonstrated.
@@ -89,3 +89,18 @@ def _described(field: ControlField) -> str:
     task = task_of(field.memory)
     text = f'control field revision {field.revision}' + (f' of task {task}' if task else '')
     return text if field.revision else f'{text}: it is empty, nothing was learnt yet'
+
+
+def problem_with_goal(
+    field: ControlField | None, x: float, y: float, frame_id: str,
+) -> str:
+    """Return why the robot will not drive to a point, [m]; empty where the field leads there."""
+    if field is None or field.is_void:
+        return 'goal_pose: there is no control field yet'
+    if problem := problem_with_frame(frame_id, field.grid.frame_id, 'goal_pose'):
+        return f'{problem}: choose that as the fixed frame of what it is clicked in'
+    if field.grid.cell_from_world(x, y) == field.goal:
+        return ''
+    there = field.grid.world_from_cell(*field.goal)
+    return (f'goal_pose: the control field leads to ({there[0]:g}, {there[1]:g}) m only; '
+            f'demonstrate the way to ({x:g}, {y:g}) m')

@@ -8,7 +8,7 @@ from control_field.kernels.steps import StepRules
 from control_field.kernels.waiting import (
     GIVE_UP, look_again, look_ahead, n_looks, new_record, take_in, WAIT)
 from control_field.robot.patience import SteadyTime
-from control_field_node.observation import Observation
+from control_field_node.inputs.observation import Observation
 
 
 class WayWatch:

@@ -9,10 +9,10 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import PointCloud2
 
 from control_field.grid import Grid
-from learner_node.odometry_check import OdometryCheck
-from learner_node.outputs import Outputs
-from learner_node.recorder import stamp_of
-from learner_node.session import Session
+from learner_node.recording.odometry_check import OdometryCheck
+from learner_node.recording.recorder import stamp_of
+from learner_node.session.outputs import Outputs
+from learner_node.session.session import Session
 from msgs_bridge.messages.serialized import message_from_cdr
 from msgs_bridge.messages.tables import decisions_from_cloud
 from msgs_bridge.messages.trial_status import trial_from_status

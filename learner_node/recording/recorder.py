@@ -16,7 +16,7 @@ from episode_store.rosbag2.writer import BagWriter
 from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.trim import drop_messages
 from episode_store.undo import take_away
-from learner_node.message_queue import MessageQueue, QueuedMessage, RawMessage
+from learner_node.recording.message_queue import MessageQueue, QueuedMessage, RawMessage
 
 #: Messages of decisions that may arrive before their trial is recorded: while a demonstration is
 #: kept, or the learner learns, a person may start one.

@@ -13,11 +13,11 @@ from control_field.robot.limits import STANDSTILL, Velocity
 from control_field.robot.patience import Patience
 from control_field.robot.policy import TrialPolicy
 from control_field.robot.stop_rules import is_lost, ProgressChecker, StopReason
-from control_field_node.field_reader import FEW_CELLS
-from control_field_node.observation import Observation
-from control_field_node.path_tracker import PathTracker
+from control_field_node.driving.path_tracker import PathTracker
+from control_field_node.driving.way_watch import WayWatch
+from control_field_node.inputs.field_reader import FEW_CELLS
+from control_field_node.inputs.observation import Observation
 from control_field_node.settings import Settings
-from control_field_node.way_watch import WayWatch
 from msgs_bridge.messages.memory_identity import is_of_another_task, task_of
 from msgs_bridge.messages.poses import Pose
 

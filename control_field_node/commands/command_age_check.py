@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from control_field_node.input_monitor import InputMonitor
-from control_field_node.manual_control import senders_on
+from control_field_node.inputs.input_monitor import InputMonitor
 from control_field_node.settings import Settings
 from msgs_bridge.messages.poses import seconds_from_stamp
 from msgs_bridge.node.command_age import problem_with_age
@@ -78,3 +77,10 @@ def limit_for(topic: str, settings: Settings) -> str:
     """
     is_for_base = topic == 'cmd_vel' and settings.cmd_vel_timeout > settings.takeover_timeout
     return 'cmd_vel_timeout' if is_for_base else 'takeover_timeout'
+
+
+def senders_on(topic: str, names: Sequence[str]) -> str:
+    """Return who may have sent what came on a topic; empty where nobody is known."""
+    if not names:
+        return ''
+    return f'{"one of " if len(names) > 1 else ""}{", ".join(names)} on {topic}'
