@@ -214,7 +214,8 @@ def test_a_run_leaves_nothing_to_the_next():
     field = taught(moving, OPEN, 2).refresh.field
     known = field.known.copy()
     known[:, 10] = 60  # in doubt, and gone
-    ready = moving._ready(replace(field, known=known))
+    nothing_said = np.zeros_like(field.q)  # prices are those of the map then
+    ready = moving._ready(replace(field, known=known, q=nothing_said))
     before = ready.state.ground.factor.copy()
     outcome, *_ = moving._run(ready, (2, 0), 1, moving._new_log(0))
     assert outcome == 0
