@@ -185,4 +185,5 @@ def test_a_trial_whose_recorder_sleeps_until_it_is_forgotten_counts(
             # brought all together again, which takes a busy machine its time; the bag says so.
             gaps = Episode.at(episode.path).gaps
             assert not gaps.n_missing, gaps
+            assert not gaps.holes or episode.kind is EpisodeKind.TRIAL, gaps
             assert {*gaps.lost} <= {'/trial'}, gaps
