@@ -144,10 +144,8 @@ def check_end(what: str, which: str, n: int, seconds: float, refusal: str) -> No
 def remedy_for_own(error: ValueError, bag: str) -> str:
     """Say what to do about a drive of a bag of ours beyond what its refusal says."""
     if isinstance(error, OutsideWorkspaceError) and error.fitting is not None:
-        grid = error.fitting
-        return ('. Drive within the workspace, or teach this as a task of its own, with '
-                f'rows:={grid.n_rows} cols:={grid.n_cols} origin_x:={grid.origin_x:g} '
-                f'origin_y:={grid.origin_y:g}')
+        return ('. Drive within the workspace, or let it fit itself (leave rows, cols, origin_x '
+                'and origin_y out) and show the way again')
     return _remedy_by_cutting(error, 0.0, f'`experience trim {bag} --to {{:.2f}}`')
 
 

@@ -1,18 +1,15 @@
 """A drive that leaves the workspace is not learnt; here is what would hold it."""
 
-import math
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from control_field.drives.breaks import place_text
-from control_field.grid import Grid
+from control_field.grid import fitted_workspace, Grid
 
 #: A pose so far outside, in cells, is one on the edge.
 EDGE: Final = 0.2
-#: Cells left free around a drive.
-_ROOM: Final = 2
 
 
 class OutsideWorkspaceError(ValueError):
@@ -67,16 +64,10 @@ def check_inside(
 
 
 def fitting_workspace(grid: Grid, xy: npt.NDArray[np.float64]) -> Grid | None:
-    """Return a workspace of the same cells that holds a drive, with room; None if too large."""
+    """Return the workspace of the same cells that fits itself to a drive; None if too large."""
     try:
-        (low_x, high_x), (low_y, high_y) = (
-            (math.floor((axis.min() - origin) / grid.resolution) - _ROOM,
-             math.floor((axis.max() - origin) / grid.resolution) + _ROOM)
-            for axis, origin in zip(xy.T, (grid.origin_x, grid.origin_y), strict=True))
-        return Grid(high_y - low_y + 1, high_x - low_x + 1, grid.resolution,
-                    round(grid.origin_x + low_x * grid.resolution, 6),
-                    round(grid.origin_y + low_y * grid.resolution, 6), grid.frame_id)
-    except (ValueError, OverflowError):
+        return fitted_workspace(grid, xy)
+    except ValueError:
         return None
 
 
