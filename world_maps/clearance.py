@@ -1,4 +1,4 @@
-"""How much room there is around a disc, between the blocked cells and walls of a world."""
+"""How much room there is around a disc, between the blocked pixels and walls of a world."""
 
 import math
 from typing import Final
@@ -26,15 +26,13 @@ class Clearance:
     """
 
     def __init__(self, world: World, radius: float) -> None:
-        """Keep the blocked cells as bytes, which are fast to search."""
-        grid = world.grid
+        """Keep the blocked pixels as bytes, which are fast to search."""
+        pixels = world.pixels
         self.radius = radius
         self._reach = radius + _HORIZON
-        self._low = (grid.origin_x, grid.origin_y)
-        self._side = grid.resolution
-        self._high = (grid.origin_x + grid.n_cols * grid.resolution,
-                      grid.origin_y + grid.n_rows * grid.resolution)
-        self._rows = [row.tobytes() for row in (world.occupancy != FREE).astype(np.uint8)]
+        self._side = pixels.grid.resolution
+        self._low, self._high = pixels.extent[:2], pixels.extent[2:]
+        self._rows = [row.tobytes() for row in (pixels.occupancy != FREE).astype(np.uint8)]
 
     def at(self, x: float, y: float) -> float:
         """
@@ -48,7 +46,7 @@ class Clearance:
         Returns
         -------
         float, [m]
-            Negative where the disc overlaps a blocked cell or a wall, 0 where it touches one,
+            Negative where the disc overlaps a blocked pixel or a wall, 0 where it touches one,
             never above 0.05.
 
         """
@@ -70,7 +68,7 @@ class Clearance:
         return min(max(first, 0), count), min(max(last, 0), count)
 
     def _distance(self, x: float, y: float, row: int, col: int) -> float:
-        """Return the distance of a point from a cell, 0 inside it, [m]."""
+        """Return the distance of a point from a pixel, 0 inside it, [m]."""
         x_low = self._low[0] + col * self._side
         y_low = self._low[1] + row * self._side
         return math.hypot(max(x_low - x, 0.0, x - x_low - self._side),

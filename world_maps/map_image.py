@@ -97,6 +97,15 @@ def read_pixels(path: Path) -> Pixels:
                                    'anew') from error
 
 
+def jpeg_notes(path: Path, kind: str) -> list[str]:
+    """Return what a user should know of an image that is a JPEG."""
+    if kind != 'JPEG':
+        return []
+    note = (f'{path}: is a JPEG, which blurs edges: walls may be a pixel thicker or thinner '
+            f'than drawn, better save maps as PNG')
+    return [note]
+
+
 def _format_of(path: Path, file: BinaryIO) -> tuple[str, Any]:
     start = file.read(32)
     file.seek(0)

@@ -15,9 +15,10 @@ from msgs_bridge.untrusted.yaml_texts import yaml_from_text
 from world_maps.errors import read_bytes, WorldError
 from world_maps.map_cells import (
     cells_from_pixels, MODES, n_saved_unknown_free, SAVED_UNKNOWN, turned, turned_corner, UNKNOWN)
-from world_maps.map_image import Pixels, read_pixels
+from world_maps.map_file import MapFile
+from world_maps.map_image import jpeg_notes, Pixels, read_pixels
 
-_YAML_LIMIT: Final = 64 * 1024
+YAML_LIMIT: Final = 64 * 1024
 #: What ROS 1's saver wrote; the map_server of today refuses a file without them.
 _OCCUPIED_THRESH: Final = 0.65
 _FREE_THRESH: Final = 0.196
@@ -48,32 +49,7 @@ class MapHeader:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
-class MapServerMap:
-    """
-    A map that was read.
-
-    Parameters
-    ----------
-    header : MapHeader
-        What the YAML file says.
-    occupancy : ndarray of int8, shape (n_rows, n_cols)
-        0 free, 100 blocked; row 0 at the lowest y. Cells whose state is unknown are blocked: in
-        a true world there is no third kind.
-    corner : tuple of float
-        (x, y) of the lower left corner of cell (0, 0) [m].
-    notes : tuple of str
-        What a user should know: each one sentence that names the file.
-
-    """
-
-    header: MapHeader
-    occupancy: npt.NDArray[np.int8]
-    corner: tuple[float, float]
-    notes: tuple[str, ...]
-
-
-def read_map_server(path: Path) -> MapServerMap:
+def read_map_server(path: Path) -> MapFile:
     """
     Read a map_server YAML file and its image.
 
@@ -91,15 +67,14 @@ def read_map_server(path: Path) -> MapServerMap:
                            header.resolution, header.quarters)
     free = (cells > UNKNOWN) & (cells < _HALF)
     occupancy = turned(np.where(free, FREE, BLOCKED).astype(np.int8), header.quarters)
-    return MapServerMap(header, occupancy, corner, (*header.notes, *_notes(header, pixels, cells)))
+    return MapFile(occupancy, header.resolution, corner,
+                   (*header.notes, *_notes(header, pixels, cells)))
 
 
 def _notes(header: MapHeader, pixels: Pixels, cells: npt.NDArray[np.int8]) -> list[str]:
     """Return what a user should know of the image and of its cells."""
-    notes, image = [], header.image
-    if pixels.kind == 'JPEG':
-        notes.append(f'{image}: is a JPEG, which blurs edges: walls may be a cell thicker or '
-                     f'thinner than drawn, better save maps as PNG')
+    image = header.image
+    notes = jpeg_notes(image, pixels.kind)
     n_free = n_saved_unknown_free(pixels, cells) if header.mode == 'trinary' else 0
     if n_free:
         notes.append(
@@ -182,7 +157,7 @@ def _is_there(path: Path) -> bool:
 
 
 def _fields(path: Path) -> Mapping[str, Any]:
-    text = read_bytes(path, _YAML_LIMIT)
+    text = read_bytes(path, YAML_LIMIT)
     try:
         fields = yaml_from_text(text, as_written=True)
     except ValueError as error:

@@ -1,6 +1,8 @@
 """The true world of a simulation: which cells are blocked, and the files it is kept in."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+import math
 import os
 from pathlib import Path
 import sys
@@ -8,11 +10,15 @@ import sys
 import numpy as np
 import numpy.typing as npt
 
-from control_field.grid import Grid
-from control_field.local_grid import BLOCKED, FREE
+from control_field.grid import cell_side, Grid
+from control_field.local_grid import FREE
 from world_maps.errors import WorldError
+from world_maps.image_alone import header_beside, IMAGES, read_image
+from world_maps.map_file import MapFile
 from world_maps.map_server import read_map_server
 from world_maps.moving_ai import read_moving_ai
+from world_maps.raster import Raster
+from world_maps.robot_cells import robot_cells, robot_grid, ROBOT_RADIUS
 
 __all__ = ['World', 'WorldError', 'find_world', 'load_world', 'save_world']
 
@@ -43,6 +49,11 @@ class World:
         For messages and tables.
     notes : tuple of str
         What a user should know of the file it was read from, a sentence each.
+    drawn : Raster, optional
+        The pixels of its map, where these are not the cells. The cells are made of them by
+        `world_maps.robot_cells`.
+    robot_radius : float, [m]
+        Of the robot that its cells were made for.
 
     Raises
     ------
@@ -55,36 +66,52 @@ class World:
     occupancy: npt.NDArray[np.int8]
     name: str = 'world'
     notes: tuple[str, ...] = ()
+    drawn: Raster | None = None
+    robot_radius: float = ROBOT_RADIUS
 
     def __post_init__(self) -> None:
         """Check the cells and lock them."""
-        cells = np.ascontiguousarray(self.occupancy, dtype=np.int8)
-        if cells.shape != self.grid.shape:
-            raise ValueError(f'world: occupancy has shape {cells.shape}, must be '
-                             f'{self.grid.shape}')
-        if not np.isin(cells, (FREE, BLOCKED)).all():
-            raise ValueError(f'world: cells must be {FREE} (free) or {BLOCKED} (blocked)')
-        if cells is self.occupancy:
-            cells = cells.copy()
-        cells.setflags(write=False)
-        object.__setattr__(self, 'occupancy', cells)
+        object.__setattr__(self, 'occupancy', Raster(self.grid, self.occupancy).occupancy)
+
+    @cached_property
+    def pixels(self) -> Raster:
+        """Return what stands where as exactly as the map says it; the cells, if these are it."""
+        return self.drawn or Raster(self.grid, self.occupancy)
+
+    def with_pixels(self, occupancy: npt.NDArray[np.int8]) -> 'World':
+        """Return the world with other pixels, and the cells that they make."""
+        if self.drawn is None:
+            return replace(self, occupancy=occupancy)
+        drawn = Raster(self.drawn.grid, occupancy)
+        return replace(self, drawn=drawn,
+                       occupancy=robot_cells(drawn, self.grid, self.robot_radius))
 
     def is_blocked(self, row: int, col: int) -> bool:
         """Return whether a cell is blocked; cells outside the workspace are."""
         return not self.grid.contains(row, col) or bool(self.occupancy[row, col] != FREE)
 
 
-def load_world(path: str | Path, frame_id: str = 'odom') -> World:
+def load_world(
+    path: str | Path, frame_id: str = 'odom', robot_radius: float = ROBOT_RADIUS,
+    resolution: float | None = None,
+) -> World:
     """
     Read a world from a file.
+
+    A pixel that holds the robot's disc is a cell. Of smaller ones cells are made for the robot, on
+    the lattice of which (0, 0) is the centre of a cell.
 
     Parameters
     ----------
     path : str or Path
-        A map_server ``.yaml`` (with its image) or a MovingAI ``.map`` (1 m a cell, lower left
-        corner at (0, 0)).
+        A map_server ``.yaml`` (with its image), a MovingAI ``.map`` (1 m a pixel, lower left
+        corner at (0, 0)), or an image alone.
     frame_id : str
         The frame its coordinates are given in.
+    robot_radius : float, [m]
+    resolution : float, optional, [m]
+        Side of the cells. Of an image alone, which says nothing of its scale: the side of a
+        pixel, which it needs.
 
     Raises
     ------
@@ -93,27 +120,53 @@ def load_world(path: str | Path, frame_id: str = 'odom') -> World:
 
     """
     path = Path(path)
-    notes: tuple[str, ...] = ()
     try:
-        if path.suffix == '.map':
-            occupancy = read_moving_ai(path)
-            resolution, x, y = 1.0, 0.0, 0.0
-        elif path.suffix in ('.yaml', '.yml'):
-            found = read_map_server(path)
-            resolution, occupancy, notes = found.header.resolution, found.occupancy, found.notes
-            x, y = found.corner
-        else:
-            raise WorldError(
-                path, 'a world is a .yaml file of map_server (not its image) or a .map file of '
-                      'MovingAI')
+        found, scale = _read(path, resolution)
+        n_rows, n_cols = found.occupancy.shape
+        grid = Grid(n_rows, n_cols, found.resolution, *found.corner, frame_id)
+        drawn = Raster(grid, found.occupancy)
+        return _world_of(drawn, path.stem, found.notes, robot_radius, scale)
     except MemoryError as error:
         raise WorldError(path, 'is too large for the memory of this machine') from error
-    n_rows, n_cols = occupancy.shape
-    try:
-        grid = Grid(n_rows, n_cols, resolution, x, y, frame_id)
-        return World(grid, occupancy, path.stem, notes)
+    except WorldError:
+        raise
     except ValueError as error:
         raise WorldError(path, str(error)) from error
+
+
+def _read(path: Path, resolution: float | None) -> tuple[MapFile, float | None]:
+    """Return what a file holds, and the side of the cells if one was given."""
+    if path.suffix == '.map':
+        return MapFile(read_moving_ai(path), 1.0), resolution
+    if path.suffix in ('.yaml', '.yml'):
+        return read_map_server(path), resolution
+    if path.suffix.lower() in IMAGES:
+        header = header_beside(path)
+        if header is None:
+            return read_image(path, resolution), None
+        found = read_map_server(header)
+        return replace(found, notes=(f'{path}: is read as {header.name} beside it says',
+                                     *found.notes)), resolution
+    raise WorldError(path, 'a world is a .yaml file of map_server, an image, or a .map file of '
+                           'MovingAI')
+
+
+def _world_of(
+    drawn: Raster, name: str, notes: tuple[str, ...], radius: float, resolution: float | None,
+) -> World:
+    """Return the world of pixels, whose cells are those, or are made for a robot."""
+    side = drawn.grid.resolution
+    holds_it = side >= 2.0 * radius
+    wanted = resolution or (side if holds_it else cell_side(radius))
+    is_pixel = math.isclose(wanted, side, rel_tol=1e-9)
+    if is_pixel and holds_it:
+        return World(drawn.grid, drawn.occupancy, name, notes, robot_radius=radius)
+    grid = drawn.grid if is_pixel else robot_grid(drawn.grid, wanted)
+    if wanted < 2.0 * radius:
+        note = (f'{name}: cells of {wanted:g} m do not hold a robot of radius {radius:g} m: with '
+                f'resolution {cell_side(radius):g} they would')
+        notes = (*notes, note)
+    return World(grid, robot_cells(drawn, grid, radius), name, notes, drawn, radius)
 
 
 def save_world(path: str | Path, world: World) -> Path:
@@ -135,10 +188,10 @@ def save_world(path: str | Path, world: World) -> Path:
     if path.suffix not in ('.yaml', '.yml'):
         raise WorldError(path, 'a world is written to a .yaml file')
     image = path.with_suffix('.pgm')
-    pixels = np.where(world.occupancy[::-1] == FREE, 254, 0).astype(np.uint8)
+    occupancy, grid = world.pixels.occupancy, world.pixels.grid
+    pixels = np.where(occupancy[::-1] == FREE, 254, 0).astype(np.uint8)
     rows, cols = pixels.shape
     image.write_bytes(b'P5\n%d %d\n255\n' % (cols, rows) + pixels.tobytes())
-    grid = world.grid
     path.write_text(_YAML.format(image=image.name, resolution=float(grid.resolution),
                                  x=float(grid.origin_x), y=float(grid.origin_y)))
     return path
@@ -154,7 +207,7 @@ def find_world(name: str) -> Path:
         If there is no world of that bare name; the message lists those that there are.
 
     """
-    return config_file(name, 'worlds', ('.yaml', '.yml', '.map'))
+    return config_file(name, 'worlds', ('.yaml', '.yml', '.map', *IMAGES))
 
 
 def config_file(name: str, folder: str, suffixes: tuple[str, ...]) -> Path:

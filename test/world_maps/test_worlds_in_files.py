@@ -63,9 +63,9 @@ def test_what_is_saved_is_loaded(tmp_path_factory, occupancy, resolution, x, y):
     world = World(Grid(*occupancy.shape, resolution, x, y), occupancy, 'here')
     path = save_world(tmp_path_factory.mktemp('worlds') / 'here.yaml', world)
     loaded = load_world(path)
-    assert loaded.grid == world.grid
+    assert loaded.pixels.grid == world.grid
     assert loaded.name == 'here'
-    np.testing.assert_array_equal(loaded.occupancy, occupancy)
+    np.testing.assert_array_equal(loaded.pixels.occupancy, occupancy)
 
 
 def test_world_checks_its_cells_and_keeps_a_copy():
@@ -146,7 +146,7 @@ class TestMapServer:
         assert '4500 x 4500 cells' in refused(path, 'map.pgm')
 
     def test_numbers_as_yaml_1_1_does_not_read_them(self, tmp_path):
-        assert load_world(write_map(tmp_path, resolution='5e-2')).grid.resolution == 0.05
+        assert load_world(write_map(tmp_path, resolution='5e-2')).pixels.grid.resolution == 0.05
 
     @pytest.mark.parametrize(('name', 'value'), [
         ('resolution', '.nan'), ('resolution', '.inf'), ('resolution', '0'), ('resolution', '-1'),
