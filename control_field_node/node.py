@@ -175,8 +175,9 @@ class ControlFieldNode(Node):
         if local_grid is None:
             return False
         try:
-            grid = self.supervisor.field.grid or cells_of_local_grid(local_grid)
-            neighbourhood = neighbourhood_from_grid(local_grid, grid)
+            grid = self.supervisor.grid or cells_of_local_grid(local_grid)
+            neighbourhood = neighbourhood_from_grid(
+                local_grid, grid, bounded=self.supervisor.trial.run is not None)
         except ValueError as error:
             self.supervisor.refusals.refuse(str(error))
             self.supervisor.sensing.inputs.local_grid.pass_over(time.monotonic(), str(error))
@@ -188,7 +189,7 @@ class ControlFieldNode(Node):
         now, clock = time.monotonic(), self._seconds()
         inputs = self.supervisor.sensing.inputs
         try:
-            pose, grid = pose_from_odometry(msg), self.supervisor.field.grid
+            pose, grid = pose_from_odometry(msg), self.supervisor.grid
             if self._settings.lockstep and grid is not None:
                 check_frame(pose.frame_id, grid.frame_id, 'odom', FRAME_OWNERS)
         except ValueError as error:

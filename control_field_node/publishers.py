@@ -59,7 +59,7 @@ class Publishers:
 
     def publish(self, answer: Answer, odometry: Any = None) -> None:
         """Publish decisions first, then the status of the trial, the command last."""
-        grid = self._supervisor.field.grid
+        grid = self._supervisor.trial.grid
         if grid is not None:
             for rows in answer.rows:
                 self._experience.publish(cloud_from_decisions(rows, grid))

@@ -85,17 +85,23 @@ class Supervisor:
         return self.trial.status or self.field.idle_status(self.trial.number)
 
     @property
+    def grid(self) -> Grid | None:
+        """Return the workspace that is driven in; None while no field leads anywhere."""
+        return self.field.grid if self.trial.run is None else self.trial.run.grid
+
+    @property
     def is_driving(self) -> bool:
         """Return whether the robot moves because the controller told it to."""
         return self.output.velocity != STANDSTILL and (
             self.manual.keys.is_pressed or self.trial.is_driving)
 
     def accept_field(self, field: ControlField) -> bool:
-        """Drive on a field from the next decision on; refuse one of another grid."""
+        """Drive on a field from the next decision on; refuse one of other cells."""
         # In a trial, the topic `trial` tells the revision.
         if not self.field.accept(field, is_logged=self.trial.run is None):
             return False
-        self.sensing.take_field(field)
+        if self.trial.run is None or field.grid == self.trial.run.grid:
+            self.sensing.take_field(field)
         self.trial.take_field(field)
         return True
 
@@ -129,7 +135,7 @@ class Supervisor:
                          cells: Grid | None = None) -> None:
         """Take in a neighbourhood, on the cells of the field or on others."""
         self.sensing.on_neighbourhood(
-            neighbourhood, cells or self.field.grid, now, self.trial.pause is not None)
+            neighbourhood, cells or self.grid, now, self.trial.pause is not None)
 
     def on_contact(self, touches: bool, now: float) -> Answer:
         """Take in what a bumper says: what runs into the standing robot is no collision."""
@@ -154,7 +160,7 @@ class Supervisor:
     def on_pose(self, pose: Pose, now: float, clock: float | None = None) -> Answer:
         """Answer a pose of the odometry; ``clock`` is the time that stamps are made of."""
         self.sensing.on_pose(pose, now, self.trial.pause is not None)
-        grid, velocity = self.field.grid, self.output.velocity
+        grid, velocity = self.grid, self.output.velocity
         if grid is None:
             self.output.link.on_pose(pose, velocity, now, clock)
             return NOTHING
@@ -185,7 +191,7 @@ class Supervisor:
             return self.trial.halt(problem.reason, problem.detail)
         if self.sensing.inputs.is_bad(now):
             return NOTHING
-        if self.field.is_reading or run.has_large_new_field:
+        if self.field.is_reading or run.stands_to_change:
             return self._change_field(run)
         if self.output.link.is_lost:
             return self.trial.halt(StopReason.LATE_COMMANDS)
@@ -193,10 +199,12 @@ class Supervisor:
         return self._drive(run, pose, observation, now)
 
     def _change_field(self, run: TrialRun) -> Answer:
-        """Stand while a large field is read; change to it once the robot stands."""
+        """Stand while a field is read or changes the cells; change to it once the robot stands."""
         if self.field.is_reading or self.trial.pause is None:
             return self.trial.halt(StopReason.READING_FIELD)
         end = run.change_field()
+        if self.field.current is not None:
+            self.sensing.take_field(self.field.current)
         return NOTHING if end is None else self.trial.finish(end)
 
     def _drive(
@@ -236,7 +244,8 @@ class Supervisor:
         if self.settings.lockstep or pose is None or (
                 self.trial.pause_reason is StopReason.TAKEN_OVER and not is_manual):
             return NOTHING
-        observation = self.sensing.observe(now, self.trial.unknown_is_blocked)
+        observation = self.sensing.observe(
+            now, self.trial.unknown_is_blocked, self.trial.run is not None)
         is_driving = (self.trial.run is not None or is_manual) and not self.manual.is_unmonitored
         return Answer(self.output.guard(pose, observation, now, clock, is_driving))
 
@@ -261,5 +270,5 @@ def _problem_with(observation: Observation, run: TrialRun, pose: Pose) -> Pause 
     """Return why a trial pauses although there is a local grid; None if it does not."""
     if observation.is_all_unknown and run.parameters.unknown_is_blocked:
         return Pause(StopReason.STALE_NEIGHBOURHOOD, 'all around the robot is unknown')
-    text = problem_with_observation(observation, run.policy.field.grid, pose.x, pose.y)
+    text = problem_with_observation(observation, run.grid, pose.x, pose.y)
     return Pause(StopReason.BAD_INPUT, text) if text else None

@@ -35,6 +35,11 @@ class MotionWatch:
         self._since = np.zeros((0, 0))
         self._came = np.zeros((0, 0))
 
+    def shift(self, rows: int, cols: int) -> None:
+        """Go on in another workspace of the same lattice, so many rows and columns farther up."""
+        k = len(self._states) // 3  # finer cells along a side of each
+        self._low = self._low[0] + rows * k, self._low[1] + cols * k
+
     def moving(
         self, stamp: float, low: tuple[int, int], cells: Cells, k: int = 1,
         remembered: Cells | None = None,

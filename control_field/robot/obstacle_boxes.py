@@ -50,7 +50,7 @@ def local_grid_from_cells(
     cells: Sequence[Sequence[int]] | npt.NDArray[np.int8], row: int, col: int, grid: Grid,
     unknown_is_blocked: bool = False, own_cell: bool = False, *,
     fine: npt.NDArray[np.int8] | None = None, moving: Mask | None = None,
-    mover_speed: float = 0.0, backs_off: bool = False,
+    mover_speed: float = 0.0, backs_off: bool = False, bounded: bool = True,
 ) -> LocalGrid:
     """
     Place a neighbourhood in the world.
@@ -63,7 +63,7 @@ def local_grid_from_cells(
     row, col : int
         Cell in the middle.
     grid : Grid
-        The workspace; what lies outside it is blocked.
+        The workspace.
     unknown_is_blocked : bool
         Whether to keep out of unknown cells.
     own_cell : bool
@@ -76,11 +76,15 @@ def local_grid_from_cells(
         How fast that may be.
     backs_off : bool
         Whether the robot may drive away from it.
+    bounded : bool
+        Whether what lies outside the workspace is blocked; else it is what the cells say.
 
     """
     nine = np.asarray(cells)
     k = 1 if fine is None else len(fine) // 3
-    blocked = _blocked(nine, fine, k, row, col, grid, unknown_is_blocked)
+    blocked = _blocked(nine, fine, k, unknown_is_blocked)
+    if bounded:
+        blocked |= _outside(row, col, grid).repeat(k, axis=0).repeat(k, axis=1)
     middle = slice(k, 2 * k)
     is_entered = own_cell and fine is None and nine[1, 1] not in (FREE, UNKNOWN)
     if fine is None or not own_cell:
@@ -96,8 +100,7 @@ def local_grid_from_cells(
 
 
 def _blocked(
-    nine: npt.NDArray[Any], fine: npt.NDArray[np.int8] | None, k: int, row: int, col: int,
-    grid: Grid, unknown_is_blocked: bool,
+    nine: npt.NDArray[Any], fine: npt.NDArray[np.int8] | None, k: int, unknown_is_blocked: bool,
 ) -> Mask:
     """Return which of the finest cells are blocked; the unknown of the middle cell never are."""
     finest = nine if fine is None else fine
@@ -106,11 +109,15 @@ def _blocked(
         unknown = (finest == UNKNOWN) | (nine == UNKNOWN).repeat(k, axis=0).repeat(k, axis=1)
         unknown[k:2 * k, k:2 * k] = False
         blocked |= unknown
-    if not (0 < row < grid.n_rows - 1 and 0 < col < grid.n_cols - 1):
-        outside = np.array([[(i, j) != (1, 1) and not grid.contains(row + i - 1, col + j - 1)
-                             for j in range(3)] for i in range(3)])
-        blocked |= outside.repeat(k, axis=0).repeat(k, axis=1)
     return blocked
+
+
+def _outside(row: int, col: int, grid: Grid) -> Mask:
+    """Return which of the eight cells around one lie outside the workspace, shape (3, 3)."""
+    if 0 < row < grid.n_rows - 1 and 0 < col < grid.n_cols - 1:
+        return np.zeros((3, 3), dtype=np.bool_)
+    return np.array([[(i, j) != (1, 1) and not grid.contains(row + i - 1, col + j - 1)
+                      for j in range(3)] for i in range(3)])
 
 
 def _boxes(blocked: Mask, corner: tuple[float, float], side: float) -> Iterator[Box]:

@@ -308,6 +308,18 @@ class ParticleFilter:
         self._rows, self._cols = self._cells()
         self._shares = self._count(self._rows, self._cols)
 
+    def take_workspace(self, grid: Grid) -> None:
+        """Go on in another workspace of the same lattice; `remember` says what is there."""
+        if grid == self.grid:
+            return
+        rows, cols = self.grid.offset_to(grid) or (0, 0)
+        self.grid = grid
+        self._map = np.full(
+            (grid.n_rows + 2 * _EDGE, grid.n_cols + 2 * _EDGE), BLOCKED, np.int8)
+        self._rows += rows
+        self._cols += cols
+        self._shares.clear()
+
     def _cells(self) -> tuple[Indices, Indices]:
         side = self.grid.resolution
         return (np.floor((self._y - self.grid.origin_y) / side).astype(np.intp),

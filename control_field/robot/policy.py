@@ -17,6 +17,7 @@ from control_field.kernels.visibility import remember_cells
 from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
+from control_field.robot.other_workspace import moved_state
 from control_field.words import counted
 
 #: Backups that one decision may spend on rehearsing around the robot: about 10 ms in Python.
@@ -237,15 +238,18 @@ class TrialPolicy:
         """
         Go on with a refreshed field; what the local grid has shown in this trial is kept.
 
+        Where its workspace is another one, every place has kept its own.
+
         Raises
         ------
         ValueError
-            If the field is of another grid.
+            If the field is not of the same lattice.
 
         """
+        state = self.state
         if field.grid != self.field.grid:
-            raise ValueError(f'the field is of grid {field.grid}, the trial of {self.field.grid}')
-        state, known = self.state, self.state.ground.known
+            state = moved_state(state, self.field.grid, field.grid)
+        known = state.ground.known
         known[~state.seen] = field.known[~state.seen]
         self.field = field
         self.state = trial_on(field, known, self._parameters)._replace(

@@ -78,7 +78,7 @@ _SENTENCES: Final = {
     StopReason.SHUTDOWN: 'the controller is shutting down',
     StopReason.ASKED: 'the trial was stopped by request',
     StopReason.NO_HEARTBEAT: 'nobody watches over the trial any more: teleop_node fell silent',
-    StopReason.READING_FIELD: 'a large control field is being read',
+    StopReason.READING_FIELD: 'a control field is being taken over',
 }
 
 #: What ends a pause.
@@ -89,7 +89,7 @@ _ENDS: Final = {
     StopReason.TOUCHED: 'nothing touches the robot any more',
     StopReason.LATE_POSES: 'odometry arrives in time again',
     StopReason.LATE_COMMANDS: 'it has stood for so long that nothing sent before comes any more',
-    StopReason.READING_FIELD: 'the control field has been read',
+    StopReason.READING_FIELD: 'the control field is taken over',
     StopReason.BAD_INPUT: 'its messages are good again',
 }
 

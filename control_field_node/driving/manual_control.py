@@ -157,7 +157,8 @@ class ManualControl:
 
     def _pass_on_monitored(self, wanted: Velocity, pose: Pose, now: float, dt: float) -> None:
         sensing, output = self._sensing, self._output
-        observation = sensing.observe(now, self._trial.unknown_is_blocked)
+        observation = sensing.observe(
+            now, self._trial.unknown_is_blocked, self._trial.run is not None)
         reason = output.pass_on(wanted, pose, observation, dt, now)
         if output.held and reason is Intervention.NO_LOCAL_GRID:
             output.held += f': {sensing.local_grid_problem(now)}'

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.limits import nearest_to_rest, STANDSTILL
@@ -66,6 +67,7 @@ class TrialControl:
         self.pause: Pause | None = None
         self.ended: TrialStatus | None = None
         self.ended_by: StopReason | None = None
+        self._last: TrialRun | None = None
         self._sensing, self._output = sensing, output
         self._log = sensing.inputs.refusals.log
 
@@ -80,6 +82,11 @@ class TrialControl:
         return self.run is not None and self.pause is None
 
     @property
+    def grid(self) -> Grid | None:
+        """Return the workspace that decisions are made in, or were last."""
+        return None if self._last is None else self._last.grid
+
+    @property
     def unknown_is_blocked(self) -> bool:
         """Return whether unknown cells count as blocked, in this trial or the next."""
         parameters = self.parameters if self.run is None else self.run.parameters
@@ -88,7 +95,7 @@ class TrialControl:
     def start(self, field: ControlField, settings: Settings) -> None:
         """Start the next trial."""
         self.number += 1
-        self.run = TrialRun(field, self.parameters, settings, self.number)
+        self.run = self._last = TrialRun(field, self.parameters, settings, self.number)
         self.pause = self.ended = self.ended_by = None
         self._log('info', f'trial {self.number} starts on field revision {field.revision}')
 
@@ -105,6 +112,8 @@ class TrialControl:
         run = self.run
         assert run is not None
         is_manual = self.pause_reason is StopReason.TAKEN_OVER and not self._output.is_stopped
+        if run.new_field is not None:
+            self._sensing.take_field(run.new_field)
         self.ended = self._status(
             run, State.ENDED, outcome=move.outcome, reason=move.reason, stop_reason=move.stop)
         self.run, self.pause, self.ended_by, self._output.held = None, None, move.stop, ''

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from control_field.grid import Grid
 from control_field.headings import heading_from_step
 from control_field.parameters import Parameters
 from control_field.records import CellFlag, ControlField, Outcome
@@ -127,12 +128,18 @@ class TrialRun:
         self._waits_in: tuple[int, int] | None = None
         self.waiting = ''
         self._least_coherence = settings.least_coherence
-        self._new_field: ControlField | None = None
+        #: The field that is changed to next, if one has come.
+        self.new_field: ControlField | None = None
         self._is_in_goal_cell = False
         self._followed: Observation | None = None
         self._observed: Observation | None = None
         self._cell: tuple[int, int] | None = None
         self._n_cells = 0
+
+    @property
+    def grid(self) -> Grid:
+        """Return the workspace it drives in."""
+        return self.policy.field.grid
 
     @property
     def revision(self) -> int:
@@ -145,25 +152,36 @@ class TrialRun:
         return self.policy.field.memory
 
     def refresh(self, control_field: ControlField) -> None:
-        """Drive on a field of the same grid from the next decision on."""
-        self._new_field = control_field
+        """Drive on a field of the same lattice from the next decision on."""
+        self.new_field = control_field
 
     @property
-    def has_large_new_field(self) -> bool:
-        """Return whether a field is waiting that takes long to change to."""
-        return self._new_field is not None and self._new_field.vx.size > FEW_CELLS
+    def stands_to_change(self) -> bool:
+        """Return whether a field is waiting that takes long, or whose workspace is another."""
+        new = self.new_field
+        return new is not None and (new.vx.size > FEW_CELLS or new.grid != self.grid)
 
     def change_field(self) -> Move | None:
         """Change to the field that is waiting, if any; return the move if that ends the trial."""
-        new, self._new_field = self._new_field, None
+        new, self.new_field = self.new_field, None
         if new is None:
             return None
         if is_of_another_task(new.memory, self.memory):
             return ended_by(StopReason.WRONG_FIELD, StopReason.WRONG_FIELD.sentence_with(
                 f'it is of task {task_of(new.memory)}'))
+        before = self.grid
         self.policy.replace_field(new)
+        if new.grid != before:
+            self._move(before)
         self._way.learn(new.known)
         return None
+
+    def _move(self, before: Grid) -> None:
+        """Go on in the workspace of the new field: every place stays, its cell has a new name."""
+        self._way.move(before, self.grid)
+        self._tracker.grid = self.grid
+        self.interrupt()
+        self._cell = self._observed = None
 
     def rest(self) -> None:
         """Stand for a while, and go on where it was."""

@@ -3,10 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 
+from control_field.grid import Grid
 from control_field.kernels.decision import TrialState
 from control_field.kernels.steps import StepRules
 from control_field.kernels.waiting import (
     GIVE_UP, look_again, look_ahead, n_looks, new_record, take_in, WAIT)
+from control_field.robot.other_workspace import moved_record
 from control_field.robot.patience import SteadyTime
 from control_field_node.inputs.observation import Observation
 
@@ -43,6 +45,11 @@ class WayWatch:
         room = self._record.room
         fresh = (room < 0) & (known >= 0)
         room[fresh] = known[fresh]
+
+    def move(self, old: Grid, new: Grid) -> None:
+        """Go on in another workspace of the same lattice."""
+        self._record = moved_record(self._record, old, new)
+        self._last = None
 
     def look(self, observation: Observation) -> None:
         """Take in what is observed."""

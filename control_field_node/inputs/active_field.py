@@ -41,15 +41,14 @@ class ActiveField:
 
     @property
     def grid(self) -> Grid | None:
-        """Return the workspace; None before the first field."""
-        return None if self.current is None else self.current.grid
+        """Return the workspace; None while there is no field that leads anywhere."""
+        return None if self.current is None or self.current.is_void else self.current.grid
 
     def accept(self, field: ControlField, is_logged: bool) -> bool:
-        """Put a field in force, and log a new one if asked to; refuse one of another grid."""
+        """Put a field in force, and log a new one if asked to; refuse one that `_problem` has."""
         old = self.current
-        if old is not None and not old.is_void and field.grid != old.grid:
-            self.refuse(f'it is of {field.grid}, this robot drives in {old.grid}; '
-                        f'restart the controller to change the workspace')
+        if old is not None and (problem := _problem(field, old, not is_logged)):
+            self.refuse(problem)
             return False
         self.refusal = ''
         self.current = field
@@ -83,6 +82,18 @@ class ActiveField:
         """Log whether the field leads to a goal: that is demonstrated, not clicked."""
         problem = problem_with_goal(self.current, x, y, frame_id)
         self._refusals.log('warning' if problem else 'info', problem or _LEADS_THERE)
+
+
+def _problem(field: ControlField, old: ControlField, is_running: bool) -> str:
+    """Return why a field cannot take the place of another; empty where it can."""
+    if old.is_void or field.grid.offset_to(old.grid) is not None or (
+            field.is_void and not is_running):
+        return ''
+    cells = f'it is of {field.grid}, the one there is of {old.grid}: their cells are not the same'
+    if is_running:
+        return f'{cells}, and a trial runs; it can be changed between trials'
+    same = f'{cells}, and both are of one memory; restart the controller'
+    return same if field.memory == old.memory else ''
 
 
 def _described(field: ControlField) -> str:

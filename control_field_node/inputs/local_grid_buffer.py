@@ -46,11 +46,20 @@ class LocalGridBuffer:
         self._cache = ObservationCache()
 
     def take_field(self, field: ControlField) -> None:
-        """Take over what is remembered; what lies on other cells has to be read again."""
+        """Take over workspace and memory; what lies on cells of no such side is read again."""
         self._known = np.pad(field.known, 1, constant_values=UNKNOWN)
-        if self._cells != field.grid:
+        if self._cells == field.grid:
+            return
+        offset = None if self._cells is None else self._cells.offset_to(field.grid)
+        if offset is None or self.newest is None:
             self.newest = self._cells = None
             self._motion.forget()
+            return
+        rows, cols = offset
+        self.newest = replace(
+            self.newest, row=self.newest.row + rows, col=self.newest.col + cols)
+        self._cells = field.grid
+        self._motion.shift(rows, cols)
 
     def add(
         self, neighbourhood: Neighbourhood, cells: Grid | None, now: float, is_paused: bool,
@@ -84,14 +93,15 @@ class LocalGridBuffer:
     def _find_moving(self, neighbourhood: Neighbourhood) -> npt.NDArray[np.bool_]:
         row, col, seen = neighbourhood.row, neighbourhood.col, neighbourhood.finest
         k = len(seen) // 3
-        known = self._known[row:row + 3, col:col + 3]  # it has an edge of unknown cells
+        # It has an edge of unknown cells.
+        known = self._known[max(row, 0):max(row + 3, 0), max(col, 0):max(col + 3, 0)]
         remembered = known.repeat(k, axis=0).repeat(k, axis=1)
         return self._motion.moving(
             neighbourhood.stamp, ((row - 1) * k, (col - 1) * k), seen, k,
             remembered if remembered.shape == seen.shape else None)
 
     def observe(
-        self, pose: Pose | None, now: float, unknown_is_blocked: bool,
+        self, pose: Pose | None, now: float, unknown_is_blocked: bool, bounded: bool = True,
     ) -> Observation | None:
         """Return what is observed from a pose; None if nothing is, or what there is is stale."""
         local_grid, cells = self.newest, self._cells
@@ -99,7 +109,8 @@ class LocalGridBuffer:
             return None
         return self._cache.get(
             self._localisation.moved(local_grid), cells,
-            replace(self.rules, unknown_is_blocked=unknown_is_blocked), self._moving)
+            replace(self.rules, unknown_is_blocked=unknown_is_blocked, bounded=bounded),
+            self._moving)
 
     def problem(self, pose: Pose | None, now: float) -> str:
         """Return why nothing is observed from a pose; empty if something is."""

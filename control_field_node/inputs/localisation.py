@@ -55,15 +55,20 @@ class Localisation:
         """Take over the workspace and the remembered map of a field."""
         if not self.settings.mends_odometry:
             return
-        if self._particle_filter is None or self._particle_filter.grid != field.grid:
+        particle_filter = self._particle_filter
+        if particle_filter is not None and particle_filter.grid.offset_to(field.grid) is not None:
+            particle_filter.take_workspace(field.grid)
+            if self.estimate is not None:
+                self.estimate = particle_filter.estimate()
+        else:
             motion_noise = MotionNoise(
                 self.settings.slip_std, self.settings.drift_std, self.settings.heading_noise,
                 turning_radius=self.settings.wheel_separation / 2)
-            self._particle_filter = ParticleFilter(
+            self._particle_filter = particle_filter = ParticleFilter(
                 field.grid, motion_noise, np.random.default_rng([self._seed, 7]),
                 self.settings.particles)
             self._kept.clear()
-        self._particle_filter.remember(field.known)
+        particle_filter.remember(field.known)
 
     def place(self, pose: Pose, neighbourhood: Neighbourhood | None) -> Pose:
         """

@@ -88,6 +88,8 @@ class LocalGridRules:
         How fast what moves may come; 0: nothing does.
     backs_off : bool
         Whether the robot may drive away from it.
+    bounded : bool
+        Whether to keep out of what lies outside the workspace: a trial does, a person need not.
 
     """
 
@@ -95,6 +97,7 @@ class LocalGridRules:
     own_cell: bool = True
     mover_speed: float = 0.0
     backs_off: bool = False
+    bounded: bool = True
 
 
 def observation_from_neighbourhood(
@@ -105,17 +108,18 @@ def observation_from_neighbourhood(
     nine = neighbourhood.nine
     cells = nine.tolist()
     blocked, unknown = masks_from_neighbourhood(nine)
+    outside = 0 if not rules.bounded else sum(
+        1 << heading for heading, (d_row, d_col) in enumerate(_STEPS)
+        if not grid.contains(row + d_row, col + d_col))
     occupied = frozenset(
         (row + i - 1, col + j - 1) for i in range(3) for j in range(3)
         if (i, j) != (1, 1) and (
-            not grid.contains(row + i - 1, col + j - 1)
+            (rules.bounded and not grid.contains(row + i - 1, col + j - 1))
             or (rules.unknown_is_blocked if cells[i][j] == -1 else cells[i][j] != 0)))
     local_grid = local_grid_from_cells(
         nine, row, col, grid, rules.unknown_is_blocked, rules.own_cell,
         fine=None if neighbourhood.fine is None else neighbourhood.finest, moving=moving,
-        mover_speed=rules.mover_speed, backs_off=rules.backs_off)
-    outside = sum(1 << heading for heading, (d_row, d_col) in enumerate(_STEPS)
-                  if not grid.contains(row + d_row, col + d_col))
+        mover_speed=rules.mover_speed, backs_off=rules.backs_off, bounded=rules.bounded)
     return Observation(
         row, col, blocked, unknown, outside, occupied, local_grid, neighbourhood.cells)
 

@@ -123,9 +123,11 @@ class Sensing:
         """Take in a neighbourhood on some cells; ignore one that is out of order."""
         self.local_grids.add(neighbourhood, cells, now, is_paused)
 
-    def observe(self, now: float, unknown_is_blocked: bool) -> Observation | None:
+    def observe(
+        self, now: float, unknown_is_blocked: bool, bounded: bool = True,
+    ) -> Observation | None:
         """Return what is observed from the newest pose; None if nothing is that counts."""
-        return self.local_grids.observe(self.pose, now, unknown_is_blocked)
+        return self.local_grids.observe(self.pose, now, unknown_is_blocked, bounded)
 
     def local_grid_problem(self, now: float) -> str:
         """Return why nothing is observed; empty if something is."""

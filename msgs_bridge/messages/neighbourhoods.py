@@ -130,11 +130,19 @@ def cells_of_local_grid(msg: Any) -> Grid:
                 local.frame_id)
 
 
-def neighbourhood_from_grid(msg: Any, grid: Grid) -> Neighbourhood:
+def neighbourhood_from_grid(msg: Any, grid: Grid, bounded: bool = True) -> Neighbourhood:
     """
     Read a local grid that lies on the cells of ``grid``, or on finer ones, 3 or 5 a side.
 
     A cell is blocked if one of its finer ones is, else unknown if one of them is, else free.
+
+    Parameters
+    ----------
+    msg : OccupancyGrid
+    grid : Grid
+        The workspace, or any rectangle of its cells.
+    bounded : bool
+        Whether the robot's cell must be one of the workspace; else it may lie anywhere.
 
     Raises
     ------
@@ -154,7 +162,7 @@ def neighbourhood_from_grid(msg: Any, grid: Grid) -> Neighbourhood:
     reach = size[0] // k // 2
     col = _cell(local.origin_x - grid.origin_x, grid.resolution, name) + reach
     row = _cell(local.origin_y - grid.origin_y, grid.resolution, name) + reach
-    if not grid.contains(row, col):
+    if bounded and not grid.contains(row, col):
         raise ValueError(f'{name}: its middle is cell ({row}, {col}), '
                          f'must be in the workspace of {grid.n_rows} x {grid.n_cols}')
     _check_states(cells)

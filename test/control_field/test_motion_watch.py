@@ -85,3 +85,9 @@ def test_in_the_own_cell_it_may_go_on_as_long_as_it_is_there(watch):
 def test_a_clock_set_back_and_other_cells_begin_anew(watch):
     assert not moving(watch, 0.5, sight((0, 1)))
     assert not moving(watch, 1.5, sight((0, 1), n=15))
+
+
+def test_what_has_come_goes_on_moving_when_the_workspace_grows(watch):
+    assert moving(watch, 1.5, sight((0, 0))) == {(0, 0)}
+    watch.shift(7, -2)
+    assert moving(watch, 1.6, sight((0, 0)), low=(11, 2)) == {(0, 0)}

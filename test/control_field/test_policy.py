@@ -58,8 +58,6 @@ def test_a_refreshed_field_tells_of_the_map_what_this_trial_has_not_seen_itself(
     policy.replace_field(dataclasses.replace(refreshed, known=walled))
     assert policy.allowed(2, 1) & 1 << EAST  # it has seen that cell free
     assert not policy.allowed(2, 2) & 1 << EAST
-    with pytest.raises(ValueError, match='the field is of grid'):
-        policy.replace_field(field_of(shape=(6, 5)))
 
 
 def test_a_blocked_course_earns_minus_one_and_its_avoidance_plus_one():
@@ -247,8 +245,27 @@ def test_a_field_replaced_under_way_keeps_what_was_seen():
     assert policy.n_steps == 2
     assert policy.at_goal(2, 4)
     assert not policy.at_goal(2, 3)
-    with pytest.raises(ValueError, match='grid'):
-        policy.replace_field(field_of(shape=(4, 4), goal=(0, 0)))
+    with pytest.raises(ValueError, match='do not share their cells'):
+        policy.replace_field(dataclasses.replace(fresh, grid=Grid(5, 5, 0.9)))
+
+
+def test_what_was_seen_and_done_keeps_its_place_where_a_workspace_grows():
+    policy = policy_of()
+    policy.decide(2, 1, 1 << EAST, 0, 0.0)
+    before = policy.state
+    larger = dataclasses.replace(
+        field_of(shape=(8, 9), goal=(4, 7)), grid=Grid(8, 9, 1.0, -3.0, -2.0))
+    policy.replace_field(larger)
+    part, state = np.s_[2:7, 3:8], policy.state
+    for old, new in ((before.ground.known, state.ground.known), (before.seen, state.seen),
+                     (before.counts, state.counts), (before.entered, state.entered),
+                     (before.punished, state.punished)):
+        assert (new[part] == old).all()
+        assert new.shape[:2] == (8, 9)
+        assert new.astype(float).sum() == old.astype(float).sum() - (
+            47.0 if old is before.ground.known else 0.0)
+    assert not policy.allowed(4, 4) >> EAST & 1
+    assert policy.at_goal(4, 7)
 
 
 def test_a_field_without_a_course_is_no_reinforcement():

@@ -287,7 +287,7 @@ def test_a_second_controller_on_the_same_robot_ends_the_trial(peer, tmp_path):
 @pytest.mark.parametrize('other', ['grid', 'version'])
 def test_a_field_of_something_else_ends_the_trial(peer, other):
     peer.push().drive()
-    cloud = cloud_from_field(ControlField.void(Grid(10, 10, 0.25)) if other == 'grid'
+    cloud = cloud_from_field(ControlField.void(Grid(10, 10, 0.5)) if other == 'grid'
                              else straight_field((3, 8)))
     if other == 'version':
         version = next(field.offset for field in cloud.fields if field.name == 'version')
