@@ -16,7 +16,7 @@ from control_field.grid import Grid
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.kernels import compiled
 from control_field.learning.grid_world import GridWorld
-from control_field.learning.learner import Learner
+from control_field.learning.learner import explores, Learner
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Outcome, Trial
 from control_field.robot.policy import TrialPolicy
@@ -168,7 +168,7 @@ class OwnRun:
 
     def _try(self, learner: Learner, number: int) -> Trial:
         """Run one trial of a series from where the robot is; at the goal it is put back."""
-        driven = learner.trial_field(learner.explores(False))
+        driven = learner.trial_field(explores(learner.parameters, False))
         policy = TrialPolicy(driven, self.parameters, self.rng, number)
         decisions, found = [], False
         while not found and not self._is_over():

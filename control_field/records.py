@@ -1,6 +1,6 @@
 """What the parts hand to each other: decisions, trials, demonstrations, prototypes, the field."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum, StrEnum
 from typing import Final
 
@@ -66,6 +66,13 @@ def _check_local_grids(local_grids: npt.NDArray[np.void]) -> None:
         raise ValueError('local_grids must be a one-dimensional table of local_grid_dtype')
 
 
+def _shifted(local_grids: npt.NDArray[np.void], rows: int, cols: int) -> npt.NDArray[np.void]:
+    moved = local_grids.copy()
+    moved['row'] += rows
+    moved['col'] += cols
+    return moved
+
+
 def _read_only(array: npt.NDArray[np.generic]) -> None:
     array.setflags(write=False)
 
@@ -122,6 +129,11 @@ class Demonstration:
         for name in ('cells', 'stamps', 'blocked', 'unknown', 'local_grids'):
             _read_only(getattr(self, name))
 
+    def shifted(self, rows: int, cols: int) -> 'Demonstration':
+        """Return it with all of its cells so many rows and columns farther up."""
+        return replace(self, cells=(self.cells + np.array([rows, cols])).astype(np.int32),
+                       local_grids=_shifted(self.local_grids, rows, cols))
+
 
 @dataclass(frozen=True, eq=False)
 class Trial:
@@ -153,6 +165,14 @@ class Trial:
         if self.decisions.dtype != DECISION_DTYPE or self.decisions.ndim != 1:
             raise ValueError('decisions must be a one-dimensional DECISION_DTYPE table')
         _read_only(self.decisions)
+
+    def shifted(self, rows: int, cols: int) -> 'Trial':
+        """Return it with all of its cells so many rows and columns farther up."""
+        decisions = self.decisions.copy()
+        for name, n in (('row', rows), ('next_row', rows), ('col', cols), ('next_col', cols)):
+            decisions[name] += n
+        return replace(self, decisions=decisions,
+                       local_grids=_shifted(self.local_grids, rows, cols))
 
     @property
     def n_steps(self) -> int:

@@ -53,6 +53,7 @@ class NoPoseError(ValueError):
 
 def read_drive(
     bag: Bag, names: Mapping[str, str], grid: Grid, number: int, speed_max: float,
+    fitted: bool = False,
 ) -> Drive:
     """
     Turn the messages of a drive, whoever recorded it, into a demonstration.
@@ -67,6 +68,9 @@ def read_drive(
         Of the episode.
     speed_max : float, [m/s]
         The robot is no faster.
+    fitted : bool
+        Whether the workspace fits itself: the cells of the demonstration are those of ``grid``,
+        and go on outside it.
 
     Raises
     ------
@@ -81,7 +85,7 @@ def read_drive(
     odometry, neighbourhoods = (bag.messages(find_topic(bag.topics, role, names))
                                 for role in ('odom', 'neighbourhood'))
     poses = pose_table(odometry, grid.frame_id)
-    local_grids = local_grid_table(neighbourhoods, grid)
+    local_grids = local_grid_table(neighbourhoods, grid, fitted)
     notes = tuple(f'{counted(table.n_refused, "message")} refused, the first: {table.refusal}'
                   for table in (poses, local_grids) if table.n_refused)
     if not len(poses.stamps):
@@ -90,7 +94,8 @@ def read_drive(
     seen = in_order(local_grids.stamps)
     record, report = demonstration_from_poses(
         grid, poses.stamps, poses.xy, local_grids.stamps[seen], local_grids.blocked[seen],
-        local_grids.unknown[seen], number, speed_max, local_grids.cells[seen], poses.motion)
+        local_grids.unknown[seen], number, speed_max, local_grids.cells[seen], poses.motion,
+        fitted)
     if record.cells[0].tolist() == record.cells[-1].tolist():
         raise ValueError(  # with the loop cut out no way to a goal is left
             'nothing to learn from this drive: it ends in the cell where it began, so that it '

@@ -45,6 +45,8 @@ class Content:
     """
     What a bag teaches.
 
+    Its cells are those of the header's workspace; where that fits itself, they may lie outside.
+
     Parameters
     ----------
     record : Demonstration or Trial
@@ -245,7 +247,8 @@ class Episode:
         header = self.header
         try:
             record, report, notes = read_drive(
-                self.bag, header.topics, header.grid, self.folder.number, header.speed_max)
+                self.bag, header.topics, header.grid, self.folder.number, header.speed_max,
+                header.fitted)
         except BagError:
             raise
         except ValueError as error:
@@ -282,8 +285,9 @@ class Episode:
         doubt = '' if outcome is Outcome.ABORTED else doubt_about(
             self.messages('odom'), self.header, own, ended, self.messages('control_field'))
         outcome = Outcome.ABORTED if doubt else judged(outcome, self.label)
-        wide = trial_local_grids(self.messages('neighbourhood'), self.header.grid, own,
-                                 ended.stamp if ended is not None and ended.stamp else math.inf)
+        wide = trial_local_grids(
+            self.messages('neighbourhood'), self.header, own,
+            ended.stamp if ended is not None and ended.stamp else math.inf)
         return Content(Trial(own, outcome, self.folder.number, wide), None, ended,
                        (*notes, *self._beside()), doubt)
 
@@ -303,7 +307,8 @@ class Episode:
 
     @cached_property
     def _decision_table(self) -> tuple[npt.NDArray[np.void], int, str]:
-        return decision_table(self.messages('experience'), self.header.grid)
+        return decision_table(
+            self.messages('experience'), self.header.grid, self.header.fitted)
 
     @cached_property
     def _own_trial(self) -> tuple[int, TrialStatus | None]:

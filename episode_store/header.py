@@ -46,6 +46,9 @@ class EpisodeHeader:
         Name of the bag of another recorder that it was taken over from; empty for one of ours.
     imported_notes : tuple of str
         What was made of that bag, and what of it was not read.
+    fitted : bool
+        Whether the workspace fits itself: ``grid`` is what it was when the bag began, and nothing
+        lies outside it.
 
     """
 
@@ -58,6 +61,7 @@ class EpisodeHeader:
     memory: str = ''
     imported_from: str = ''
     imported_notes: tuple[str, ...] = ()
+    fitted: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what makes no sense."""
@@ -73,6 +77,7 @@ class EpisodeHeader:
             'grid': json.dumps(asdict(self.grid)), 'topics': json.dumps(dict(self.topics)),
             'parameters': json.dumps(asdict(self.parameters)),
             'speed_max': repr(float(self.speed_max)),
+            **({'fitted': 'true'} if self.fitted else {}),
             **({'memory': self.memory} if self.memory else {}),
             **({'imported_from': self.imported_from,
                 'imported_notes': json.dumps(self.imported_notes)} if self.imported_from else {})}
@@ -99,7 +104,8 @@ class EpisodeHeader:
                 topics=_object(values, 'topics'),
                 speed_max=float(values.get('speed_max', SPEED_MAX)),
                 memory=values.get('memory', ''), imported_from=values.get('imported_from', ''),
-                imported_notes=_notes(values.get('imported_notes', '[]')))
+                imported_notes=_notes(values.get('imported_notes', '[]')),
+                fitted=_truth(values.get('fitted', 'false'), 'fitted'))
         except KeyError as error:
             raise BagError(f'the header of the bag has no {error.args[0]}') from None
         except (ValueError, TypeError, RecursionError) as error:
@@ -119,12 +125,47 @@ class EpisodeHeader:
             raise WorkspaceError(f'{path} was recorded on {self.grid}, '
                                  f'this workspace is {grid}')
 
+    def check_lattice(self, grid: Grid, path: Path) -> None:
+        """
+        Refuse a bag of other cells than those of a workspace that fits itself.
+
+        Parameters
+        ----------
+        grid : Grid
+            Any grid of its lattice.
+        path : Path
+            Of the bag.
+
+        Raises
+        ------
+        WorkspaceError
+            If frame, size or place of the cells differ; the message names both.
+
+        """
+        if self.grid.offset_to(grid) is None:
+            raise WorkspaceError(
+                f'{path} was recorded on {self.grid}, whose cells are not those of this workspace '
+                f'({lattice_text(grid)}): they differ in size, frame or place; learn it as a task '
+                f'of its own, or with the resolution and the frame of the others')
+
+
+def lattice_text(grid: Grid) -> str:
+    """Say which cells those of a grid are, whatever its extent."""
+    x, y = grid.lattice.world_from_cell(0, 0)
+    return f'cells of {grid.resolution:g} m, one at ({x:g}, {y:g}), in {grid.frame_id!r}'
+
 
 def _object(values: Mapping[str, str], key: str) -> dict[str, Any]:
     found = json.loads(values[key] if key != 'topics' else values.get(key, '{}'))
     if not isinstance(found, dict):
         raise ValueError(f'{key} is no object')
     return found
+
+
+def _truth(text: str, key: str) -> bool:
+    if text not in ('true', 'false'):
+        raise ValueError(f'{key} is {text[:40]!r}, must be true or false')
+    return text == 'true'
 
 
 def _notes(text: str) -> tuple[str, ...]:

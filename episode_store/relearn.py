@@ -2,15 +2,13 @@
 The field as a fold over bags: each teaches in its turn, and nothing else does (ADR 1).
 
 `Relearner` is the fold; it makes no difference whether its bags are learnt from as they are
-recorded or all at once later. Below it stands what has to hold of the bags of one task.
+recorded or all at once later.
 """
 
-from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 import math
-import shlex
 from typing import Final
 
 import numpy as np
@@ -19,16 +17,18 @@ from control_field.drives.breaks import place_text
 from control_field.grid import Grid
 from control_field.headings import heading_from_step
 from control_field.learning.compose import Composition
-from control_field.learning.learner import Learner, Refresh
+from control_field.learning.growth import FittedWorkspace
+from control_field.learning.learner import explores, Learner, Refresh
 from control_field.parameters import Parameters
 from control_field.poses import StartPose
 from control_field.records import ControlField, Demonstration, Outcome, Trial
 from control_field.words import how_it_ended
 from episode_store.episode import Content, Episode
-from episode_store.errors import NothingToLearnError, WorkspaceError
+from episode_store.errors import NothingToLearnError
 from episode_store.header import EpisodeHeader
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, TaskFolder
+from episode_store.workspaces import odd_one_named
 from msgs_bridge.messages.frame_hints import remedy_for_frame
 
 #: Places to teach from are at least this many cells apart.
@@ -80,23 +80,37 @@ class Relearner:
 
     Parameters
     ----------
-    grid : Grid
-        The workspace they must have been recorded in.
+    grid : Grid or None
+        The workspace they must have been recorded in. Where that fits itself, any grid of the
+        lattice that they must be of; None: the lattice of the first that teaches anything.
     parameters : Parameters
+    fitted : bool
+        Whether the workspace fits itself: it is then what the bags need, one after the other.
 
     """
 
-    def __init__(self, grid: Grid, parameters: Parameters) -> None:
-        self.grid = grid
+    def __init__(self, grid: Grid | None, parameters: Parameters, fitted: bool = False) -> None:
+        if grid is None and not fitted:
+            raise ValueError('a workspace that does not fit itself must be given')
         self.parameters = parameters
+        self.fitted = fitted
         self.n_trials = 0
         self.demonstrated_starts: list[StartPose] = []
-        self._learner = Learner(grid, parameters)
+        self._given = grid
+        self._workspace: FittedWorkspace | None = None
+        self._learner = Learner(grid, parameters) if grid and not fitted else None
+
+    @classmethod
+    def for_header(cls, header: EpisodeHeader) -> 'Relearner':
+        """Return one with workspace and parameters of a bag; it may be one that fits itself."""
+        return cls(header.grid, header.parameters, header.fitted)
 
     @classmethod
     def for_bags(cls, folders: Sequence[EpisodeFolder]) -> 'Relearner | None':
         """
         Return one with workspace and parameters of the last of some bags that holds anything.
+
+        If the workspace of that one fits itself, that of all of them does.
 
         Raises
         ------
@@ -106,27 +120,44 @@ class Relearner:
         """
         for folder in reversed(folders):
             with suppress(NothingToLearnError):
-                header = Episode(folder).header
-                return cls(header.grid, header.parameters)
+                return cls.for_header(Episode(folder).header)
         return None
+
+    @property
+    def grid(self) -> Grid | None:
+        """Return the workspace; None where it fits itself and nothing was learnt yet."""
+        return None if self._learner is None else self._learner.grid
 
     @property
     def refresh(self) -> Refresh | None:
         """Return what is in force; None before the first demonstration."""
-        return self._learner.refresh
+        return None if self._learner is None else self._learner.refresh
 
     @property
     def shown(self) -> Composition | None:
         """Return what looks whether the shown way is free again; None where it is."""
-        return self._learner.shown
+        return None if self._learner is None else self._learner.shown
 
     def explores(self, spread: bool) -> bool:
-        """Return whether the trials of a series explore, see `Learner.explores`."""
-        return self._learner.explores(spread)
+        """Return whether the trials of a series explore, see `learner.explores`."""
+        return explores(self.parameters, spread)
 
     def field(self, exploring: bool = False) -> ControlField:
-        """Return the field for the next trial, see `Learner.trial_field`."""
-        return self._learner.trial_field(exploring)
+        """
+        Return the field for the next trial, see `Learner.trial_field`.
+
+        Raises
+        ------
+        ValueError
+            If nothing was demonstrated yet.
+
+        """
+        return self._taught().trial_field(exploring)
+
+    def _taught(self) -> Learner:
+        if self._learner is None:
+            raise ValueError('nothing was demonstrated yet')
+        return self._learner
 
     def learn(self, episode: Episode) -> LearntBag:
         """
@@ -135,11 +166,12 @@ class Relearner:
         Raises
         ------
         BagError
-            If it cannot be read, is of another grid, frame or version, or the learner refuses it.
+            If it cannot be read, is of another grid, frame or version (of a workspace that fits
+            itself: of other cells), or the learner refuses it.
 
         """
         try:
-            episode.header.check_grid(self.grid, episode.path)
+            self._check_workspace(episode)
             record = episode.content.record
             if isinstance(record, Trial):
                 return self._learn_trial(episode, record)
@@ -152,14 +184,40 @@ class Relearner:
         except ValueError as error:
             raise BagError(f'{episode.path} cannot be learnt from: {error}') from error
 
+    def _check_workspace(self, episode: Episode) -> None:
+        """Refuse a bag of another workspace, or of other cells than one that fits itself."""
+        grid = self._workspace.lattice if self._workspace else self._given
+        if grid is not None:
+            check = episode.header.check_lattice if self.fitted else episode.header.check_grid
+            check(grid, episode.path)
+
+    def _learn_record(self, record: Demonstration | Trial, of: Grid) -> Refresh:
+        """Learn an episode whose cells are those of a grid; a workspace that fits grows first."""
+        learner, workspace = self._learner, self._workspace
+        if self.fitted:
+            workspace = (workspace or FittedWorkspace(of.lattice)).with_record(record, of)
+            grid = workspace.grid
+            assert grid is not None
+            learner = learner or Learner(grid, self.parameters, fitted=True)
+            offset = of.offset_to(grid)
+            assert offset is not None
+            record = record.shifted(*offset)
+        assert learner is not None
+        grid = workspace.grid if workspace else None
+        refresh = (learner.add_trial(record, grid) if isinstance(record, Trial) else
+                   learner.add_demonstration(record, grid))
+        # Only now: what was refused has changed nothing.
+        self._learner, self._workspace = learner, workspace
+        return refresh
+
     def _learn_demonstration(self, episode: Episode, record: Demonstration) -> LearntBag:
-        before, content = self.refresh, episode.content
-        refresh = self._learner.add_demonstration(record)
+        before, content, grid = self.refresh, episode.content, episode.header.grid
+        refresh = self._learn_record(record, grid)
         # A trial from there begins at the centre of the first cell, looking along the drive.
         (row, col), (next_row, next_col) = record.cells[:2].tolist()
         yaw = heading_from_step(next_row - row, next_col - col) * math.pi / 4
         self.demonstrated_starts.append(StartPose(
-            *self.grid.world_from_cell(row, col), math.remainder(yaw, math.tau)))
+            *grid.world_from_cell(row, col), math.remainder(yaw, math.tau)))
         return LearntBag(episode.folder, content, refresh,
                          '; '.join([str(content.report), *content.notes]),
                          moved=goal_moved(before, refresh))
@@ -176,27 +234,28 @@ class Relearner:
         if self.refresh is None:
             return LearntBag(episode.folder, content, None,
                              why_not=f'no demonstration came before it; it {said}')
-        return LearntBag(episode.folder, content, self._learner.add_trial(trial), said)
+        refresh = self._learn_record(trial, episode.header.grid)
+        return LearntBag(episode.folder, content, refresh, said)
 
     def teach_here(self, n: int) -> list[tuple[float, float]]:
         """Return where one more demonstration would help most, (x, y) [m]; a few cells apart."""
-        chosen: list[tuple[int, int]] = []
-        for cell in self._learner.teach_here(self.grid.n_rows * self.grid.n_cols):
+        learner, chosen = self._taught(), list[tuple[int, int]]()
+        for cell in learner.teach_here(learner.grid.n_rows * learner.grid.n_cols):
             if len(chosen) == n:
                 break
             if all(max(abs(cell[0] - row), abs(cell[1] - col)) >= _APART for row, col in chosen):
                 chosen.append(cell)
-        return [self.grid.world_from_cell(*cell) for cell in chosen]
+        return [learner.grid.world_from_cell(*cell) for cell in chosen]
 
     def promising_start(self, rank: int) -> StartPose | None:
         """Return where a trial teaches most, or next most and so on; None if nowhere."""
-        if self.refresh is None:
+        if self._learner is None or self.refresh is None:
             return None
         rng = np.random.default_rng([self.parameters.seed, self.refresh.field.revision])
         cells = self._learner.next_starts(rank + 1, rng, self.field(exploring=True))
         if not cells:
             return None
-        return StartPose(*self.grid.world_from_cell(*cells[min(rank, len(cells) - 1)]))
+        return StartPose(*self._learner.grid.world_from_cell(*cells[min(rank, len(cells) - 1)]))
 
 
 def relearn(folders: Sequence[EpisodeFolder]) -> tuple[Relearner | None, list[LearntBag]]:
@@ -241,68 +300,12 @@ def relearnt_sentence(task: TaskFolder) -> str:
 
 def goal_moved(before: Refresh | None, after: Refresh | None) -> str:
     """Say where the goal is now and where it was; empty if it is still there, or was nowhere."""
-    if before is None or after is None or before.field.goal == after.field.goal:
+    if before is None or after is None:
         return ''
     now, was = (each.field.grid.world_from_cell(*each.field.goal) for each in (after, before))
+    if math.dist(now, was) < 0.5 * after.field.grid.resolution:
+        return ''  # the workspace may have grown meanwhile
     return f'The goal is now at {place_text(now)} m, it was at {place_text(was)} m'
-
-
-@contextmanager
-def odd_one_named(folders: Sequence[EpisodeFolder]) -> Iterator[None]:
-    """
-    Let a refusal name the bag that is of another workspace than most, whichever was met first.
-
-    The headers of all bags are read only then.
-
-    Parameters
-    ----------
-    folders : sequence of EpisodeFolder
-        All that are learnt from.
-
-    Raises
-    ------
-    BagError
-        If they are not all of one workspace.
-
-    """
-    try:
-        yield
-    except WorkspaceError:
-        check_workspaces(folders)
-        raise
-
-
-def check_workspaces(folders: Sequence[EpisodeFolder]) -> list[EpisodeHeader]:
-    """
-    Refuse bags of several workspaces; that of most of them counts, of equally many the first.
-
-    Returns
-    -------
-    list of EpisodeHeader
-        Of the bags that hold anything.
-
-    Raises
-    ------
-    BagError
-        If one is of another grid or frame, naming both; or cannot be read, or is of another
-        version.
-
-    """
-    headers = {}
-    for folder in folders:
-        with suppress(NothingToLearnError):
-            headers[folder] = Episode(folder).header
-    grids = Counter(header.grid for header in headers.values())
-    if len(grids) > 1:
-        common = grids.most_common(1)[0][0]
-        usual = [folder for folder, header in headers.items() if header.grid == common]
-        odd, header = next(each for each in headers.items() if each[1].grid != common)
-        more = f' and {len(usual) - 1} more' if len(usual) > 1 else ''
-        raise BagError(
-            f'{odd.path} was recorded on {header.grid}, {usual[0].path}{more} on {common}: what '
-            f'one task has learnt is of one workspace; `experience forget '
-            f'{shlex.quote(str(odd.path))}` takes the odd one out')
-    return list(headers.values())
 
 
 def changes_before(folders: Sequence[EpisodeFolder], number: int) -> list[str]:

@@ -114,7 +114,7 @@ def _doubt_about_goal(
     rows: npt.NDArray[np.void], grid: Grid, fields: RawMessages,
 ) -> str:
     """Say that a trial did not end where its field leads to, or in a cell beside it."""
-    goals = [goal for message in fields if (goal := _goal(message))]
+    goals = [goal for message in fields if (goal := _goal(message, grid))]
     ends = int(rows['next_row'][-1]), int(rows['next_col'][-1])
     if not goals or any(max(abs(ends[0] - row), abs(ends[1] - col)) <= _BESIDE
                         for row, col in goals):
@@ -124,8 +124,10 @@ def _doubt_about_goal(
             f'somebody else publishes trial')
 
 
-def _goal(message: bytes) -> tuple[int, int] | None:
+def _goal(message: bytes, grid: Grid) -> tuple[int, int] | None:
+    """Return the cell of the grid that the goal of a field lies in."""
     try:
-        return goal_from_cloud(cloud_from_cdr(message))
+        place = goal_from_cloud(cloud_from_cdr(message))
+        return None if place is None else grid.cell_from_world(*place)
     except ValueError:
         return None

@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from control_field.grid import Grid
 from control_field.records import no_local_grids
+from episode_store.header import EpisodeHeader
 from episode_store.rosbag2.reader import RawMessages
 from episode_store.rosbag2.topic_tables import local_grid_table, LocalGridTable
 from msgs_bridge.messages.cdr import CdrError, layout_from_cdr, OCCUPANCY_GRID
@@ -29,7 +29,7 @@ def in_order(stamps: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
 
 
 def trial_local_grids(
-    messages: RawMessages, grid: Grid, decisions: npt.NDArray[np.void], end: float,
+    messages: RawMessages, header: EpisodeHeader, decisions: npt.NDArray[np.void], end: float,
 ) -> npt.NDArray[np.void]:
     """
     Return the wide local grids of a trial, as far as the robot was where they were seen.
@@ -42,7 +42,7 @@ def trial_local_grids(
     ----------
     messages : RawMessages
         Of `neighbourhood`.
-    grid : Grid
+    header : EpisodeHeader
     decisions : ndarray of DECISION_DTYPE, shape (n,)
         Of the trial, in order.
     end : float, [s]
@@ -56,7 +56,7 @@ def trial_local_grids(
     """
     if not len(decisions) or not _may_be_wide(messages):
         return no_local_grids()
-    table = local_grid_table(messages, grid)
+    table = local_grid_table(messages, header.grid, header.fitted)
     wide = table.local_grids[in_order(table.local_grids['stamp'])]
     stamps = np.maximum.accumulate(decisions['stamp'])
     wide = wide[(wide['stamp'] >= stamps[0] - _BEFORE) & (wide['stamp'] <= end)]

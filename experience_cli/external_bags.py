@@ -22,11 +22,11 @@ from episode_store.external.span import Span
 from episode_store.header import EpisodeHeader
 from episode_store.lock import changing
 from episode_store.making import NewBags
-from episode_store.relearn import check_workspaces
 from episode_store.rosbag2.bag_files import storage_files
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.metadata import NAME
 from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
+from episode_store.workspaces import check_workspaces
 from experience_cli.arguments import READING, TOPICS, WORKSPACE
 from experience_cli.bag_argument import episodes_from_paths, find_readable_bag, is_external
 from experience_cli.errors import UserError

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from control_field.drives.dead_reckoning import Motion
 from control_field.drives.loops import Loop, loops_of, sentence_from_loops
 from control_field.drives.plausibility import DriveLimits, SPEED_MAX, whole_drive
-from control_field.drives.workspace import check_inside
+from control_field.drives.workspace import check_inside, check_near
 from control_field.grid import Grid
 from control_field.records import Demonstration
 from control_field.words import counted
@@ -109,6 +109,7 @@ def demonstration_from_poses(
     local_grid_stamps: npt.NDArray[np.float64], local_grid_blocked: npt.NDArray[np.uint8],
     local_grid_unknown: npt.NDArray[np.uint8], episode: int = 0, speed_max: float = SPEED_MAX,
     local_grid_cells: npt.NDArray[np.int64] | None = None, motion: Motion | None = None,
+    fitted: bool = False,
 ) -> tuple[Demonstration, DemonstrationReport]:
     """
     Turn a recorded drive into a demonstration.
@@ -130,13 +131,16 @@ def demonstration_from_poses(
         Cells that the local grids were seen from; what was seen from elsewhere counts for nothing.
     motion : Motion, optional
         Headings and speeds that came with the poses.
+    fitted : bool
+        Whether the workspace fits itself: the drive may leave ``grid``, whose cells then go on
+        outside it, negative ones too.
 
     Raises
     ------
     ImplausibleDriveError
         If no robot can have driven so.
     OutsideWorkspaceError
-        If the drive leaves the workspace.
+        If the drive leaves a workspace that does not fit itself.
     ValueError
         If fewer than two cells are left; the message says what was dropped.
 
@@ -148,9 +152,12 @@ def demonstration_from_poses(
     drive = whole_drive(stamps, xy, DriveLimits(grid.resolution, speed_max), motion)
     begins = float(stamps.min()) if len(stamps) else 0.0
     stamps, xy = stamps[drive.kept], xy[drive.kept]
-    check_inside(grid, stamps, xy)
     raw = grid.cells_from_world(xy) if len(xy) else np.zeros((0, 2), dtype=np.int64)
-    inside = (raw >= 0).all(axis=1) & (raw < np.array(grid.shape)).all(axis=1)
+    if fitted:
+        check_near(grid, raw)
+    else:
+        check_inside(grid, stamps, xy)
+    inside = fitted | (raw >= 0).all(axis=1) & (raw < np.array(grid.shape)).all(axis=1)
     n_outside = int((~finite).sum() + (~inside).sum())
     stamps, xy, raw = stamps[inside], xy[inside], raw[inside]
     start, end, n_standing = _moving_span(stamps, xy / grid.resolution)

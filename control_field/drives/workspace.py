@@ -10,6 +10,8 @@ from control_field.grid import fitted_workspace, Grid
 
 #: A pose so far outside, in cells, is one on the edge.
 EDGE: Final = 0.2
+#: No drive gets so many cells away from the workspace that it began in.
+FAR_AWAY: Final = 2**30
 
 
 class OutsideWorkspaceError(ValueError):
@@ -61,6 +63,27 @@ def check_inside(
         f'the first after {after} at {where}. It reaches from {_corner(xy.min(axis=0))} to '
         f'{_corner(xy.max(axis=0))} m, the workspace from {_corner(low)} to {_corner(high)} m',
         fitting_workspace(grid, xy))
+
+
+def check_near(grid: Grid, cells: npt.NDArray[np.int64]) -> None:
+    """
+    Refuse cells so far away that they have no numbers.
+
+    Parameters
+    ----------
+    grid : Grid
+    cells : ndarray of int64, shape (n, 2)
+        ``(row, col)`` of ``grid``; they may lie outside it.
+
+    Raises
+    ------
+    ValueError
+
+    """
+    if len(cells) and np.abs(cells).max() > FAR_AWAY:
+        far = cells[np.abs(cells).max(axis=1).argmax()].tolist()
+        raise ValueError(f'the drive gets to {place_text(grid.world_from_cell(*far))} m, too far '
+                         f'away for cells of {grid.resolution:g} m')
 
 
 def fitting_workspace(grid: Grid, xy: npt.NDArray[np.float64]) -> Grid | None:

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from control_field.kernels import compiled
 from control_field.kernels.seen import FREE_SEEN, OCCUPIED_LAST, OCCUPIED_SEEN
+from control_field.learning.growth import grown
 from control_field.local_grid import BLOCKED, FREE, UNKNOWN
 
 #: Confidence of a wall that has just come to be doubted, and how low it falls with age.
@@ -44,6 +45,22 @@ class Evidence:
         self._shown = np.zeros(shape, dtype=np.uint8)
         self._changed_by = 0  #: episode by which what was noticed has changed
         self.opened = np.zeros(shape, dtype=np.bool_)  #: free now, a wall when it was seen before
+
+    def grow(self, offset: tuple[int, int], shape: tuple[int, int]) -> None:
+        """
+        Take over what was seen into a larger workspace; of the new cells nothing was.
+
+        Parameters
+        ----------
+        offset : tuple of int
+            ``(row, col)`` there of what is cell (0, 0) now.
+        shape : tuple of int
+            ``(n_rows, n_cols)`` of the larger one.
+
+        """
+        self.state = grown(self.state, offset, shape, UNKNOWN)
+        for name in ('_last_seen', '_in_a_row', '_times_free', '_is_passing', '_shown', 'opened'):
+            setattr(self, name, grown(getattr(self, name), offset, shape, 0))
 
     def begin(self) -> None:
         """Begin an episode: nothing was seen in it yet."""

@@ -1,13 +1,16 @@
 """The learner: a pure function from a sequence of episodes to the field."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.learning.certificate import Certificate, certify
 from control_field.learning.compose import compose, compose_shown, Composition
 from control_field.learning.exploration import exploration_field, worth_of_look
+from control_field.learning.growth import inside
 from control_field.learning.memory import Memory
 from control_field.learning.starts import best_cells, information_gain
 from control_field.parameters import Parameters
@@ -48,6 +51,21 @@ class Refresh:
     composition: Composition
 
 
+def explores(parameters: Parameters, spread: bool) -> bool:
+    """
+    Return whether the trials of a series explore, see `Learner.trial_field`.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    spread : bool
+        Whether they begin at chosen starts; from fixed ones they explore if shorter ways are
+        preferred to what was shown.
+
+    """
+    return spread or parameters.prefer_shorter
+
+
 class Learner:
     """
     Learns from episodes in the order they are given; equal episodes give equal bytes.
@@ -55,20 +73,37 @@ class Learner:
     Parameters
     ----------
     grid : Grid
+        The workspace to begin with.
     parameters : Parameters
+    fitted : bool
+        Whether the workspace fits itself: then much of it was never seen, and trials and further
+        demonstrations start where the ground is known to be free.
 
     """
 
-    def __init__(self, grid: Grid, parameters: Parameters) -> None:
-        self.grid = grid
+    def __init__(self, grid: Grid, parameters: Parameters, fitted: bool = False) -> None:
+        self.fitted = fitted
         self.parameters = parameters
         self.memory = Memory(grid, parameters)
         self.refresh: Refresh | None = None
         self.shown: Composition | None = None  #: leads along the shown way, if it is doubted
 
-    def add_demonstration(self, demonstration: Demonstration) -> Refresh:
+    @property
+    def grid(self) -> Grid:
+        """Return the workspace."""
+        return self.memory.grid
+
+    def add_demonstration(
+        self, demonstration: Demonstration, workspace: Grid | None = None,
+    ) -> Refresh:
         """
         Learn a demonstration (step 1 of the paper) and generalise (step 2).
+
+        Parameters
+        ----------
+        demonstration : Demonstration
+        workspace : Grid, optional
+            A larger one of the same lattice, that its cells are of: the workspace from now on.
 
         Raises
         ------
@@ -76,12 +111,18 @@ class Learner:
             If it is too short or leaves the workspace.
 
         """
-        self.memory.add_demonstration(demonstration)
+        self.memory.add_demonstration(demonstration, workspace)
         return self._renew(0, keep_better=False)
 
-    def add_trial(self, trial: Trial) -> Refresh:
+    def add_trial(self, trial: Trial, workspace: Grid | None = None) -> Refresh:
         """
         Learn a trial (steps 3 to 5).
+
+        Parameters
+        ----------
+        trial : Trial
+        workspace : Grid, optional
+            A larger one of the same lattice, that its cells are of: the workspace from now on.
 
         Raises
         ------
@@ -91,7 +132,7 @@ class Learner:
         """
         if self.refresh is None:
             raise ValueError('a trial was recorded before the first demonstration')
-        return self._renew(self.memory.add_trial(trial), keep_better=True)
+        return self._renew(self.memory.add_trial(trial, workspace), keep_better=True)
 
     def _renew(self, reinforcements: int, keep_better: bool) -> Refresh:
         self.shown = compose_shown(self.memory)
@@ -99,7 +140,7 @@ class Learner:
         certificate = self._certify(composition)
         old = self.refresh
         if old is not None and keep_better and self.parameters.profile == 'full':
-            remembered = self._with_memory(old.composition, composition)
+            remembered = with_old_headings(old.composition, composition)
             before = self._certify(remembered)
             if before.basin > certificate.basin:
                 self.refresh = Refresh(
@@ -111,31 +152,10 @@ class Learner:
                                reinforcements, composition)
         return self.refresh
 
-    def _with_memory(self, old: Composition, new: Composition) -> Composition:
-        """Return the old headings with the Q-matrix and map that are remembered now."""
-        field = ControlField(
-            grid=self.grid, revision=new.field.revision, goal=new.field.goal, vx=old.field.vx,
-            vy=old.field.vy, coherence=old.field.coherence, q=new.field.q, known=new.field.known,
-            flags=old.field.flags)
-        return Composition(field, old.prototypes, old.weights, new.reachable, new.planned)
-
     def _certify(self, composition: Composition) -> Certificate:
         return certify(composition.field, self.memory.demonstrated, len(composition.prototypes),
                        rules_of(self.parameters), composition.reachable, composition.planned,
                        self.memory.evidence.age)
-
-    def explores(self, spread: bool) -> bool:
-        """
-        Return whether the trials of a series explore, see `trial_field`.
-
-        Parameters
-        ----------
-        spread : bool
-            Whether they begin at chosen starts; from fixed ones they explore if shorter ways are
-            preferred to what was shown.
-
-        """
-        return spread or self.parameters.prefer_shorter
 
     def trial_field(self, exploring: bool) -> ControlField:
         """
@@ -185,7 +205,7 @@ class Learner:
         if self.parameters.profile == 'full':
             cells = best_cells(information_gain(
                 field, driven or field, worth_of_look(self.memory),
-                rules_of(self.parameters)), n)
+                rules_of(self.parameters), self.fitted), n)
         free = np.argwhere((field.known == 0) & self._current().composition.reachable)
         # As many more as may be among the cells already, or the goal.
         picked = free[rng.permutation(len(free))[:n + 1]]
@@ -197,7 +217,8 @@ class Learner:
         """Return the cells from which one more demonstration would help most, best first."""
         field = self._current().field
         unseen = np.where(field.known < 0, 1.0, 0.0)
-        value = information_gain(field, field, unseen, rules_of(self.parameters))
+        value = information_gain(
+            field, field, unseen, rules_of(self.parameters), self.fitted)
         for row, col in self._current().certificate.sinks:
             if field.known[row, col] == 0:
                 value[row, col] += field.known.size
@@ -207,3 +228,31 @@ class Learner:
         if self.refresh is None:
             raise ValueError('nothing was demonstrated yet')
         return self.refresh
+
+
+def with_old_headings(old: Composition, new: Composition) -> Composition:
+    """
+    Return the headings that were in force, with the Q-matrix and map that are remembered now.
+
+    Where the workspace has grown since, the new cells have their new headings.
+    """
+    offset = old.field.grid.offset_to(new.field.grid)
+    assert offset is not None
+    is_new = np.ones(new.field.grid.shape, dtype=np.bool_)
+    is_new[inside(offset, old.field.grid.shape)] = False
+    layers = {}
+    for name in ('vx', 'vy', 'coherence', 'flags'):
+        layers[name] = getattr(new.field, name).copy()
+        layers[name][~is_new] = getattr(old.field, name).reshape(-1)
+    added = is_new[tuple(new.prototypes.cells.T)]
+    cells = np.concatenate([old.prototypes.cells + np.array(offset), new.prototypes.cells[added]])
+    order = np.lexsort((cells[:, 1], cells[:, 0]))
+
+    def both(ours: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        return np.concatenate([ours, theirs[added]])[order]
+
+    prototypes = Prototypes(cells=cells[order].astype(np.int32), **{
+        name: both(getattr(old.prototypes, name), getattr(new.prototypes, name))
+        for name in ('headings', 'q', 'episodes', 'stamps', 'demonstrated')})
+    return Composition(replace(new.field, **layers), prototypes, both(old.weights, new.weights),
+                       new.reachable, new.planned)

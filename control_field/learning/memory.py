@@ -9,6 +9,7 @@ from control_field.headings import heading_from_step, N_HEADINGS
 from control_field.kernels import compiled
 from control_field.kernels.decision import Transition
 from control_field.learning.evidence import Evidence
+from control_field.learning.growth import grown
 from control_field.local_grid import FREE
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Kind, Outcome, Prototypes, Trial
@@ -40,36 +41,79 @@ class Memory:
         self.episode = np.zeros(grid.shape, dtype=np.int32)
         self.stamp = np.full(grid.shape, np.nan)
 
-    def add_demonstration(self, demonstration: Demonstration) -> None:
+    def grow(self, grid: Grid) -> None:
+        """
+        Go on in a larger workspace of the same lattice; every cell keeps its place.
+
+        Raises
+        ------
+        ValueError
+            If it does not hold the present one, or is of another lattice.
+
+        """
+        if grid == self.grid:
+            return
+        offset, shape = self.grid.offset_to(grid), grid.shape
+        if offset is None or min(offset) < 0 or (
+                np.add(offset, self.grid.shape) > shape).any():
+            raise ValueError(f'{grid} does not hold the cells of {self.grid}')
+        self.q = grown(self.q, offset, shape, 0)
+        for name in ('demonstrated', 'action'):
+            setattr(self, name, grown(getattr(self, name), offset, shape, -1))
+        self.episode = grown(self.episode, offset, shape, 0)
+        self.stamp = grown(self.stamp, offset, shape, np.nan)
+        self.evidence.grow(offset, shape)
+        self.known = self.evidence.known
+        if self.goal is not None:
+            self.goal = (self.goal[0] + offset[0], self.goal[1] + offset[1])
+        self.grid = grid
+
+    def add_demonstration(
+        self, demonstration: Demonstration, workspace: Grid | None = None,
+    ) -> None:
         """
         Learn a drive that a person showed: its cells become prototypes, its end the goal.
 
         Where demonstrations differ, in a cell or in the goal, the last one wins.
 
+        Parameters
+        ----------
+        demonstration : Demonstration
+        workspace : Grid, optional
+            A larger one that its cells are of: the memory grows first, see `grow`.
+
         Raises
         ------
         ValueError
-            If it has fewer than two cells, leaves the workspace, or is nothing but loops.
+            If it has fewer than two cells, leaves the workspace, or is nothing but loops; the
+            memory is then as it was.
 
         """
-        cells = demonstration.cells
+        cells, grid = demonstration.cells, workspace or self.grid
         if len(cells) < 2:
             raise ValueError('a demonstration must lead through at least two cells')
-        if (cells < 0).any() or (cells >= np.array(self.grid.shape)).any():
+        if (cells < 0).any() or (cells >= np.array(grid.shape)).any():
             raise ValueError('a demonstration leaves the workspace')
         kept = loop_erased(cells)
         if len(kept) < 2:
             raise ValueError('a demonstration ends in the cell where it began; with its loop cut '
                              'out nothing of it is left')
+        self.grow(grid)
         self.n_episodes += 1
         self.goal = (int(cells[-1, 0]), int(cells[-1, 1]))
         self._remember(demonstration.stamps, cells, demonstration.blocked, demonstration.unknown,
                        demonstration.local_grids)
         self._learn_path(cells[kept], demonstration.stamps[kept], demonstration.episode, True)
 
-    def add_trial(self, trial: Trial) -> int:
+    def add_trial(self, trial: Trial, workspace: Grid | None = None) -> int:
         """
         Learn a trial (Case 2): online rewards, then R_goal carried back along its path.
+
+        Parameters
+        ----------
+        trial : Trial
+        workspace : Grid, optional
+            A larger one that its cells are of: the memory grows first, see `grow`.
 
         Returns
         -------
@@ -79,11 +123,13 @@ class Memory:
         Raises
         ------
         ValueError
-            If a decision leaves the workspace or its action is no heading.
+            If a decision leaves the workspace or its action is no heading; the memory is then as
+            it was.
 
         """
-        rows = trial.decisions
-        self._check_decisions(rows)
+        rows, grid = trial.decisions, workspace or self.grid
+        _check_decisions(rows, grid)
+        self.grow(grid)
         self.n_episodes += 1
         if trial.outcome == Outcome.ABORTED:
             return 0
@@ -133,14 +179,6 @@ class Memory:
             cells[reach, reach] = FREE  # the robot is there, whatever else reaches into it
             self.evidence.observe_cells(int(each['row']) - reach, int(each['col']) - reach, cells)
         return max(n, end)
-
-    def _check_decisions(self, rows: npt.NDArray[np.void]) -> None:
-        """Refuse what would lead the compiled kernels out of their arrays."""
-        for name, n in (('row', self.grid.n_rows), ('next_row', self.grid.n_rows),
-                        ('col', self.grid.n_cols), ('next_col', self.grid.n_cols),
-                        ('action', N_HEADINGS)):
-            if ((rows[name] < 0) | (rows[name] >= n)).any():
-                raise ValueError(f'a trial holds a decision whose {name} is not 0 to {n - 1}')
 
     def _apply_online(self, rows: npt.NDArray[np.void]) -> None:
         for row in rows[rows['reward'] != 0]:
@@ -198,3 +236,11 @@ class Memory:
             cells=cells, headings=headings, q=self.q[(*at, headings)],
             episodes=self.episode[at], stamps=self.stamp[at],
             demonstrated=self.demonstrated[at] == headings)
+
+
+def _check_decisions(rows: npt.NDArray[np.void], grid: Grid) -> None:
+    """Refuse what would lead the compiled kernels out of their arrays."""
+    for name, n in (('row', grid.n_rows), ('next_row', grid.n_rows), ('col', grid.n_cols),
+                    ('next_col', grid.n_cols), ('action', N_HEADINGS)):
+        if ((rows[name] < 0) | (rows[name] >= n)).any():
+            raise ValueError(f'a trial holds a decision whose {name} is not 0 to {n - 1}')

@@ -1,7 +1,8 @@
 """What the learner needs of a bag, as tables: poses, local grids, decisions, how it ended."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, Final
 
@@ -9,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.drives.dead_reckoning import Motion
+from control_field.drives.workspace import FAR_AWAY
 from control_field.grid import Grid
 from control_field.headings import N_HEADINGS, STEP_COL, STEP_ROW
 from control_field.local_grid import BLOCKED, UNKNOWN
@@ -21,7 +23,7 @@ from msgs_bridge.messages.cdr import (
 from msgs_bridge.messages.clouds import TableError
 from msgs_bridge.messages.neighbourhoods import ALIGNMENT_TOLERANCE, MAX_TURN
 from msgs_bridge.messages.poses import MAX_PLACE, QUATERNION_TOLERANCE
-from msgs_bridge.messages.tables import decisions_from_cloud
+from msgs_bridge.messages.tables import decisions_by_place, decisions_from_cloud
 from msgs_bridge.messages.trial_status import trial_from_status, TrialStatus
 
 _STAMP: Final = {'sec': 1, 'nanosec': 1}
@@ -141,11 +143,14 @@ def _at_the_ends(
             (len(kept) - 1 - last, float(times[-1] - times[last]) * 1e-9))
 
 
-def local_grid_table(messages: RawMessages, grid: Grid) -> LocalGridTable:
+def local_grid_table(
+    messages: RawMessages, grid: Grid, fitted: bool = False,
+) -> LocalGridTable:
     """
     Read OccupancyGrid messages of local grids on the cells of ``grid``, or on finer ones.
 
-    Messages that `neighbourhoods.neighbourhood_from_grid` would refuse are left out and counted.
+    Messages that `neighbourhoods.neighbourhood_from_grid` would refuse are left out and counted;
+    in a workspace that fits itself those of cells outside ``grid`` are kept.
 
     Raises
     ------
@@ -159,7 +164,8 @@ def local_grid_table(messages: RawMessages, grid: Grid) -> LocalGridTable:
     read = read_cells(messages, columns, grid)
     _refuse(columns, ~_is_rotation(values) | ~(np.abs(_yaw(values)) <= MAX_TURN),
             f'{messages.topic}: origin is turned')
-    cells, stamps = _cells(columns, grid, messages.topic, read.reach), _seconds(values)
+    cells = _cells(columns, grid, messages.topic, read.reach, fitted)
+    stamps = _seconds(values)
     kept = columns.accepted
     return LocalGridTable(
         stamps[kept], cells[kept], _mask(read.nine, BLOCKED)[kept],
@@ -168,10 +174,13 @@ def local_grid_table(messages: RawMessages, grid: Grid) -> LocalGridTable:
 
 
 def decision_table(
-    messages: RawMessages, grid: Grid,
+    messages: RawMessages, grid: Grid, fitted: bool = False,
 ) -> tuple[npt.NDArray[np.void], int, str]:
     """
     Read the decisions of `experience` messages, in the order they were recorded.
+
+    In a workspace that fits itself their cells are those of ``grid`` whatever its extent was when
+    they were made, and may lie outside it.
 
     Returns
     -------
@@ -191,8 +200,9 @@ def decision_table(
     columns = Columns({}, np.full(len(messages), -1, dtype=np.int32))
     parts: list[npt.NDArray[np.void]] = [np.zeros(0, dtype=DECISION_DTYPE)]
     order: list[npt.NDArray[np.int64]] = [np.zeros(0, dtype=np.int64)]
+    read = partial(decisions_by_place if fitted else decisions_from_cloud, grid=grid)
     for group in groups(messages, POINT_CLOUD, columns, ()):
-        for rows, decisions in _group_decisions(messages, group, grid, columns):
+        for rows, decisions in _group_decisions(messages, group, read, columns):
             parts.append(decisions.reshape(-1))
             order.append(np.repeat(rows, decisions.shape[1]))
     decisions = np.concatenate(parts)[np.argsort(np.concatenate(order), kind='stable')]
@@ -200,11 +210,12 @@ def decision_table(
 
 
 def _group_decisions(
-    messages: RawMessages, group: Group, grid: Grid, columns: Columns,
+    messages: RawMessages, group: Group, read: Callable[[Any], npt.NDArray[np.void]],
+    columns: Columns,
 ) -> list[tuple[npt.NDArray[np.int64], npt.NDArray[np.void]]]:
     """Read messages of one layout at once; if that is refused, one by one."""
     try:
-        return [(group.rows, _decisions(messages, group, group.rows, grid))]
+        return [(group.rows, _decisions(messages, group, group.rows, read))]
     except TableError as error:
         if len(group.rows) == 1:
             columns.refuse(group.rows, str(error))
@@ -212,12 +223,13 @@ def _group_decisions(
     found = []
     for row in group.rows:
         alone = Group(group.layout, np.array([row]), group.heads[:0])
-        found += _group_decisions(messages, alone, grid, columns)
+        found += _group_decisions(messages, alone, read, columns)
     return found
 
 
 def _decisions(
-    messages: RawMessages, group: Group, rows: npt.NDArray[np.int64], grid: Grid,
+    messages: RawMessages, group: Group, rows: npt.NDArray[np.int64],
+    read: Callable[[Any], npt.NDArray[np.void]],
 ) -> npt.NDArray[np.void]:
     """Return the decisions of messages of one layout, shape (len(rows), decisions a message)."""
     values, place = group.layout.values, group.layout.places['data']
@@ -231,7 +243,7 @@ def _decisions(
         raise TableError(f'experience: {place.n} bytes of data, must be {values["height"]} rows '
                          f'of {values["row_step"]}')
     msg.data = data.reshape(-1)
-    return decisions_from_cloud(msg, grid).reshape(len(rows), -1)
+    return read(msg).reshape(len(rows), -1)
 
 
 def statuses(
@@ -307,7 +319,7 @@ def _yaw(values: dict[str, npt.NDArray[Any]]) -> npt.NDArray[np.float64]:
 
 
 def _cells(
-    columns: Columns, grid: Grid, name: str, reach: npt.NDArray[np.int64],
+    columns: Columns, grid: Grid, name: str, reach: npt.NDArray[np.int64], fitted: bool,
 ) -> npt.NDArray[np.int64]:
     """Return the cells of the robot; refuse grids that are off the cells of the workspace."""
     values, reach = columns.values, reach[:, np.newaxis]
@@ -316,7 +328,8 @@ def _cells(
         place = place / grid.resolution
         nearest = np.round(place)
         aligned = np.all(np.abs(place - nearest) <= ALIGNMENT_TOLERANCE, axis=1)
-        inside = np.all((nearest >= -reach) & (nearest < np.array(grid.shape) - reach), axis=1)
+        low, high = (-FAR_AWAY, FAR_AWAY) if fitted else (0, np.array(grid.shape))
+        inside = np.all((nearest >= low - reach) & (nearest < high - reach), axis=1)
     _refuse(columns, ~aligned, f'{name}: origin lies off the cells of the workspace')
     _refuse(columns, ~inside, f'{name}: its middle lies outside the workspace')
     return np.where((aligned & inside)[:, np.newaxis], nearest + reach, 0).astype(np.int64)

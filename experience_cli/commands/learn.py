@@ -18,9 +18,10 @@ from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError
 from episode_store.external.drive import open_drive
 from episode_store.external.import_drive import demonstration_from_drive
-from episode_store.relearn import changes_before, goal_moved, LearntBag, odd_one_named, Relearner
+from episode_store.relearn import changes_before, goal_moved, LearntBag, Relearner
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder
+from episode_store.workspaces import odd_one_named
 from experience_cli.bag_argument import episodes_from_paths, is_external, named_path
 from experience_cli.bag_summary import say_cut, say_gaps
 from experience_cli.errors import UserError

@@ -23,8 +23,9 @@ def inspection_figure(learnt_bag: LearntBag, relearner: Relearner) -> Figure:
         That has learnt something.
 
     """
-    refresh, grid = relearner.refresh, relearner.grid
+    refresh = relearner.refresh
     assert refresh is not None
+    grid = refresh.field.grid
     figure = drawing.new_figure(13.0, 8.0)
     left, right = figure.subplots(1, 2)
     newest = learnt_bag.folder

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from control_field.grid import Grid
 from control_field.headings import headings_from_vectors
 from control_field.learning.grid_world import Runs
-from control_field.learning.learner import Learner, Refresh
+from control_field.learning.learner import explores, Learner, Refresh
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Outcome
 from experience_evaluation.environment import Environment
@@ -155,7 +155,7 @@ class FieldMethod:
         """Run a trial from where it teaches most (or from the fixed start) and learn from it."""
         if not self._practises:
             return None
-        field = self.learner.trial_field(self.learner.explores(self.task.spread))
+        field = self.learner.trial_field(explores(self.learner.parameters, self.task.spread))
         start = self._start(environment, field) if self.task.spread else self.task.first_start
         seed = int(self._rng.integers(2**62))
         world = environment.world_with(self.task.parameters)

@@ -62,6 +62,7 @@ class TaskMemory:
         #: Where trials start, ``x y yaw``, and where to teach next, ``x y; x y``, [m, rad].
         self.places: Mapping[str, str] = {}
         self._has_compared = False
+        self._grid = grid
         self.relearner = Relearner(grid, parameters)
         #: Whose field is in force, see `memory_identity`.
         self.memory = NOTHING
@@ -73,7 +74,7 @@ class TaskMemory:
     @property
     def grid(self) -> Grid:
         """Return the workspace."""
-        return self.relearner.grid
+        return self.relearner.grid or self._grid
 
     @property
     def refresh(self) -> Refresh | None:

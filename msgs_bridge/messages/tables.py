@@ -35,7 +35,8 @@ EXPERIENCE_DTYPE: Final[np.dtype[np.void]] = np.dtype(
 _MEMORY: Final = 'memory:'
 _LONGEST: Final = 100
 _VERSION_DTYPE: Final[np.dtype[np.void]] = np.dtype([('version', 'u1')])
-_FLAGS_DTYPE: Final = np.dtype([('flags', 'u1')])
+_GOAL_DTYPE: Final[np.dtype[np.void]] = np.dtype([
+    ('flags', 'u1'), ('resolution', '<f8'), ('origin_x', '<f8'), ('origin_y', '<f8')])
 
 
 class OtherVersionError(TableError):
@@ -153,11 +154,15 @@ def cloud_from_decisions(decisions: npt.NDArray[np.void], grid: Grid) -> PointCl
     return cloud_from_table(table, grid.frame_id)
 
 
-def goal_from_cloud(msg: Any) -> tuple[int, int] | None:
-    """Return the goal of a control field, ``(row, col)``, unchecked; None if it has none."""
-    flags = table_from_cloud(msg, _FLAGS_DTYPE)['flags']
-    goals = np.argwhere(flags & CellFlag.GOAL)
-    return (int(goals[0, 0]), int(goals[0, 1])) if len(goals) == 1 else None
+def goal_from_cloud(msg: Any) -> tuple[float, float] | None:
+    """Return the goal of a control field, ``(x, y)`` [m], unchecked; None if it has none."""
+    table = table_from_cloud(msg, _GOAL_DTYPE)
+    goals = np.argwhere(table['flags'] & CellFlag.GOAL)
+    if len(goals) != 1:
+        return None
+    row, col = goals[0].tolist()
+    _, side, x, y = table[row, col].tolist()
+    return x + (col + 0.5) * side, y + (row + 0.5) * side
 
 
 def decisions_from_cloud(msg: Any, grid: Grid | None = None) -> npt.NDArray[np.void]:
@@ -182,13 +187,61 @@ def decisions_from_cloud(msg: Any, grid: Grid | None = None) -> npt.NDArray[np.v
 
     """
     table = _table(msg, EXPERIENCE_DTYPE, 'experience').reshape(-1)
-    if grid is not None and msg.header.frame_id != grid.frame_id:
+    if grid is not None:
+        _check_frame(msg, grid)
+    decisions = _decisions(table)
+    check_decisions(decisions, grid)
+    return decisions
+
+
+def decisions_by_place(msg: Any, grid: Grid) -> npt.NDArray[np.void]:
+    """
+    Read decisions that were made in any workspace of the lattice of ``grid``.
+
+    Parameters
+    ----------
+    msg : PointCloud2
+        What arrived.
+    grid : Grid
+
+    Returns
+    -------
+    ndarray of DECISION_DTYPE, shape (n,)
+        Their cells are those of ``grid``, by where the points lie; they may lie outside it.
+
+    Raises
+    ------
+    TableError
+        If the message is no such table, of an unknown version, or a value cannot be.
+
+    """
+    table = _table(msg, EXPERIENCE_DTYPE, 'experience').reshape(-1)
+    _check_frame(msg, grid)
+    decisions = _decisions(table)
+    check_decisions(decisions)
+    for axis, origin, cells in (('x', grid.origin_x, ('col', 'next_col')),
+                                ('y', grid.origin_y, ('row', 'next_row'))):
+        # As it is written: in the same workspace nothing is left, however far away that is.
+        centre = (origin + (table[cells[0]] + 0.5) * grid.resolution).astype(np.float32)
+        with np.errstate(over='ignore', invalid='ignore'):
+            off = (table[axis].astype(np.float64) - centre) / grid.resolution
+        check_column('experience', axis, table[axis], np.abs(off) < MAX_CELL,
+                     f'within {MAX_CELL} cells of the workspace')
+        for name in cells:
+            decisions[name] += np.round(off).astype(np.int32)
+    return decisions
+
+
+def _check_frame(msg: Any, grid: Grid) -> None:
+    if msg.header.frame_id != grid.frame_id:
         raise TableError(f'experience: frame is {msg.header.frame_id[:80]!r}, '
                          f'must be {grid.frame_id!r}')
+
+
+def _decisions(table: npt.NDArray[np.void]) -> npt.NDArray[np.void]:
     decisions = np.zeros(table.shape, dtype=DECISION_DTYPE)
     for name in DECISION_DTYPE.names or ():
         decisions[name] = table[name]
-    check_decisions(decisions, grid)
     return decisions
 
 

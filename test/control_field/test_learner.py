@@ -5,7 +5,7 @@ import pytest
 
 from control_field.grid import Grid
 from control_field.learning.certificate import certify
-from control_field.learning.learner import Learner
+from control_field.learning.learner import Learner, with_old_headings
 from control_field.parameters import Parameters
 from control_field.records import DECISION_DTYPE, Outcome, Trial
 from control_field.robot.policy import rules_of
@@ -67,7 +67,7 @@ def test_a_trial_never_shrinks_the_basin_on_the_known_map(learnt_bag, data):
         practise(learner, occupancy, [start], number)
         new = learner.refresh
         assert new.field.revision == number
-        kept = learner._with_memory(old.composition, new.composition).field
+        kept = with_old_headings(old.composition, new.composition).field
         before = certify(kept, learner.memory.demonstrated, 0, rules_of(learner.parameters))
         assert new.certificate.basin >= before.basin
         if new.pushed:

@@ -11,9 +11,10 @@ from control_field.grid import Grid
 from episode_store.episode import Episode
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
-from episode_store.relearn import check_workspaces, Relearner
+from episode_store.relearn import Relearner
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeKind, TaskFolder
+from episode_store.workspaces import check_workspaces
 from experience_cli.main import main
 from ros_helpers import ROOT
 

@@ -1,0 +1,130 @@
+"""A workspace that fits itself: what an episode needs of it, and arrays that grow with it."""
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from control_field.grid import CellBox, fitted_box, Grid
+from control_field.local_grid import UNKNOWN
+from control_field.records import Demonstration, Trial
+
+_Array = TypeVar('_Array', bound=npt.NDArray[np.generic])
+
+
+@dataclass(frozen=True)
+class FittedWorkspace:
+    """
+    The workspace of a sequence of episodes: what each of them needs, and never less than before.
+
+    Parameters
+    ----------
+    lattice : Grid
+        The cell that all places are reckoned from, see `Grid.lattice`.
+    box : CellBox or None
+        The workspace in cells of the lattice; None before the first episode.
+
+    """
+
+    lattice: Grid
+    box: CellBox | None = None
+
+    @property
+    def grid(self) -> Grid | None:
+        """
+        Return the workspace; None before the first episode.
+
+        Raises
+        ------
+        TooLargeError
+            If none has so many cells.
+
+        """
+        return None if self.box is None else self.lattice.window(self.box)
+
+    def with_record(self, record: Demonstration | Trial, grid: Grid) -> 'FittedWorkspace':
+        """
+        Return it with room for one more episode, see `grid.fitted_box`.
+
+        Parameters
+        ----------
+        record : Demonstration or Trial
+        grid : Grid
+            The one that its cells are of; they may lie outside it.
+
+        Raises
+        ------
+        ValueError
+            If the grid is of another lattice.
+
+        """
+        offset = grid.offset_to(self.lattice)
+        if offset is None:
+            raise ValueError(f'the cells of {grid} are not those of {self.lattice}')
+        been, seen = (None if box is None else box.shifted(*offset)
+                      for box in (_been(record), _seen(record.local_grids)))
+        box = fitted_box(been, seen)
+        if box is not None and self.box is not None:
+            box = box.union(self.box)
+        return FittedWorkspace(self.lattice, box or self.box)
+
+
+def _been(record: Demonstration | Trial) -> CellBox | None:
+    """Return the cells that a robot was in, or is told to go to."""
+    if isinstance(record, Demonstration):
+        return CellBox.of(record.cells) if len(record.cells) else None
+    rows = record.decisions
+    if not len(rows):
+        return None
+    return CellBox(*(int(edge) for edge in (
+        min(rows['row'].min(), rows['next_row'].min()),
+        min(rows['col'].min(), rows['next_col'].min()),
+        max(rows['row'].max(), rows['next_row'].max()),
+        max(rows['col'].max(), rows['next_col'].max()))))
+
+
+def _seen(local_grids: npt.NDArray[np.void]) -> CellBox | None:
+    """Return the cells that wide local grids say something about; the others show no farther."""
+    is_seen = local_grids['cells'] != UNKNOWN
+    edges = []
+    for name, across in (('row', 2), ('col', 1)):
+        along = is_seen.any(axis=across)
+        some = along.any(axis=1)
+        if not some.any():
+            return None
+        along, middles = along[some], local_grids[name][some].astype(np.int64)
+        reach = along.shape[1] // 2
+        last = along.shape[1] - 1 - along[:, ::-1].argmax(axis=1)
+        edges.append((int((middles + along.argmax(axis=1)).min()) - reach,
+                      int((middles + last).max()) - reach))
+    (low_row, high_row), (low_col, high_col) = edges
+    return CellBox(low_row, low_col, high_row, high_col)
+
+
+def grown(
+    array: _Array, offset: tuple[int, int], shape: tuple[int, int], fill: float,
+) -> _Array:
+    """
+    Return an array of cells in a larger workspace.
+
+    Parameters
+    ----------
+    array : ndarray, shape (n_rows, n_cols, ...)
+    offset : tuple of int
+        ``(row, col)`` of its first cell there.
+    shape : tuple of int
+        ``(n_rows, n_cols)`` of the larger one.
+    fill : float
+        Of the cells that are new.
+
+    """
+    larger = np.full((*shape, *array.shape[2:]), fill, array.dtype) if fill else np.zeros(
+        (*shape, *array.shape[2:]), array.dtype)
+    larger[inside(offset, array.shape)] = array
+    return larger  # type: ignore[return-value]
+
+
+def inside(offset: tuple[int, int], shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return where the cells of a smaller workspace lie in a larger one, as an index."""
+    return (slice(offset[0], offset[0] + shape[0]), slice(offset[1], offset[1] + shape[1]))
