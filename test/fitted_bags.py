@@ -3,10 +3,10 @@
 from itertools import pairwise
 
 import numpy as np
-from bridge_helpers import (CLOUD, ODOMETRY, STATUS, nanoseconds,
-                            raw_decisions, raw_odometry, raw_status)
 
-from control_field.grid import Grid, default_lattice, fitted_workspace
+from bridge_helpers import (
+    CLOUD, nanoseconds, ODOMETRY, raw_decisions, raw_odometry, raw_status, STATUS)
+from control_field.grid import default_lattice, fitted_workspace, Grid
 from control_field.headings import heading_from_step
 from control_field.records import DECISION_DTYPE, Kind, Outcome
 from episode_store.header import EpisodeHeader

@@ -1,10 +1,10 @@
 """Bags of a workspace that fits itself, folded: it grows with them, and no cell moves."""
 
 import pytest
-from fitted_bags import HERE, demo
 
 from episode_store.relearn import relearn
 from episode_store.task_folder import TaskFolder
+from fitted_bags import demo, HERE
 
 
 def test_the_first_demonstration_makes_the_workspace(tmp_path):
