@@ -31,9 +31,10 @@ TOPICS: Final = {'odom': 'odom_topic', 'neighbourhood': 'neighbourhood_topic',
 #: All options that say how such a bag is to be read; None where nothing is said.
 READING: Final = (*TOPICS.values(), 'base_frame', 'laser', 'body_radius', 'zero_is_no_return',
                   'from', 'to')
-#: Options that describe the workspace, and what they are where nothing is said.
-WORKSPACE: Final[dict[str, Any]] = {
-    'rows': 20, 'cols': 20, 'resolution': 0.25, 'origin': (0.0, 0.0), 'frame': 'odom'}
+#: Options that describe the workspace; where none is given it fits itself to the drive.
+WORKSPACE: Final = ('rows', 'cols', 'resolution', 'origin', 'frame', 'cell_radius')
+#: Of a TurtleBot3 Burger, [m]: the cells hold such a robot where nothing else is said.
+ROBOT_RADIUS: Final = 0.105
 _TOPIC_HELP: Final = {
     'odom': 'which topic says where the robot was: Odometry, a pose, or /tf (the one called odom)',
     'neighbourhood': 'which one is its 3x3 local grid (the one called so)',
@@ -189,7 +190,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='X',
                             help=f"the robot's {what}, [{unit}]; a bag does not say it, and a "
                             f"TurtleBot3 Burger's is taken")
-    _add_external(parser)
+    _add_external(parser, with_radius=False)
 
 
 def _diff(parser: argparse.ArgumentParser) -> None:
@@ -281,19 +282,24 @@ def _add_bags(parser: argparse.ArgumentParser) -> None:
                         help=f'the folder of all tasks ({BAGS})')
 
 
-def _add_external(parser: argparse.ArgumentParser) -> Any:
+def _add_external(parser: argparse.ArgumentParser, with_radius: bool = True) -> Any:
     """Add the options that say how a bag of another recorder is to be read; return the group."""
     group = parser.add_argument_group(
         'bags of other recorders', 'Drives that were recorded by `ros2 bag record`, `rosbag '
         'record` or the like, MCAP, sqlite3 or ROS 1; each is one demonstration.')
     _add_reading(group)
-    group.add_argument('--rows', type=int, metavar='N', help='of the workspace (20)')
-    group.add_argument('--cols', type=int, metavar='N', help='of the workspace (20)')
-    group.add_argument('--resolution', type=float, metavar='M', help='side of a cell (0.25 m)')
+    if with_radius:
+        group.add_argument('--robot-radius', type=radius, metavar='M', dest='cell_radius',
+                           help='cells are as large as this robot needs (0.105 m: 0.25 m)')
+    group.add_argument('--resolution', type=float, metavar='M', help='side of a cell')
+    group.add_argument('--rows', type=int, metavar='N',
+                       help='of the workspace, with --cols (it fits the drive)')
+    group.add_argument('--cols', type=int, metavar='N', help='of the workspace, with --rows')
     group.add_argument('--origin', type=float, nargs=2, metavar=('X', 'Y'),
-                       help='lower left corner of the workspace (0 0)')
+                       help='its lower left corner, with --rows and --cols (0 0)')
     group.add_argument('--frame', metavar='NAME',
-                       help='of the workspace; /tf takes the poses there, if it can (odom)')
+                       help='of the workspace; /tf takes the poses there, if it can (that of the '
+                       'odometry)')
     group.add_argument('--max-speed', type=speed, metavar='M/S',
                        help='a drive that is faster is no robot: not learnt (3 m/s, or of --like)')
     group.add_argument('--like', type=Path, metavar='BAG',

@@ -12,13 +12,13 @@ import sys
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from control_field.drives.plausibility import SPEED_MAX
-from control_field.grid import Grid
+from control_field.grid import cell_side, default_lattice, Grid
 from control_field.parameters import Parameters
 from episode_store.errors import OtherFrameError, OutsideDriveError
 from episode_store.external.drive import ExternalDrive, ReadOptions
 from episode_store.external.import_drive import check_drive, import_demonstration
 from episode_store.external.span import Span
+from episode_store.external.workspace import Workspace
 from episode_store.header import EpisodeHeader
 from episode_store.lock import changing
 from episode_store.making import NewBags
@@ -27,8 +27,9 @@ from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.metadata import NAME
 from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.workspaces import check_workspaces
-from experience_cli.arguments import READING, TOPICS, WORKSPACE
-from experience_cli.bag_argument import episodes_from_paths, find_readable_bag, is_external
+from experience_cli.arguments import READING, ROBOT_RADIUS, TOPICS, WORKSPACE
+from experience_cli.bag_argument import (
+    episodes_from_paths, find_readable_bag, is_external, is_named_like_own)
 from experience_cli.errors import UserError
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.local_grid_from_scan import Body
@@ -37,8 +38,19 @@ from msgs_bridge.sensing.local_grid_from_scan import Body
 def wanted_option(arguments: argparse.Namespace) -> str:
     """Return the first option that is only for bags of other recorders; empty if none is given."""
     options = (*READING, *WORKSPACE, 'like', 'into', 'max_speed')
-    return next((f'--{option.replace("_", "-")}' for option in options
-                 if getattr(arguments, option, None) is not None), '')
+    return next((_option(name) for name in options
+                 if getattr(arguments, name, None) is not None), '')
+
+
+def _option(name: str) -> str:
+    """Return the option that an argument comes from."""
+    return f'--{name.replace("_", "-").replace("cell-radius", "robot-radius")}'
+
+
+def _radius(arguments: argparse.Namespace) -> float | None:
+    """Return the robot's radius, [m], if it is given; a command may ask for it anyway."""
+    given: float | None = getattr(arguments, 'cell_radius', None)
+    return given or getattr(arguments, 'robot_radius', None)
 
 
 def reading_of(arguments: argparse.Namespace) -> ReadOptions:
@@ -61,8 +73,8 @@ def reading_of(arguments: argparse.Namespace) -> ReadOptions:
             raise UserError('--laser: must be six finite numbers')
         x, y, z, roll, pitch, yaw = arguments.laser
         values['mount'] = Mount(x, y, yaw, z, roll, pitch)
-    if arguments.body_radius is not None:
-        values['body'] = Body(arguments.body_radius)
+    if body_radius := arguments.body_radius or _radius(arguments):
+        values['body'] = Body(body_radius)
     first, last = getattr(arguments, 'from'), arguments.to
     if first is not None or last is not None:
         values['span'] = _span(0.0 if first is None else first, math.inf if last is None else last)
@@ -102,25 +114,18 @@ def remedy_named() -> Iterator[None]:
     try:
         yield
     except OutsideDriveError as error:
-        raise BagError(f'{error}{_options_that_fit(error.fitting)}') from None
+        raise BagError(f'{error}; without --rows, --cols, --origin, --like and an --into of '
+                       f'another workspace it is learnt in one that fits it') from None
     except OtherFrameError as error:
         raise BagError(f'{error}; if that is the right one, learn it with --frame '
                        f'{error.frame}') from None
 
 
-def _options_that_fit(grid: Grid | None) -> str:
-    """Return the options with which a drive that leaves the workspace can be learnt."""
-    if grid is None:
-        return ''
-    return (f'; learn it in a workspace of its own, with --rows {grid.n_rows} --cols '
-            f'{grid.n_cols} --resolution {grid.resolution:g} --origin {grid.origin_x:g} '
-            f'{grid.origin_y:g} --frame {grid.frame_id} (and without --like or an --into that has '
-            f'another)')
-
-
-def demo_header(arguments: argparse.Namespace, task: TaskFolder | None) -> EpisodeHeader:
+def demo_header(
+    arguments: argparse.Namespace, task: TaskFolder | None,
+) -> tuple[EpisodeHeader, Workspace]:
     """
-    Return the header of a demonstration in the workspace that the arguments describe.
+    Return the header of a demonstration, and the workspace that the arguments ask for.
 
     Parameters
     ----------
@@ -135,19 +140,32 @@ def demo_header(arguments: argparse.Namespace, task: TaskFolder | None) -> Episo
     if found is None:
         # A field that it is to be compared with.
         other = None if _is_described(arguments) else getattr(arguments, 'field', None)
-        grid, parameters = (_grid(arguments), Parameters()) if other is None else (
-            other.field.grid, other.parameters)
-        return EpisodeHeader(EpisodeKind.DEMO, '', grid, parameters,
-                             speed_max=arguments.max_speed or SPEED_MAX)
-    given = [f'--{name}' for name in WORKSPACE if getattr(arguments, name) is not None]
-    if given and found.grid != _grid(arguments):
-        whose = arguments.like or (task and task.path)
-        raise UserError(f'{given[0]}: the workspace is that of {whose}, {found.grid}; leave the '
-                        f'option out')
-    if task is not None and of_task is not None:
-        of_task.check_grid(found.grid, task.path)
-    return EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters,
-                         speed_max=arguments.max_speed or found.speed_max)
+        workspace, parameters = (_workspace(arguments), Parameters()) if other is None else (
+            Workspace(other.field.grid), other.parameters)
+        found = EpisodeHeader(EpisodeKind.DEMO, '', workspace.grid, parameters)
+    else:
+        _check_same(arguments, found, str(arguments.like or (task and task.path)))
+        workspace = Workspace(found.grid, found.fitted)
+        if task is not None and of_task is not None and not workspace.is_fitted:
+            of_task.check_grid(found.grid, task.path)
+    speed_max = arguments.max_speed or found.speed_max
+    header = EpisodeHeader(EpisodeKind.DEMO, '', found.grid, found.parameters,
+                           speed_max=speed_max, fitted=workspace.is_fitted)
+    return header, replace(workspace, speed_max=speed_max)
+
+
+def _check_same(arguments: argparse.Namespace, found: EpisodeHeader, whose: str) -> None:
+    """Refuse options that describe another workspace than the one there is."""
+    grid = found.grid
+    there = {'resolution': grid.resolution, 'frame': grid.frame_id} if found.fitted else {
+        'rows': grid.n_rows, 'cols': grid.n_cols, 'resolution': grid.resolution,
+        'origin': [grid.origin_x, grid.origin_y], 'frame': grid.frame_id}
+    for name in WORKSPACE:
+        given = getattr(arguments, name, None)
+        if given is not None and given != there.get(name):
+            fits = ', which fits itself to its drives' if found.fitted else ''
+            raise UserError(f'{_option(name)}: the workspace is that of {whose}, {grid}{fits}; '
+                            f'leave the option out')
 
 
 def _common_header(folders: list[EpisodeFolder]) -> EpisodeHeader | None:
@@ -157,17 +175,29 @@ def _common_header(folders: list[EpisodeFolder]) -> EpisodeHeader | None:
 
 def _is_described(arguments: argparse.Namespace) -> bool:
     """Return whether the options describe a workspace."""
-    return any(getattr(arguments, name) is not None for name in WORKSPACE)
+    return any(getattr(arguments, name, None) is not None for name in WORKSPACE)
 
 
-def _grid(arguments: argparse.Namespace) -> Grid:
-    values = {name: default if getattr(arguments, name) is None else getattr(arguments, name)
-              for name, default in WORKSPACE.items()}
-    x, y = values['origin']
+def _workspace(arguments: argparse.Namespace) -> Workspace:
+    """Return the workspace that the options describe, or one that fits itself to the drive."""
+    if (arguments.rows is None) != (arguments.cols is None):
+        given, other = ('rows', 'cols') if arguments.cols is None else ('cols', 'rows')
+        raise UserError(f'--{given}: give --{other} as well, or neither: the workspace then fits '
+                        f'the drive')
+    if arguments.origin is not None and arguments.rows is None:
+        raise UserError('--origin: give --rows and --cols as well, or none of them: the workspace '
+                        'then fits the drive')
+    radius, side = _radius(arguments), arguments.resolution
+    any_lattice = radius is None and side is None
+    if side is None:
+        side = cell_side(radius or ROBOT_RADIUS)
+    frame, (x, y) = arguments.frame or 'odom', arguments.origin or (0.0, 0.0)
     try:
-        return Grid(values['rows'], values['cols'], values['resolution'], x, y, values['frame'])
+        grid = default_lattice(side, frame) if arguments.rows is None else Grid(
+            arguments.rows, arguments.cols, side, x, y, frame)
     except ValueError as error:
         raise UserError(f'the workspace makes no sense: {error}') from None
+    return Workspace(grid, arguments.rows is None, arguments.frame is None, any_lattice)
 
 
 def import_all(arguments: argparse.Namespace) -> list[tuple[ExternalDrive, EpisodeFolder]]:
@@ -187,12 +217,15 @@ def import_all(arguments: argparse.Namespace) -> list[tuple[ExternalDrive, Episo
     if not arguments.new_task:
         _check_is_meant(task, arguments.into)
     with changing(task.path, make=True):
-        header = demo_header(arguments, task)
+        header, workspace = demo_header(arguments, task)
         # All of them before the first is kept: half of them is not what was asked for.
-        reading = reading_of(arguments)
+        reading, drives = reading_of(arguments), list[ExternalDrive]()
         with remedy_named():
-            drives = [check_drive(there(path), header.grid, reading, header.speed_max)
-                      for path in arguments.bags]
+            for path in arguments.bags:
+                drives.append(check_drive(there(path), workspace, reading, header.speed_max))
+                # All of a task are of one frame.
+                workspace = replace(workspace, grid=drives[-1].grid, any_frame=False,
+                                    any_lattice=False)
         with NewBags(task) as bags:
             for drive in drives:
                 import_demonstration(drive, bags, replace(header, task=task.task))
@@ -261,13 +294,23 @@ def is_borrowed(arguments: argparse.Namespace, path: Path) -> bool:
 @contextmanager
 def borrowed(arguments: argparse.Namespace, path: Path) -> Iterator[EpisodeFolder]:
     """Take a bag of another recorder over into a folder that is gone in the end; say from what."""
-    name = re.sub(r'[^A-Za-z0-9_-]+', '_', path.resolve().stem)[:64]
-    with TemporaryDirectory() as folder:
-        values = vars(arguments) | {'bags': [path], 'into': Path(folder) / name, 'new_task': True}
-        [(drive, episode)] = import_all(argparse.Namespace(**values))
+    with taken_over(arguments, [path]) as [(drive, episode)]:
         topics = ', '.join(f'{topic} ({n})' for topic, n in sorted(drive.recorded.items()))
         whose = (f'{path} is a bag of another recorder, read as `experience learn '
                  f'{shlex.quote(str(path))}` does')
         said = '; '.join([whose, *drive.notes, f'its topics: {topics}'])
         print(f'experience {arguments.command}: {said}', file=sys.stderr)
         yield episode
+
+
+@contextmanager
+def taken_over(
+    arguments: argparse.Namespace, paths: list[Path],
+) -> Iterator[list[tuple[ExternalDrive, EpisodeFolder]]]:
+    """Keep bags of other recorders as a task in a folder that is gone in the end."""
+    name = re.sub(r'[^A-Za-z0-9_-]+', '_', paths[0].resolve().stem)[:60]
+    if is_named_like_own(Path(name)):  # which is no name of a task
+        name = f'bag_{name}'
+    with TemporaryDirectory() as folder:
+        values = vars(arguments) | {'bags': paths, 'into': Path(folder) / name, 'new_task': True}
+        yield import_all(argparse.Namespace(**values))

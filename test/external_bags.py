@@ -24,7 +24,7 @@ EXTERNAL = {'odom': '/wheel/odometry', 'cmd_vel': '/cmd_vel'}
 def external_demonstration(path, grid, topics=None, number=0):
     """Return what a bag of others teaches alone, what was dropped of it, and notes."""
     drive = open_drive(path, grid, ReadOptions(names=topics or {}))
-    return demonstration_from_drive(drive, grid, number)
+    return demonstration_from_drive(drive, number)
 
 
 @cache

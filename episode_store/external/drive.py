@@ -17,10 +17,12 @@ from control_field.grid import Grid
 from control_field.words import counted
 from episode_store.external.drive_poses import (
     brought_to_frame, DrivePoses, poses_from_frames, poses_from_messages)
+from episode_store.external.kinds_of_motion import doubts_about_motion
 from episode_store.external.local_grids import described, local_grids_from_scans, read_scans
 from episode_store.external.span import cut, Span
 from episode_store.external.topic_roles import roles_of_topics, scans_in
 from episode_store.external.transforms import read_transforms, topics_of
+from episode_store.external.workspace import Workspace
 from episode_store.rosbag2.any_reader import notes_on, open_bag
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import Bag, RawMessages
@@ -68,6 +70,10 @@ class ExternalDrive:
     ----------
     path : Path
         As it was named.
+    grid : Grid
+        The workspace it is read for.
+    is_fitted : bool
+        Whether that was made to fit it.
     bag : DriveBag
         With what was made of it.
     topics : dict of str to str
@@ -84,6 +90,8 @@ class ExternalDrive:
     """
 
     path: Path
+    grid: Grid
+    is_fitted: bool
     bag: 'DriveBag'
     topics: dict[str, str]
     notes: tuple[str, ...]
@@ -119,7 +127,9 @@ class DriveBag(Bag):
                        log_times=found.log_times[order])
 
 
-def open_drive(path: Path | str, grid: Grid, reading: ReadOptions | None = None) -> ExternalDrive:
+def open_drive(
+    path: Path | str, workspace: Workspace | Grid, reading: ReadOptions | None = None,
+) -> ExternalDrive:
     """
     Open a bag of others for a workspace.
 
@@ -127,21 +137,25 @@ def open_drive(path: Path | str, grid: Grid, reading: ReadOptions | None = None)
     ----------
     path : Path
         See `any_reader.open_bag`.
-    grid : Grid
-        The workspace, whose frame the poses are taken to where `/tf` says how.
+    workspace : Workspace or Grid
+        Poses are taken to its frame where `/tf` says how.
     reading : ReadOptions, optional
 
     Raises
     ------
     BagError
-        If it cannot be read, a named topic is not in it, or nothing says where the robot was.
+        If it cannot be read, a named topic is not in it, nothing says where the robot was, or no
+        workspace is large enough.
 
     """
+    if isinstance(workspace, Grid):
+        workspace = Workspace(workspace)
     bag, reading = open_bag(path), reading or ReadOptions()
     try:
-        reader = _DriveReader(bag, grid, reading)
+        reader = _DriveReader(bag, workspace, reading)
         poses = reader.read_poses()
         times = reader.span_of(poses)
+        reader.settle(poses, times)
     except BagError as error:
         raise BagError('; '.join([f'{path}: {error}', *notes_on(bag)])) from None
     reader.make_local_grid(poses)
@@ -150,8 +164,10 @@ def open_drive(path: Path | str, grid: Grid, reading: ReadOptions | None = None)
     if times is not None:
         made = cut(map(DriveBag(bag, made).messages, set(topics.values())), *times)
         reader.notes.append(str(reading.span))
-    return ExternalDrive(Path(path), DriveBag(bag, made), topics, (*reader.notes, *notes_on(bag)),
-                         reader.read_from, bag.counts, max(reading.span.first, 0.0))
+    return ExternalDrive(
+        Path(path), reader.grid, workspace.is_fitted, DriveBag(bag, made), topics,
+        (*reader.notes, *notes_on(bag)), reader.read_from, bag.counts,
+        max(reading.span.first, 0.0))
 
 
 def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
@@ -163,12 +179,14 @@ def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
 class _DriveReader:
     """Reads where the robot was from the topics of a bag, and makes what is missing of them."""
 
-    def __init__(self, bag: Bag, grid: Grid, reading: ReadOptions) -> None:
-        self.bag, self.grid, self.reading = bag, grid, reading
+    def __init__(self, bag: Bag, workspace: Workspace, reading: ReadOptions) -> None:
+        self.bag, self.workspace, self.reading = bag, workspace, reading
+        self.grid = workspace.grid
         self.notes: list[str] = []
         self.made: dict[str, RawMessages] = {}
         self.topics = roles_of_topics(bag, reading.names)
         self.read_from = self.topics['odom']
+        self._is_stamped = True
         self._tf, self._no_frames = topics_of(bag, self.read_from.rpartition('/')[0])
 
     @cached_property
@@ -198,12 +216,29 @@ class _DriveReader:
             self.made[self.topics['odom']] = found.messages(self.topics['odom'])
         return found
 
+    def settle(self, poses: DrivePoses, times: tuple[int, int] | None) -> None:
+        """Let the workspace be that of the drive, as far as it is free to."""
+        self.grid = self.workspace.framed(poses.frame_id)
+        if poses.frame_id == self.grid.frame_id.lstrip('/'):
+            first, last = times or (-np.inf, np.inf)
+            read = np.flatnonzero((poses.log_times >= first) & (poses.log_times <= last))
+            self.notes += doubts_about_motion(
+                poses.seconds[read], poses.motions.at(read), poses.frame_id)
+        if self.workspace.is_fitted:
+            topic = self.topics['odom']
+            messages = self.made.get(topic) or self.bag.messages(topic)
+            if times is not None:
+                messages = cut([messages], *times)[topic]
+            seen = self.topics.get('neighbourhood')
+            self.grid = self.workspace.fitted(
+                messages, None if seen is None else self.bag.messages(seen), self.grid.frame_id)
+
     def span_of(self, poses: DrivePoses) -> tuple[int, int] | None:
         """Return which part of the recording is read, [ns]; None for all of it."""
         span = self.reading.span
         if span.is_whole:
             # In another frame all of them are refused, which is said where they are read.
-            if self.made or poses.frame_id == self.grid.frame_id.lstrip('/'):
+            if self.made or poses.frame_id == self.workspace.frame_of(poses.frame_id):
                 poses.check_ends()
             return None
         first, last, *around = span.log_times(poses.stamps_ns, poses.log_times, poses.begins_ns)
@@ -211,7 +246,7 @@ class _DriveReader:
         return first, last
 
     def _poses(self) -> tuple[DrivePoses, list[str]]:
-        topic, frame_id = self.topics['odom'], self.grid.frame_id
+        topic, frame_id = self.topics['odom'], self.workspace.frame_id
         if self.bag.topics[topic] == TF_TYPE:
             if not self._tf:
                 raise BagError(f'{self._no_frames}, name one with --odom-topic')
@@ -222,12 +257,17 @@ class _DriveReader:
                              f'rotation')
             return found, notes
         messages = self.bag.messages(topic)
-        found = poses_from_messages(messages, self.reading.span)
-        if found.frame_id != frame_id.lstrip('/') and self._tf:
+        found, notes = poses_from_messages(messages, self.reading.span), list[str]()
+        if not found.has_stamps:
+            self._is_stamped = False
+            found = poses_from_messages(messages).by_log_times()
+            notes.append(f'no message on {topic} bears a stamp of its own: the times at which '
+                         f'they were recorded count')
+        if found.frame_id != self.workspace.frame_of(found.frame_id) and self._tf:
             brought = brought_to_frame(found, self.tree, frame_id.lstrip('/'), self._tf[0])
             if brought is not None:
-                return brought[0], [*brought[1], *_left_out(messages, found)]
-        return found, []
+                return brought[0], [*notes, *brought[1], *_left_out(messages, found)]
+        return found, notes
 
     def make_local_grid(self, poses: DrivePoses) -> None:
         """Make the local grid from laser scans if there are any; note why not."""
@@ -239,7 +279,8 @@ class _DriveReader:
                 self.notes.append(f'no local grid: it may be made from {" or ".join(lasers)}, '
                                   f'name one with --scan-topic')
             return
-        scans = read_scans(self.bag.messages(topic), self.reading.zero_is_no_return)
+        scans = read_scans(self.bag.messages(topic), self.reading.zero_is_no_return,
+                           self._is_stamped)
         if not scans.scans:
             self.notes.append(f'no local grid: no scan on {topic} makes sense, {scans.refusal}')
             return

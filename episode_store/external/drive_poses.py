@@ -87,6 +87,21 @@ class DrivePoses:
                        f'{math.ceil(seconds[0] * 100.0 - 1e-4) / 100.0:.2f})')
                 raise BagError(f'{error}, or keep what is {cut}') from None
 
+    @property
+    def seconds(self) -> npt.NDArray[np.float64]:
+        """Return when they are of, from the beginning of the drive, [s]."""
+        return np.asarray((self.stamps_ns - self.begins_ns) * 1e-9)
+
+    @property
+    def has_stamps(self) -> bool:
+        """Return whether stamps tell when they are of, where there are several."""
+        return len(self.stamps_ns) < 2 or bool(np.ptp(self.stamps_ns)) or not np.ptp(
+            self.log_times)
+
+    def by_log_times(self) -> 'DrivePoses':
+        """Return them stamped with the times they were recorded at."""
+        return replace(self, stamps_ns=self.log_times, begins_ns=int(self.log_times.min()))
+
     def messages(self, topic: str) -> RawMessages:
         """Return them as PoseStamped messages."""
         rows = zip(self.stamps_ns.tolist(), self.motions.shift.tolist(),
@@ -151,7 +166,7 @@ def poses_from_frames(
     base : str
         The robot's middle; the one that is called so if it is empty.
     frame_id : str
-        The workspace's frame.
+        The workspace's frame; empty: that of odometry.
     topic : str
         What an error calls it all.
 
@@ -162,6 +177,7 @@ def poses_from_frames(
 
     """
     base, chain = _chain(tree, base, frame_id, topic)
+    frame_id = chain[0].parent
     # The wheels' own joint: what is missing of it is not to be made of one that is said oftener.
     moving = [edge for edge in chain if len(edge.stamps_ns) > 1 and not edge.is_fixed]
     driven = moving[-1] if moving else max(chain, key=lambda edge: len(edge.stamps_ns))
@@ -234,7 +250,7 @@ def _chain(
         raise BagError(f'{topic}: no frame is called base_link or base_footprint, there are '
                        f'{_names(sorted(tree.edges))}: name that of the robot with --base-frame')
     for each in bases:
-        if chain := tree.chain(each, frame_id.lstrip('/')):
+        if chain := tree.chain(each, frame_id.lstrip('/') or _odometry_frame(tree, each)):
             return each, chain
     above = [frame for frame in tree.above(bases[0])[1:] if frame not in bases]
     if not above:
@@ -242,6 +258,15 @@ def _chain(
                        f'{_names(sorted(tree.edges))}')
     raise BagError(f'{topic}: {bases[0]} is not under {frame_id!r} but under {_names(above)}: '
                    f'learn it with --frame {above[-1]}')
+
+
+def _odometry_frame(tree: Transforms, base: str) -> str:
+    """Return the frame above the robot that is called odom, else what its own joint hangs on."""
+    above = tree.above(base)[1:]
+    called = [frame for frame in above if frame.rpartition('/')[2] == 'odom']
+    moving = [frame for frame, below in zip(above, tree.above(base), strict=False)
+              if not tree.edges[below].is_fixed]
+    return next(iter([*called, *moving, *above[-1:]]), '')
 
 
 def _names(frames: list[str]) -> str:

@@ -12,6 +12,7 @@ from control_field.grid import Grid
 from episode_store.drives import Drive, NoPoseError, read_drive, remedy_for_external
 from episode_store.errors import OtherFrameError, OutsideDriveError
 from episode_store.external.drive import ExternalDrive, open_drive, ReadOptions
+from episode_store.external.workspace import Workspace
 from episode_store.header import EpisodeHeader
 from episode_store.making import NewBags
 from episode_store.rosbag2.errors import BagError
@@ -20,15 +21,14 @@ from episode_store.rosbag2.writer import BagWriter
 
 
 def demonstration_from_drive(
-    drive: ExternalDrive, grid: Grid, number: int = 0, speed_max: float = SPEED_MAX,
+    drive: ExternalDrive, number: int = 0, speed_max: float = SPEED_MAX,
 ) -> Drive:
     """
-    Return what an external drive teaches in a workspace, what of it was dropped, and notes.
+    Return what an external drive teaches in its workspace, what of it was dropped, and notes.
 
     Parameters
     ----------
     drive : ExternalDrive
-    grid : Grid
     number : int
         Number of the episode it becomes.
     speed_max : float, [m/s]
@@ -46,7 +46,7 @@ def demonstration_from_drive(
     """
     try:
         record, report, notes = read_drive(
-            drive.bag, drive.topics, grid, number, speed_max)
+            drive.bag, drive.topics, drive.grid, number, speed_max)
         return record, report, (*notes, *drive.notes)
     except ValueError as error:
         where = '' if isinstance(error, BagError) else f'{drive.path}: '
@@ -60,7 +60,8 @@ def demonstration_from_drive(
 
 
 def check_drive(
-    path: Path | str, grid: Grid, reading: ReadOptions, speed_max: float = SPEED_MAX,
+    path: Path | str, workspace: Workspace | Grid, reading: ReadOptions,
+    speed_max: float = SPEED_MAX,
 ) -> ExternalDrive:
     """
     Make sure that an external bag teaches something in a workspace.
@@ -69,7 +70,7 @@ def check_drive(
     ----------
     path : Path
         The external bag, see `any_reader.open_bag`.
-    grid : Grid
+    workspace : Workspace or Grid
     reading : ReadOptions
         How it is to be read.
     speed_max : float, [m/s]
@@ -81,8 +82,8 @@ def check_drive(
         If it cannot be read, or teaches nothing in that workspace.
 
     """
-    drive = open_drive(path, grid, reading)
-    demonstration_from_drive(drive, grid, speed_max=speed_max)
+    drive = open_drive(path, workspace, reading)
+    demonstration_from_drive(drive, speed_max=speed_max)
     return drive
 
 
@@ -96,11 +97,11 @@ def import_demonstration(drive: ExternalDrive, bags: NewBags, header: EpisodeHea
     Parameters
     ----------
     drive : ExternalDrive
-        Was checked in the header's workspace.
+        Was checked; its workspace becomes the bag's.
     bags : NewBags
         Those in the making; it is one of the task once they are kept.
     header : EpisodeHeader
-        Workspace and parameters of the new bag, and its task.
+        Parameters of the new bag, and its task.
 
     Raises
     ------
@@ -109,8 +110,8 @@ def import_demonstration(drive: ExternalDrive, bags: NewBags, header: EpisodeHea
 
     """
     values = replace(
-        header, topics=drive.topics, memory='', imported_from=drive.path.name,
-        imported_notes=drive.notes).to_mapping()
+        header, grid=drive.grid, fitted=drive.is_fitted, topics=drive.topics, memory='',
+        imported_from=drive.path.name, imported_notes=drive.notes).to_mapping()
     _copy(drive.bag, drive.topics, bags.begin(header.kind, values))
 
 

@@ -50,13 +50,28 @@ class Scans:
     refusal: str
 
 
-def read_scans(messages: RawMessages, zero_is_no_return: bool = False) -> Scans:
-    """Read LaserScan messages; those that make no sense, or of another frame, are left out."""
+def read_scans(
+    messages: RawMessages, zero_is_no_return: bool = False, is_stamped: bool = True,
+) -> Scans:
+    """
+    Read LaserScan messages; those that make no sense, or of another frame, are left out.
+
+    Parameters
+    ----------
+    messages : RawMessages
+    zero_is_no_return : bool
+        Whether 0 stands for nothing in range.
+    is_stamped : bool
+        Whether their stamps count, rather than the times at which they were recorded.
+
+    """
     found: list[Scan] = []
     frame_id, refusal, n_refused = '', '', 0
-    for message in messages:
+    for message, log_time in zip(messages, messages.log_times.tolist(), strict=True):
         try:
             values = struct_from_cdr(LASER_SCAN, message)
+            if not is_stamped:
+                values['sec'], values['nanosec'] = divmod(log_time, 1_000_000_000)
             frame_id = frame_id or values['frame_id']
             if values['frame_id'] != frame_id:
                 raise ValueError(f'frame is {values["frame_id"][:80]!r}, the first was in '

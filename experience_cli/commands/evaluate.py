@@ -15,6 +15,7 @@ from control_field.records import Demonstration
 from episode_store.errors import OutsideDriveError
 from episode_store.external.drive import open_drive
 from episode_store.external.import_drive import demonstration_from_drive
+from episode_store.external.workspace import Workspace
 from experience_cli.arguments import READING
 from experience_cli.bag_argument import named_path
 from experience_cli.errors import UserError
@@ -265,11 +266,12 @@ def _demonstration(arguments: argparse.Namespace, grid: Grid) -> Demonstration:
     bag = str(named_path(Path(arguments.demo_bag)))
     if not Path(bag).exists():
         raise UserError(f'--demo-bag {bag}: there is no such bag, check the path')
-    grid = replace(grid, frame_id=arguments.frame or grid.frame_id)
+    workspace = Workspace(replace(grid, frame_id=arguments.frame or grid.frame_id),
+                          any_frame=arguments.frame is None)
     try:
-        drive = open_drive(bag, grid, reading_of(arguments))
+        drive = open_drive(bag, workspace, reading_of(arguments))
         demonstration, report, notes = demonstration_from_drive(
-            drive, grid, speed_max=arguments.max_speed or SPEED_MAX)
+            drive, speed_max=arguments.max_speed or SPEED_MAX)
     except OutsideDriveError as error:
         raise UserError(f'--demo-bag {error}; it was driven in another world') from error
     said = [f'--demo-bag {bag}: {report}', *guessed(drive, arguments), *notes]

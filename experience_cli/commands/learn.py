@@ -11,23 +11,20 @@ from tqdm import tqdm
 
 from control_field.grid import Grid
 from control_field.headings import UNIT
-from control_field.learning.learner import Learner, Refresh
+from control_field.learning.learner import Refresh
 from control_field.records import ControlField
 from control_field.words import counted, sentences
 from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError
-from episode_store.external.drive import open_drive
-from episode_store.external.import_drive import demonstration_from_drive
-from episode_store.relearn import changes_before, goal_moved, LearntBag, Relearner
+from episode_store.external.drive import ExternalDrive
+from episode_store.relearn import changes_before, LearntBag, Relearner
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder
 from episode_store.workspaces import odd_one_named
 from experience_cli.bag_argument import episodes_from_paths, is_external, named_path
-from experience_cli.bag_summary import say_cut, say_gaps
+from experience_cli.bag_summary import grid_text, say_cut, say_gaps
 from experience_cli.errors import UserError
-from experience_cli.external_bags import (
-    check_one_cut, demo_header, guessed, import_all, reading_of, remedy_named, there,
-    wanted_option)
+from experience_cli.external_bags import guessed, import_all, taken_over, wanted_option
 from experience_cli.output import write_output
 from learner_node.reports import numbers_from_learnt_bag, sentence_from_learnt_bag, trial_number
 from msgs_bridge.messages.cdr import POINT_CLOUD, struct_from_cdr
@@ -73,26 +70,34 @@ def _import(arguments: argparse.Namespace) -> Path:
 
 def _learn_external(arguments: argparse.Namespace) -> int:
     """Learn bags of other recorders one after the other, without keeping them."""
-    check_one_cut(arguments)
-    header = demo_header(arguments, None)
-    learner = Learner(header.grid, header.parameters)
-    for number, path in enumerate(arguments.bags, start=1):
-        with remedy_named():
-            drive = open_drive(there(path), header.grid, reading_of(arguments))
-            demonstration, report, notes = demonstration_from_drive(
-                drive, header.grid, number, header.speed_max)
-        before = learner.refresh
-        refresh = learner.add_demonstration(demonstration)
-        if not arguments.quiet:
-            print(sentences([
-                f'{path} is learnt: {counted(report.n_steps, "step")}',
-                goal_moved(before, refresh), *report.sentences(), *guessed(drive, arguments),
-                *notes, refresh.certificate.sentence()]))
-        if arguments.verbose and not arguments.quiet:
-            print(f'    in numbers: {report.numbers()}; {refresh.certificate.numbers()}')
-    assert learner.refresh is not None  # one bag at least was named
-    _finish(arguments, learner.refresh, learner.trial_field(exploring=False))
+    with taken_over(arguments, arguments.bags) as taken:
+        relearner = Relearner.for_bags([episode for _, episode in taken])
+        assert relearner is not None  # all of them were checked
+        for drive, episode in taken:
+            learnt_bag = relearner.learn(Episode(episode))
+            if not arguments.quiet:
+                print(_text_from_external(arguments, drive, learnt_bag))
+    assert relearner.refresh is not None
+    _finish(arguments, relearner.refresh, relearner.field())
     return 0
+
+
+def _text_from_external(
+    arguments: argparse.Namespace, drive: ExternalDrive, learnt_bag: LearntBag,
+) -> str:
+    """Say what a bag of another recorder taught, in numbers, too, where that is asked for."""
+    content, refresh = learnt_bag.content, learnt_bag.refresh
+    assert content is not None
+    assert content.report is not None
+    assert refresh is not None
+    report, certificate = content.report, refresh.certificate
+    where = [f'The workspace fits the drive: {grid_text(drive.grid)}'] if drive.is_fitted else []
+    said = sentences([
+        f'{drive.path} is learnt: {counted(report.n_steps, "step")}', learnt_bag.moved,
+        *report.sentences(), *guessed(drive, arguments), *content.notes, *drive.notes, *where,
+        certificate.sentence()])
+    numbers = f'\n    in numbers: {report.numbers()}; {certificate.numbers()}'
+    return f'{said}{numbers if arguments.verbose else ""}'
 
 
 def _learn(arguments: argparse.Namespace, paths: list[Path]) -> int:

@@ -49,7 +49,7 @@ class TestLocalGrid:
     def test_a_box_beside_the_way_is_seen_where_it_is(self, tmp_path, mount, odometry):
         drive = open_drive(robot_bag(tmp_path / 'bag', mount=mount, odometry=odometry), GRID)
         assert blocked_cells(drive) == {(5, 6), (5, 7)}
-        record, _, notes = demonstration_from_drive(drive, GRID)
+        record, _, notes = demonstration_from_drive(drive)
         assert record.blocked.any()
         made = 'local grid is made from 60 scans on /sc'
         [note] = [note for note in notes if note.startswith(made)]
@@ -200,8 +200,8 @@ class TestPoses:
                                                0.0))
                     bag.transforms(stamp, ('odom', 'base_link', x, y, 0.0, 0.0, 0.0, yaw))
         with pytest.raises(BagError, match=r'at 3\.00 s the pose leaps by 1\.40 m in 0\.05 s'):
-            demonstration_from_drive(open_drive(tmp_path / 'leaps', IN_MAP), IN_MAP)
-        _, report, _ = demonstration_from_drive(open_drive(tmp_path / 'drifts', IN_MAP), IN_MAP)
+            demonstration_from_drive(open_drive(tmp_path / 'leaps', IN_MAP))
+        _, report, _ = demonstration_from_drive(open_drive(tmp_path / 'drifts', IN_MAP))
         assert not report.sentences()
 
     def test_what_the_wheels_did_not_say_is_not_made_of_a_map_that_is_said_oftener(self, tmp_path):
@@ -212,7 +212,7 @@ class TestPoses:
                 if i % 3 == 0 and not 40 < i < 80:
                     bag.transforms(stamp, ('odom', 'base_link', x, y, 0.0, 0.0, 0.0, yaw))
         with pytest.raises(BagError, match=r'no pose has come between 1\.95 and 4\.05 s'):
-            demonstration_from_drive(open_drive(tmp_path / 'bag', IN_MAP), IN_MAP)
+            demonstration_from_drive(open_drive(tmp_path / 'bag', IN_MAP))
 
     def test_a_robot_that_ends_nowhere_has_no_end(self, tmp_path):
         for name, odd in ('half', range(70, N)), ('few', range(1, 9)):

@@ -7,6 +7,7 @@ import pytest
 
 from bridge_helpers import content_of
 from control_field.grid import Grid
+from episode_store.episode import Episode
 from episode_store.external.drive import open_drive, ReadOptions
 from episode_store.external.import_drive import demonstration_from_drive
 from episode_store.external.span import Span
@@ -45,12 +46,12 @@ def test_the_part_that_a_refusal_names_is_learnt_alone(broken, tmp_path, capsys,
     assert main(['learn', str(broken), '--into', str(task), option, seconds]) == 0
     assert 'is read (seconds count from there' in capsys.readouterr().out
     [episode] = TaskFolder(task.parent, 'task').episodes()
-    record = content_of(episode.path).record
+    record, grid = content_of(episode.path).record, Episode(episode).header.grid
     at = np.array([place(i)[1:3] for i in range(first, last)]) + (
         (-0.5, 1.0) if first else (0.0, 0.0))
-    assert record.cells[[0, -1]].tolist() == GRID.cells_from_world(at[[0, -1]]).tolist()
+    assert record.cells[[0, -1]].tolist() == grid.cells_from_world(at[[0, -1]]).tolist()
     assert {tuple(cell) for cell in record.cells.tolist()} == {
-        tuple(cell) for cell in GRID.cells_from_world(at).tolist()}
+        tuple(cell) for cell in grid.cells_from_world(at).tolist()}
     assert (record.unknown != 255).any()
 
 
@@ -60,7 +61,7 @@ def test_seconds_of_a_remedy_count_from_the_first_pose_of_all(broken):
     named = []
     for drive in whole, part:
         with pytest.raises(BagError, match=r'\(--to .*\) or after it \(--from') as caught:
-            demonstration_from_drive(drive, GRID)
+            demonstration_from_drive(drive)
         named.append(re.search(r'--to (\S+)\) .*--from (\S+?)\)', str(caught.value)).groups())
     assert named[0] == named[1]
 
@@ -103,7 +104,7 @@ class TestFramesThatChange:
     def learnt(self, path, frame, span):
         grid = Grid(20, 20, 0.25, frame_id=self.top or frame)
         drive = open_drive(path, grid, ReadOptions(span=span))
-        return demonstration_from_drive(drive, grid)[0].cells
+        return demonstration_from_drive(drive)[0].cells
 
     @pytest.mark.parametrize(('frame', 'span', 'rows'), [
         ('odom', Span(0.0, 1.9), (0, 38)), ('odom', Span(0.5, 2.1), (10, 39)),

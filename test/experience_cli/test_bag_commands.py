@@ -297,7 +297,7 @@ def test_a_recorder_that_was_killed_before_it_made_its_file_spoils_nothing(task,
 
 
 @pytest.mark.parametrize('words', [
-    ['bags/sample'], ['bags/sample/0002_trial', '--rows', '20']])
+    ['bags/sample'], ['bags/sample/0002_trial', '--rows', '20', '--cols', '20']])
 def test_a_pipe_is_no_bag_and_is_not_waited_for(task, mistake, words):
     bag = task.find(2).bag
     bag.unlink()

@@ -180,7 +180,7 @@ class TestBagsOfOthers:
         found = diff('tour', 'tour.bag')
         assert (found['courses_differ'], found['goal_moved']) == (0, False)
         assert [found[side]['name'] for side in ('first', 'second')] == ['tour', 'tour.bag']
-        found = diff('tour', 'tour.bag', '--to', '3', '--rows', '12', '--json')
+        found = diff('tour', 'tour.bag', '--to', '3', '--rows', '12', '--cols', '20', '--json')
         assert json.loads(found)['cells'] == 240
 
     def test_the_workspace_is_that_of_the_other_field(self, theirs, diff, capsys):

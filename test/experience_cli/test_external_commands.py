@@ -55,7 +55,7 @@ def test_without_any_option(tmp_path, capsys, storage, compression, name):
     for path in paths:
         assert learn(path) == 0
         line, last = capsys.readouterr().out.splitlines()
-        assert line.startswith(f'{path} is learnt: 8 steps. From all ')
+        assert line.startswith(f'{path} is learnt: 8 steps. The workspace fits the drive: ')
         assert 'poses' not in line
         assert 'odom is' not in line
         assert last.startswith('control_field revision 1 sha256 ')

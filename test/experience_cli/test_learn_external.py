@@ -39,11 +39,13 @@ def test_a_drive_of_another_robot_teaches(tmp_path, capsys, storage, compression
     bag = drive_bag(tmp_path / 'rosbag2_2025', NAMES, storage, compression)
     assert learn(bag, *OPTIONS, '--save', tmp_path / 'field.npz') == 0
     line, last = capsys.readouterr().out.splitlines()
-    assert 'is learnt: 8 steps. From ' in line
+    assert 'is learnt: 8 steps. The workspace fits the drive: 24 x 32 cells of 0.25 m' in line
     assert last.startswith('control_field revision 1 sha256 ')
     with np.load(tmp_path / 'field.npz') as saved:
-        assert saved['goal'].tolist() == [2, 10]
-        assert (saved['known'][1:4, 2:11] == 0).all()  # the neighbourhood was read, too
+        # The local grids that were recorded say what the cells are: (0, 0) is a corner of four.
+        assert saved['origin'].tolist() == [-2.0, -2.0]
+        assert saved['goal'].tolist() == [10, 18]
+        assert (saved['known'][9:12, 10:19] == 0).all()
 
 
 def test_topics_that_are_called_so_need_no_name(tmp_path, capsys):
@@ -57,8 +59,8 @@ def test_topics_that_are_called_so_need_no_name(tmp_path, capsys):
 
 def test_the_workspace_can_be_told_or_be_that_of_another_bag(tmp_path, capsys):
     bag = drive_bag(tmp_path / 'bag', {'odom': '/odom'}, frame='map')
-    assert learn(bag, '--frame', 'map', '--resolution', 0.5, '--origin', -1, -1.5, '--save',
-                 tmp_path / 'field.npz') == 0
+    assert learn(bag, '--frame', 'map', '--resolution', 0.5, '--origin', -1, -1.5, '--rows', 9,
+                 '--cols', 20, '--save', tmp_path / 'field.npz') == 0
     with np.load(tmp_path / 'field.npz') as saved:
         assert saved['origin'].tolist() == [-1.0, -1.5]
         assert saved['resolution'] == 0.5
@@ -130,7 +132,7 @@ class TestInto:
 
     def test_what_teaches_nothing_leaves_nothing(self, tmp_path, mistake):
         bag = drive_bag(tmp_path / 'bag', {'odom': '/odom'}, frame='map')
-        line = mistake('learn', bag, '--into', tmp_path / 'bags' / 'task')
+        line = mistake('learn', bag, '--into', tmp_path / 'bags' / 'task', '--frame', 'odom')
         assert "frame is 'map', must be 'odom'" in line
         assert line.endswith('if that is the right one, learn it with --frame map')
         assert not TaskFolder(tmp_path / 'bags', 'task').episodes()
@@ -138,7 +140,7 @@ class TestInto:
     def test_unless_all_of_them_can_be_kept_none_is(self, tmp_path, capsys, mistake):
         good = drive_bag(tmp_path / 'good', {'odom': '/odom'})
         other = drive_bag(tmp_path / 'other', {'odom': '/tb3/odometry'})
-        far = drive_bag(tmp_path / 'far', {'odom': '/odom'}, frame='map')
+        far = drive_bag(tmp_path / 'far', {'odom': '/odom'}, frame='map')  # after one in odom
         task = tmp_path / 'bags' / 'task'
         for bad, why in ((other, 'no topic /odom'), (far, "frame is 'map'"),
                          (tmp_path / 'none', 'there is no bag')):
@@ -187,21 +189,24 @@ class TestMistakes:
 
     def test_none_that_may_be_meant(self, tmp_path, mistake):
         bag = drive_bag(tmp_path / 'bag', {'cmd_vel': '/cmd_vel'})
-        line = mistake('learn', bag, '--rows', 9)
+        line = mistake('learn', bag, '--rows', 9, '--cols', 9)
         assert 'no topic is odom, there are none of type nav_msgs/msg/Odometry or' in line
         assert '(topics: /cmd_vel (geometry_msgs/msg/Twist))' in line
         assert mistake('learn', bag) == line
 
     def test_several_that_may_be_meant(self, tmp_path, mistake):
         bag = drive_bag(tmp_path / 'bag', {'odom': '/a/odom', 'other': '/b/odom'})
-        for options in ([], ['--rows', 9]):
+        for options in ([], ['--rows', 9, '--cols', 9]):
             line = mistake('learn', bag, *options)
             assert line.endswith('which topic is odom? Name one of /a/odom (Odometry), /b/odom '
                                  '(Odometry) with --odom-topic')
 
     @pytest.mark.parametrize(('options', 'words'), [
-        (['--rows', 0], ['rows', '1 to']), (['--resolution', -1], ['resolution', 'above 0']),
-        (['--rows', 5, '--check'], ['--check']), (['--into', '../../x y'], ['x y', 'letters']),
+        (['--rows', 0, '--cols', 1], ['rows', '1 to']), (['--rows', 5], ['--rows', '--cols']),
+        (['--cols', 5], ['--rows', '--cols']), (['--origin', 0, 0], ['--origin', '--rows']),
+        (['--resolution', -1], ['resolution', 'above 0']),
+        (['--frame', 'odom', '--check'], ['--check']),
+        (['--into', '../../x y'], ['x y', 'letters']),
         (['--like', 'nope'], ['nope'])])
     def test_arguments(self, tmp_path, mistake, options, words):
         bag = drive_bag(tmp_path / 'bag', {'odom': '/odom'})
@@ -210,9 +215,9 @@ class TestMistakes:
             assert word in line
 
     def test_no_bag_at_all(self, tmp_path, mistake):
-        assert 'there is no bag' in mistake('learn', tmp_path / 'none', '--rows', 5)
+        assert 'there is no bag' in mistake('learn', tmp_path / 'none', '--frame', 'odom')
         (tmp_path / 'empty').mkdir()
-        assert 'cannot read' in mistake('learn', tmp_path / 'empty', '--rows', 5)
+        assert 'cannot read' in mistake('learn', tmp_path / 'empty', '--frame', 'odom')
         (tmp_path / 'empty' / 'x.mcap').touch()
         assert mistake('learn', tmp_path / 'empty').endswith('empty/x.mcap: it is empty')
 

@@ -52,7 +52,7 @@ def test_a_robot_that_is_mended_by_decimetres_is_learnt_where_it_was(
         tmp_path, drift, every, stand, with_odometry):
     path = record(tmp_path / 'bag', drift, every, stand, with_odometry=with_odometry)
     drive = open_drive(path, GRID)
-    cells = demonstration_from_drive(drive, GRID)[0].cells
+    cells = demonstration_from_drive(drive)[0].cells
     way = np.array([truth(i / RATE, stand)[:2] for i in range(RATE * SECONDS)])
     for place in GRID.world_from_cells(cells[:-2]):
         assert np.hypot(*(way - place).T).min() < 0.25
@@ -67,7 +67,7 @@ def test_what_is_farther_is_a_leap(tmp_path, leap):
     path = record(tmp_path / 'bag', 0.0, 3.0, leap=leap)
     with pytest.raises(BagError, match=rf'at 15\.00 s the pose leaps by {leap - 0.1:.1f}|'
                                        rf'at 15\.00 s the pose leaps by {leap:.1f}'):
-        demonstration_from_drive(open_drive(path, GRID), GRID)
+        demonstration_from_drive(open_drive(path, GRID))
 
 
 @given(st.lists(st.tuples(st.floats(0.5, 4.0), st.floats(0.06, 1.5)), max_size=6))
