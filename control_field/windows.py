@@ -35,7 +35,9 @@ def moved(
     offset = old.offset_to(new)
     if offset is None:
         raise ValueError(f'{old} and {new} do not share their cells')
-    there = np.full((*new.shape, *values.shape[2:]), fill, dtype=values.dtype)
+    shape = (*new.shape, *values.shape[2:])
+    # Zeros that nobody reads cost nothing.
+    there = np.full(shape, fill, dtype=values.dtype) if fill else np.zeros(shape, values.dtype)
     here, to = [], []
     for n_old, n_new, shift in zip(old.shape, new.shape, offset, strict=True):
         low, high = max(shift, 0), min(n_old + shift, n_new)

@@ -34,9 +34,15 @@ def header_of(task: TaskFolder, kind: EpisodeKind, grid: Grid, **more) -> dict[s
     return dict(EpisodeHeader(kind, task.task, grid, fitted=True, **more).to_mapping())
 
 
-def demo(task, corners, lattice=HERE, local_grids=(), fitted=True, grid=None):
-    """Record a demonstration along lines; local grids are (stamp, raw message)."""
+def demo(task, corners, lattice=HERE, local_grids=(), fitted=True, grid=None, instead=None):
+    """
+    Record a demonstration along lines; local grids are (stamp, raw message).
+
+    ``instead`` has the places of poses that are wrong, by number.
+    """
     stamps, xy = way_of(corners)
+    for number, place in (instead or {}).items():
+        xy[number] = place
     grid = grid or fitted_workspace(lattice, xy[:1])
     header = EpisodeHeader(EpisodeKind.DEMO, task.task, grid, fitted=fitted).to_mapping()
     with start_bag(task, EpisodeKind.DEMO, header) as bag:
@@ -49,28 +55,29 @@ def demo(task, corners, lattice=HERE, local_grids=(), fitted=True, grid=None):
     return task.episodes()[-1]
 
 
-def decisions_along(cells, blocked=0, unknown=255, start=10.0):
+def decisions_along(cells, unknown=255):
     """Return the rows of a trial from cell to cell, half a second each."""
     rows = np.zeros(len(cells) - 1, DECISION_DTYPE)
     cells = np.array(cells)
     rows['row'], rows['col'] = cells[:-1].T
     rows['next_row'], rows['next_col'] = cells[1:].T
-    rows['stamp'] = start + 0.5 * np.arange(len(rows))
+    rows['stamp'] = 10.0 + 0.5 * np.arange(len(rows))
     rows['step'], rows['trial'], rows['kind'] = np.arange(len(rows)), 1, Kind.AVOID
-    rows['reward'], rows['blocked'], rows['unknown'] = 1, blocked, unknown
+    rows['reward'], rows['unknown'] = 1, unknown
     rows['action'] = [heading_from_step(*step) for step in np.diff(cells, axis=0).tolist()]
     return rows
 
 
-def trial(task, cells, grid, *, driven=None, outcome=Outcome.GOAL, local_grids=()):
+def trial(task, cells, grid, *, driven=None, odometry=None, outcome=Outcome.GOAL,
+          local_grids=(), unknown=255):
     """
     Record a trial from cell to cell of ``driven`` (None: ``grid``, that of the header).
 
-    The robot drives from centre to centre.
+    The robot drives from centre to centre, of the cells of ``odometry`` (None: of ``driven``).
     """
     driven = driven or grid
-    rows = decisions_along(cells)
-    places = driven.world_from_cells(np.array(cells))
+    rows = decisions_along(cells, unknown)
+    places = (odometry or driven).world_from_cells(np.array(cells))
     header = header_of(task, EpisodeKind.TRIAL, grid)
     with start_bag(task, EpisodeKind.TRIAL, header) as bag:
         records = [(9.9, '/trial', STATUS, raw_status(State.RUNNING, 1))]

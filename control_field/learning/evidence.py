@@ -5,10 +5,11 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from control_field.grid import Grid
 from control_field.kernels import compiled
 from control_field.kernels.seen import FREE_SEEN, OCCUPIED_LAST, OCCUPIED_SEEN
-from control_field.learning.growth import grown
 from control_field.local_grid import BLOCKED, FREE, UNKNOWN
+from control_field.windows import moved
 
 #: Confidence of a wall that has just come to be doubted, and how low it falls with age.
 _HIGHEST: Final = 99
@@ -46,21 +47,11 @@ class Evidence:
         self._changed_by = 0  #: episode by which what was noticed has changed
         self.opened = np.zeros(shape, dtype=np.bool_)  #: free now, a wall when it was seen before
 
-    def grow(self, offset: tuple[int, int], shape: tuple[int, int]) -> None:
-        """
-        Take over what was seen into a larger workspace; of the new cells nothing was.
-
-        Parameters
-        ----------
-        offset : tuple of int
-            ``(row, col)`` there of what is cell (0, 0) now.
-        shape : tuple of int
-            ``(n_rows, n_cols)`` of the larger one.
-
-        """
-        self.state = grown(self.state, offset, shape, UNKNOWN)
+    def grow(self, old: Grid, new: Grid) -> None:
+        """Go on in a larger workspace of the same lattice; of its new cells nothing was seen."""
+        self.state = moved(self.state, old, new, UNKNOWN)
         for name in ('_last_seen', '_in_a_row', '_times_free', '_is_passing', '_shown', 'opened'):
-            setattr(self, name, grown(getattr(self, name), offset, shape, 0))
+            setattr(self, name, moved(getattr(self, name), old, new, 0))
 
     def begin(self) -> None:
         """Begin an episode: nothing was seen in it yet."""

@@ -1,7 +1,6 @@
-"""A workspace that fits itself: what an episode needs of it, and arrays that grow with it."""
+"""A workspace that fits itself: what each episode needs of it."""
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -9,8 +8,6 @@ import numpy.typing as npt
 from control_field.grid import CellBox, fitted_box, Grid
 from control_field.local_grid import UNKNOWN
 from control_field.records import Demonstration, Trial
-
-_Array = TypeVar('_Array', bound=npt.NDArray[np.generic])
 
 
 @dataclass(frozen=True)
@@ -100,31 +97,3 @@ def _seen(local_grids: npt.NDArray[np.void]) -> CellBox | None:
                       int((middles + last).max()) - reach))
     (low_row, high_row), (low_col, high_col) = edges
     return CellBox(low_row, low_col, high_row, high_col)
-
-
-def grown(
-    array: _Array, offset: tuple[int, int], shape: tuple[int, int], fill: float,
-) -> _Array:
-    """
-    Return an array of cells in a larger workspace.
-
-    Parameters
-    ----------
-    array : ndarray, shape (n_rows, n_cols, ...)
-    offset : tuple of int
-        ``(row, col)`` of its first cell there.
-    shape : tuple of int
-        ``(n_rows, n_cols)`` of the larger one.
-    fill : float
-        Of the cells that are new.
-
-    """
-    larger = np.full((*shape, *array.shape[2:]), fill, array.dtype) if fill else np.zeros(
-        (*shape, *array.shape[2:]), array.dtype)
-    larger[inside(offset, array.shape)] = array
-    return larger  # type: ignore[return-value]
-
-
-def inside(offset: tuple[int, int], shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Return where the cells of a smaller workspace lie in a larger one, as an index."""
-    return (slice(offset[0], offset[0] + shape[0]), slice(offset[1], offset[1] + shape[1]))

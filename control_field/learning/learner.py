@@ -10,12 +10,12 @@ from control_field.grid import Grid
 from control_field.learning.certificate import Certificate, certify
 from control_field.learning.compose import compose, compose_shown, Composition
 from control_field.learning.exploration import exploration_field, worth_of_look
-from control_field.learning.growth import inside
 from control_field.learning.memory import Memory
 from control_field.learning.starts import best_cells, information_gain
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Prototypes, Trial
 from control_field.robot.policy import rules_of
+from control_field.windows import moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,16 +236,13 @@ def with_old_headings(old: Composition, new: Composition) -> Composition:
 
     Where the workspace has grown since, the new cells have their new headings.
     """
-    offset = old.field.grid.offset_to(new.field.grid)
-    assert offset is not None
-    is_new = np.ones(new.field.grid.shape, dtype=np.bool_)
-    is_new[inside(offset, old.field.grid.shape)] = False
-    layers = {}
-    for name in ('vx', 'vy', 'coherence', 'flags'):
-        layers[name] = getattr(new.field, name).copy()
-        layers[name][~is_new] = getattr(old.field, name).reshape(-1)
+    grids = old.field.grid, new.field.grid
+    is_new = moved(np.zeros(grids[0].shape, dtype=np.bool_), *grids, True)
+    layers: dict[str, Any] = {name: np.where(is_new, getattr(new.field, name), moved(
+        getattr(old.field, name), *grids, 0)) for name in ('vx', 'vy', 'coherence', 'flags')}
     added = is_new[tuple(new.prototypes.cells.T)]
-    cells = np.concatenate([old.prototypes.cells + np.array(offset), new.prototypes.cells[added]])
+    offset = np.array(grids[0].offset_to(grids[1]))
+    cells = np.concatenate([old.prototypes.cells + offset, new.prototypes.cells[added]])
     order = np.lexsort((cells[:, 1], cells[:, 0]))
 
     def both(ours: npt.NDArray[Any], theirs: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -9,11 +9,11 @@ from control_field.headings import heading_from_step, N_HEADINGS
 from control_field.kernels import compiled
 from control_field.kernels.decision import Transition
 from control_field.learning.evidence import Evidence
-from control_field.learning.growth import grown
 from control_field.local_grid import FREE
 from control_field.parameters import Parameters
 from control_field.records import Demonstration, Kind, Outcome, Prototypes, Trial
 from control_field.robot.policy import rules_of
+from control_field.windows import moved
 
 
 class Memory:
@@ -53,16 +53,14 @@ class Memory:
         """
         if grid == self.grid:
             return
-        offset, shape = self.grid.offset_to(grid), grid.shape
+        offset = self.grid.offset_to(grid)
         if offset is None or min(offset) < 0 or (
-                np.add(offset, self.grid.shape) > shape).any():
+                np.add(offset, self.grid.shape) > grid.shape).any():
             raise ValueError(f'{grid} does not hold the cells of {self.grid}')
-        self.q = grown(self.q, offset, shape, 0)
-        for name in ('demonstrated', 'action'):
-            setattr(self, name, grown(getattr(self, name), offset, shape, -1))
-        self.episode = grown(self.episode, offset, shape, 0)
-        self.stamp = grown(self.stamp, offset, shape, np.nan)
-        self.evidence.grow(offset, shape)
+        for name, fill in (('q', 0.0), ('demonstrated', -1), ('action', -1), ('episode', 0),
+                           ('stamp', np.nan)):
+            setattr(self, name, moved(getattr(self, name), self.grid, grid, fill))
+        self.evidence.grow(self.grid, grid)
         self.known = self.evidence.known
         if self.goal is not None:
             self.goal = (self.goal[0] + offset[0], self.goal[1] + offset[1])
