@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from control_field.grid import CellBox, Grid
 from control_field.local_grid import cells_from_fine, FREE, UNKNOWN
 from control_field.poses import Placement
 from msgs_bridge.messages.neighbourhoods import Neighbourhood, occupancy_from_map
@@ -106,14 +107,15 @@ class NeighbourhoodMaker:
         Raises
         ------
         ValueError
-            If the odometry is not to be trusted, in another frame, or outside the workspace.
+            If the odometry is not to be trusted, in another frame, or outside the workspace
+            where that has bounds.
 
         """
         pose = pose_from_odometry(msg)
         check_frame(pose.frame_id, self.grid.frame_id, 'odom', FRAME_OWNERS)
         self._poses.add(pose)
         cell = self.grid.cell_from_world(pose.x, pose.y)
-        if not self.grid.contains(*cell):
+        if self.settings.is_bounded and not self.grid.contains(*cell):
             raise ValueError(f'odom: the robot is outside the workspace of {self.grid.n_rows} x '
                              f'{self.grid.n_cols} cells, at ({pose.x:.2f}, {pose.y:.2f}) m')
         cells, k = self._cells(cell, pose), self.settings.sight_subdivision
@@ -141,7 +143,7 @@ class NeighbourhoodMaker:
     def _cells(self, cell: tuple[int, int], pose: Pose) -> Cells:
         if self.problem(pose.stamp):
             n, k = self.settings.sight_cells, self.settings.sight_subdivision
-            nothing = bounded(np.full((n, n), UNKNOWN, dtype=np.int8), cell, self.grid)
+            nothing = bounded(np.full((n, n), UNKNOWN, dtype=np.int8), *self._window(cell))
             return nothing.repeat(k, axis=0).repeat(k, axis=1)
         # A scan may come before the odometry of its time: then its pose is known better later.
         then = self._poses.nearest(self._stamp) if self.settings.source == 'scan' else None
@@ -150,8 +152,16 @@ class NeighbourhoodMaker:
             self._made = made_of, without_robot(self._look(cell, then))
         return self._made[1]
 
+    def _window(self, cell: tuple[int, int]) -> tuple[tuple[int, int], Grid]:
+        """Return a cell and its workspace; without bounds one that ends where the sight does."""
+        if self.settings.is_bounded:
+            return cell, self.grid
+        reach = self.settings.sight_cells // 2
+        return (reach, reach), self.grid.window(CellBox(*cell, *cell).widened(reach))
+
     def _look(self, cell: tuple[int, int], then: Pose | None) -> Cells:
-        settings, grid = self.settings, self.grid
+        settings = self.settings
+        cell, grid = self._window(cell)
         if then is None:
             costmap, values = self._read
             return neighbourhood_from_costmap(

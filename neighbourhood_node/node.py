@@ -74,7 +74,8 @@ class NeighbourhoodNode(Node):
         self._problem, self._suspension = '', Suspension(_SILENCE)
         self._odometry = Timeout(_SILENCE, self._suspension)
         self._peers = PeerMonitor(self, 'sight')
-        self._peers.describe(workspace_from_grid(self._maker.grid))
+        self._peers.describe(workspace_from_grid(
+            self._maker.grid, is_fitted=not self._maker.settings.is_bounded))
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(_DIAGNOSTICS_PERIOD, self._publish_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -82,11 +83,13 @@ class NeighbourhoodNode(Node):
 
     def _log_topics(self) -> None:
         settings, named = self._maker.settings, self.resolve_topic_name
-        logger = self.get_logger()  # type: ignore[no-untyped-call]
+        logger, grid = self.get_logger(), self._maker.grid  # type: ignore[no-untyped-call]
+        where = str(grid) if settings.is_bounded else (
+            f'cells of {grid.resolution:g} m in {grid.frame_id!r}, without bounds; (0, 0) is the '
+            f'centre of one')
         logger.info(
             f'{named("neighbourhood")} is made from {named(settings.source)} and {named("odom")}, '
-            f'in {settings.rows} x {settings.cols} cells of {settings.resolution:g} m from '
-            f'({settings.origin_x:g}, {settings.origin_y:g}) m in {settings.frame_id} on')
+            f'in {where}')
 
     def _publish_diagnostics(self) -> None:
         """Publish the diagnostics, and log once where the laser is mounted."""

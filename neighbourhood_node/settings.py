@@ -4,9 +4,10 @@ from dataclasses import dataclass
 import math
 from typing import Final
 
-from control_field.grid import Grid
+from control_field.grid import default_lattice, Grid
 from control_field.local_grid import is_local_grid_size, MAX_SIDE, SUBDIVISIONS
 from control_field.parameters import check_fields, parameter
+from msgs_bridge.node.workspace_settings import check_workspace, set_workspace, side_of_cells
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.local_grid_from_scan import Body, Extent
 
@@ -32,13 +33,18 @@ class NeighbourhoodSettings:
         'scan', 'scan: LaserScan on `scan`; costmap: OccupancyGrid on `costmap`',
         choices=('scan', 'costmap'))
     frame_id: str = parameter('odom', 'frame of the workspace, of odometry and of the costmap')
-    rows: int = parameter(20, 'rows of the workspace', unit='cells', low=1, high=2000)
-    cols: int = parameter(20, 'columns of the workspace', unit='cells', low=1, high=2000)
-    resolution: float = parameter(0.25, 'side of a cell', unit='m', low=0.01, high=100.0)
+    rows: int = parameter(
+        0, 'rows of a workspace outside of which everything is blocked; 0: there are no bounds',
+        unit='cells', low=0, high=2000)
+    cols: int = parameter(0, 'its columns, likewise', unit='cells', low=0, high=2000)
+    resolution: float = parameter(
+        0.0, 'side of a cell; 0: by robot_radius, the smallest multiple of 0.05 m that holds the '
+        'robot with 2 cm to spare on each side', unit='m', low=0.0, high=100.0)
     origin_x: float = parameter(
-        0.0, 'x of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
+        0.0, 'x of the lower left corner of the workspace; without bounds (0, 0) is the centre of '
+        'a cell', unit='m', low=-1e7, high=1e7)
     origin_y: float = parameter(
-        0.0, 'y of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
+        0.0, 'y of that corner', unit='m', low=-1e7, high=1e7)
     timeout: float = parameter(
         0.5, 'age of scan or costmap, by its stamp, from which nothing is known', unit='s',
         low=0.05, high=60.0)
@@ -86,6 +92,7 @@ class NeighbourhoodSettings:
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
         check_fields(self)
+        check_workspace(self)
         if not is_local_grid_size(self.sight_cells):
             raise ValueError(f'sight_cells is {self.sight_cells}, must be odd')
         if self.sight_subdivision not in SUBDIVISIONS:
@@ -95,9 +102,13 @@ class NeighbourhoodSettings:
 
     @property
     def grid(self) -> Grid:
-        """Return the workspace."""
-        return Grid(self.rows, self.cols, self.resolution, self.origin_x, self.origin_y,
-                    self.frame_id)
+        """Return the workspace; without bounds one cell of the lattice."""
+        return set_workspace(self) or default_lattice(side_of_cells(self), self.frame_id)
+
+    @property
+    def is_bounded(self) -> bool:
+        """Return whether what lies outside the workspace is blocked."""
+        return self.rows > 0
 
     @property
     def laser(self) -> Mount:

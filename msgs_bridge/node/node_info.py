@@ -2,7 +2,8 @@
 What each node publishes of its parameters on `/diagnostics`, and which of them conflict.
 
 Simulator, local grid and learner have a workspace each, learner and controller the parameters of
-the method; the topics between them would not show that these differ. Two nodes of one role in one
+the method; the topics between them would not show that these differ. Of a workspace that fits
+itself only the cells have to be those of the others. Two nodes of one role in one
 namespace belong to two suites that have met.
 """
 
@@ -103,10 +104,11 @@ class Conflict:
     log_key: str = ''
 
 
-def workspace_from_grid(grid: Grid) -> dict[str, Any]:
-    """Return a workspace as parameters by name."""
-    return dict(zip(_WORKSPACE, (grid.n_rows, grid.n_cols, grid.resolution, grid.origin_x,
-                                 grid.origin_y, grid.frame_id), strict=True))
+def workspace_from_grid(grid: Grid, is_fitted: bool = False) -> dict[str, Any]:
+    """Return a workspace as parameters by name; 0 rows and columns where it fits itself."""
+    rows, cols = (0, 0) if is_fitted else grid.shape
+    return dict(zip(_WORKSPACE, (rows, cols, grid.resolution, grid.origin_x, grid.origin_y,
+                                 grid.frame_id), strict=True))
 
 
 def method_from_parameters(parameters: Any, names: Iterable[str] | None = None) -> dict[str, Any]:
@@ -197,6 +199,8 @@ def _of_workspaces(learner: NodeInfo, other: NodeInfo) -> list[Conflict]:
     if ours is None or theirs is None or not (differing := _differing(ours, theirs)):
         return []
     fits = _shares_cells(ours, theirs)
+    if not (ours['rows'] and theirs['rows']):
+        return [] if fits else [_of_lattices(learner, other)]
     text = (f'{other.label} and {learner.label} have different workspaces, {_grid_text(theirs)} '
             f'and {_grid_text(ours)}: restart {learner.label} with '
             f'{_arguments(theirs, differing)}, or ')
@@ -205,6 +209,27 @@ def _of_workspaces(learner: NodeInfo, other: NodeInfo) -> list[Conflict]:
     if fits:
         text += '; until then only what both have is of use'
     return [Conflict(text, frozenset() if fits else frozenset((Operation.TEACH, Operation.DRIVE)))]
+
+
+def _of_lattices(first: NodeInfo, other: NodeInfo) -> Conflict:
+    """Return that two have cells of their own, at least one of them in a workspace that fits."""
+    ours, theirs = first.workspace or {}, other.workspace or {}
+    differing = _differing({name: ours[name] for name in ('frame_id', 'resolution')}, theirs)
+    elsewhere = 'rows, cols and an origin on these cells'
+    text = (f'{other.label} and {first.label} have different cells, {_cells_text(theirs)} and '
+            f'{_cells_text(ours)}: restart {other.label} with '
+            f'{_arguments(ours, differing) or elsewhere}'
+            f'{", or another world," if other.role == "robot" else ""} or {first.label} with ')
+    # What was learnt is of its cells.
+    text += ('another task (-p task:=...)' if first.role == 'learner'
+             else _arguments(theirs, differing) or elsewhere)
+    return Conflict(text, frozenset((Operation.TEACH, Operation.DRIVE)))
+
+
+def _cells_text(values: Values) -> str:
+    corner = [values[name] % values['resolution'] for name in ('origin_x', 'origin_y')]
+    return (f'of {values["resolution"]:g} m in {printable(values["frame_id"], 40)} with a corner '
+            f'at ({corner[0]:g}, {corner[1]:g}) m')
 
 
 def _of_methods(learner: NodeInfo, controller: NodeInfo) -> list[Conflict]:

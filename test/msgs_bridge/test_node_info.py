@@ -106,3 +106,35 @@ def test_two_of_one_role_are_two_suites():
 def test_a_name_cannot_command_a_terminal():
     [problem] = conflicts([*suite(), said('/\x1b[2J', 'learner', number=2)])
     assert '\x1b' not in problem.text
+
+
+def fitting(name, role, grid, number=1):
+    return NodeInfo(name, role, f'host-{number}-ab', workspace_from_grid(grid, is_fitted=True))
+
+
+@pytest.mark.parametrize('ours', [Grid(64, 40, 0.25, -4.0, -2.0), Grid(1, 1, 0.25)])
+@pytest.mark.parametrize('theirs', [Grid(20, 20, 0.25), Grid(9, 7, 0.25, 12.5, -3.75)])
+def test_of_a_workspace_that_fits_itself_only_the_cells_have_to_be_the_same(ours, theirs):
+    learner = fitting('/learner_node', 'learner', ours)
+    assert node_info_from_status(status(learner)) == learner
+    assert not conflicts([learner, said('/sim_node', 'robot', grid=theirs)])
+    assert not conflicts([learner, fitting('/neighbourhood_node', 'sight', theirs, 2)])
+
+
+@pytest.mark.parametrize(('theirs', 'remedy'), [
+    (Grid(20, 20, 0.4), 'with -p resolution:=0.25 or learner_node with another task'),
+    (Grid(20, 20, 0.25, frame_id='map'), 'neighbourhood_node with -p frame_id:=odom or'),
+    (Grid(20, 20, 0.25, 0.125), 'with rows, cols and an origin on these cells or')])
+def test_other_cells_than_those_of_what_was_learnt_are_named_with_what_to_set(theirs, remedy):
+    [problem] = conflicts([fitting('/learner_node', 'learner', Grid(8, 8, 0.25, -1.0)),
+                           said('/neighbourhood_node', 'sight', grid=theirs)])
+    assert 'neighbourhood_node and learner_node have different cells' in problem.text
+    assert remedy in problem.text
+    assert problem.prevents == {Operation.TEACH, Operation.DRIVE}
+
+
+def test_a_local_grid_without_bounds_must_have_the_cells_of_the_simulator():
+    [problem] = conflicts([said('/sim_node', 'robot', grid=Grid(20, 20, 0.5)),
+                           fitting('/neighbourhood_node', 'sight', Grid(1, 1, 0.25))])
+    assert ('restart neighbourhood_node with -p resolution:=0.5 or sim_node with -p '
+            'resolution:=0.25') in problem.text

@@ -11,7 +11,8 @@ from sensor_msgs.msg import LaserScan
 
 from control_field.grid import Grid
 from control_field.local_grid import BLOCKED, FREE, UNKNOWN
-from msgs_bridge.messages.neighbourhoods import map_from_occupancy, neighbourhood_from_grid
+from msgs_bridge.messages.neighbourhoods import (
+    cells_of_local_grid, grid_from_neighbourhood, map_from_occupancy, neighbourhood_from_grid)
 from msgs_bridge.messages.poses import odometry_from_pose, Pose, stamp_from_seconds
 from msgs_bridge.node import qos
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker, PoseHistory
@@ -20,6 +21,7 @@ from neighbourhood_node.settings import NeighbourhoodSettings
 import ros_helpers
 
 GRID = Grid(20, 20, 0.25)
+WORKSPACE = {'rows': 20, 'cols': 20, 'resolution': 0.25}
 
 
 def odometry(stamp, x=2.625, y=2.625, yaw=0.0, frame_id='odom'):
@@ -41,7 +43,7 @@ def scan(stamp, wall_x, robot_x=2.625, n=360):
 
 class TestMaker:
     def maker(self, **settings):
-        return NeighbourhoodMaker(NeighbourhoodSettings(**settings))
+        return NeighbourhoodMaker(NeighbourhoodSettings(**{**WORKSPACE, **settings}))
 
     def test_a_wall_ahead(self):
         maker = self.maker()
@@ -74,7 +76,7 @@ class TestMaker:
         maker = self.maker()
         maker.update(scan(1.0, 3.1))
         assert (maker.neighbourhood(odometry(1.0)).cells[:, 2] == FREE).all()
-        maker.settings = NeighbourhoodSettings(robot_radius=0.3)
+        maker.settings = NeighbourhoodSettings(**WORKSPACE, robot_radius=0.3)
         assert (maker.neighbourhood(odometry(1.05)).cells[:, 2] == BLOCKED).all()
 
     @pytest.mark.parametrize(('age', 'said'), [
@@ -118,6 +120,31 @@ class TestMaker:
             maker.neighbourhood(odometry(1.0, x=-1.0))
         with pytest.raises(ValueError, match='finite'):
             maker.neighbourhood(odometry(1.0, x=math.nan))
+
+    @pytest.mark.parametrize('extent', [{}, {'sight_cells': 9}, {'sight_subdivision': 3}])
+    @pytest.mark.parametrize('at', [(0.0, 0.0), (-7.0, 3.0), (400.0, -250.0)])
+    def test_without_bounds_the_robot_may_be_anywhere(self, at, extent):
+        maker = NeighbourhoodMaker(NeighbourhoodSettings(**extent))
+        maker.update(scan(1.0, at[0] + 0.3, robot_x=at[0]))
+        made = maker.neighbourhood(odometry(1.0, *at))
+        np.testing.assert_array_equal(made.nine, [[FREE, FREE, BLOCKED]] * 3)
+        message = grid_from_neighbourhood(made, maker.grid)
+        n, k = len(made.cells), extent.get('sight_subdivision', 1)
+        assert message.info.width == n * k
+        # (0, 0) is the centre of a cell, and so is every multiple of its side.
+        middle = cells_of_local_grid(message).world_from_cell(n * k // 2, n * k // 2)
+        np.testing.assert_allclose(middle, at, atol=1e-6)
+
+    def test_without_bounds_nothing_is_blocked_that_nobody_has_seen(self):
+        maker = NeighbourhoodMaker(NeighbourhoodSettings())
+        assert (maker.neighbourhood(odometry(1.0, -3.0, -3.0)).cells == UNKNOWN).all()
+
+    @pytest.mark.parametrize(('radius', 'side'), [(0.105, 0.25), (0.22, 0.5), (0.175, 0.4)])
+    def test_cells_are_as_large_as_the_robot_needs_them(self, radius, side):
+        settings = NeighbourhoodSettings(robot_radius=radius)
+        assert settings.grid == Grid(1, 1, side, -side / 2, -side / 2)
+        assert NeighbourhoodSettings(robot_radius=radius, resolution=0.3).grid.resolution == 0.3
+        assert NeighbourhoodSettings(robot_radius=radius, rows=3, cols=4).grid == Grid(3, 4, side)
 
     def test_a_costmap(self):
         maker = self.maker(source='costmap', lethal_threshold=100)
@@ -182,7 +209,7 @@ class TestProcess:
 
     def test_scans_in_neighbourhoods_out(self, ros_node, tmp_path):
         scans, poses, seen = self.parts(ros_node, LaserScan, 'scan')
-        process = ros_helpers.start_node('neighbourhood_node.node', tmp_path)
+        process = ros_helpers.start_node('neighbourhood_node.node', tmp_path, WORKSPACE)
         with process:
             stamp = 10.0
 
@@ -237,7 +264,8 @@ class TestProcess:
         states[:, 42] = 100
         costmaps.publish(map_from_occupancy(states, Grid(60, 60, 0.05, 0.8, 1.1), 1.0))
         process = ros_helpers.start_node(
-            'neighbourhood_node.node', tmp_path, {'source': 'costmap'}, namespace='/a')
+            'neighbourhood_node.node', tmp_path, {**WORKSPACE, 'source': 'costmap'},
+            namespace='/a')
 
         def is_seen():
             costmaps.publish(map_from_occupancy(states, Grid(60, 60, 0.05, 0.8, 1.1), 1.0))
@@ -256,7 +284,7 @@ class TestProcess:
         lossy = ros_node.create_publisher(OccupancyGrid, 'costmap', qos.SENSOR)
         states, n = np.zeros((2000, 2000), np.int8), 0
         process = ros_helpers.start_node(
-            'neighbourhood_node.node', tmp_path, {'source': 'costmap'})
+            'neighbourhood_node.node', tmp_path, {**WORKSPACE, 'source': 'costmap'})
 
         def is_seen(stamp, column):
             poses.publish(odometry(stamp))
@@ -278,7 +306,8 @@ class TestProcess:
 
     @pytest.mark.parametrize(('parameter', 'word'), [
         ('source:=sonar', 'scan, costmap'), ('timeout:=0.0', 'timeout'),
-        ('rows:=0', 'rows'), ('laser_yaw:=9.0', 'laser_yaw'),
+        ('rows:=20', 'leave both out'), ('origin_x:=1.0', 'leave the origin out'),
+        ('resolution:=0.001', 'resolution is 0.001'), ('laser_yaw:=9.0', 'laser_yaw'),
         ('laser_roll:=1.0', 'tilted by 57 degrees')])
     def test_mistakes_are_one_line_and_exit_code_2(self, quiet_domain, tmp_path, parameter, word):
         command = ros_helpers.node_command('neighbourhood_node.node', tmp_path)

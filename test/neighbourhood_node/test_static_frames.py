@@ -105,7 +105,8 @@ def test_a_place_that_is_none_is_refused(frames_message):
 class TestMaker:
     def made(self, message, **settings):
         """Return the local grid of a wall ahead of the laser, with what the frames say."""
-        maker, frames = NeighbourhoodMaker(NeighbourhoodSettings(**settings)), StaticFrames()
+        maker, frames = NeighbourhoodMaker(NeighbourhoodSettings(
+            rows=20, cols=20, resolution=0.25, **settings)), StaticFrames()
         frames.update(message)
         maker.found = frames.mount('base_scan', 'base_footprint')
         maker.update(scan(1.0))
