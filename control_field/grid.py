@@ -21,8 +21,10 @@ _MOST_ALONG: Final = 100_000
 #: Longest name of a frame; it stands in messages for people.
 LONGEST_FRAME: Final = 255
 
-#: Cells by robots: multiples of so much, [m], with so much room on each side of the disc, [m].
-_SIDE_STEP, _CLEARANCE = 0.05, 0.02
+#: Room that the disc of a robot is left on each side in a cell, [m].
+CLEARANCE: Final = 0.02
+#: The cells of robots are multiples of so much, [m].
+_SIDE_STEP: Final = 0.05
 #: How far the cells of one lattice may lie off each other, in cells, and their sides, as a share.
 _SAME_PLACE, _SAME_SIDE = 1e-3, 1e-9
 #: Origins that are reckoned have so many decimals of a metre.
@@ -281,7 +283,7 @@ def cell_side(radius: float) -> float:
     """
     if not 0.0 < radius < math.inf:
         raise ValueError(f'the radius of the robot is {radius} m, must be above 0')
-    n = math.ceil(2.0 * (radius + _CLEARANCE) / _SIDE_STEP - 1e-9)
+    n = math.ceil(2.0 * (radius + CLEARANCE) / _SIDE_STEP - 1e-9)
     return round(n * _SIDE_STEP, 2)
 
 

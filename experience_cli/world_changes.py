@@ -7,6 +7,7 @@ from control_field.grid import Grid
 from experience_cli.errors import UserError
 from experience_evaluation.environment import Environment
 from experience_evaluation.experiment import Change, Experiment
+from world_maps.changes import in_cells
 from world_maps.movers_file import find_movers, load_movers, Script
 from world_maps.world import find_world, load_world, World, WorldError
 
@@ -29,8 +30,8 @@ def read_script(name: str | None, world: World, n_trials: int,
     except WorldError as error:
         raise UserError(f'--movers {error}') from error
     within = Script(script.movers, tuple(
-        change for change in script.changes if change.at_trial is None))
-    occupancy, changes = world.occupancy, dict[int, Change]()
+        in_cells(change, world) for change in script.changes if change.at_trial is None))
+    changes = dict[int, Change]()
     for change in sorted((change for change in script.changes if change.at_trial is not None),
                          key=lambda change: change.at_trial or 0):
         after = (change.at_trial or 0) - 1
@@ -38,9 +39,9 @@ def read_script(name: str | None, world: World, n_trials: int,
             print(f'experience evaluate: --movers {name}: {change.name} at trial {after + 1}, '
                   f'which there is not with --trials {n_trials}', file=sys.stderr)
             continue
-        occupancy = change.of(occupancy)
+        world = world.with_pixels(change.of(world.pixels.occupancy))
         said = f'{changes[after].world}, ' if after in changes else f'{name}: '
-        changes[after] = Change(after, occupancy, said + change.name)
+        changes[after] = Change(after, world.occupancy, said + change.name)
     return within, tuple(changes.values())
 
 

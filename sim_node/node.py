@@ -34,11 +34,11 @@ from msgs_bridge.node.reader_threads import ReaderThreads
 from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import run_node
 from sim_node.diagnostics import status_from_simulation
+from sim_node.loading import load, load_anew, Loaded, picture_of
 from sim_node.robot import Placement
 from sim_node.settings import FIXED, SimSettings
 from sim_node.simulation import Simulation
-from world_maps.movers_file import find_movers, load_movers, Script
-from world_maps.world import find_world, load_world, World
+from sim_node.start import start_in
 
 #: How often the node looks after its peers, in seconds of the wall clock.
 _CARE_PERIOD: Final = 0.5
@@ -86,9 +86,10 @@ class SimNode(Node):
             self, SimSettings, fixed=FIXED, on_change=self._on_change)
         check_names(self)
         self.add_on_set_parameters_callback(self._check_world)
-        self._new_world: tuple[World, Script] | None = None
-        world, script = self._load(self._settings.world, self._settings.movers)
-        self._simulation = Simulation(world, self._settings, script.movers, script.changes)
+        self._new_world: Loaded | None = None
+        world, script, settings, notes = load(self._settings)
+        self._warn(notes)
+        self._simulation = Simulation(world, settings, script.movers, script.changes)
         self._period = 1.0 / self._settings.rate
         self._stale_told = False
         self._n_ticks = 1  # a stamp of 0 means "no time" to ROS
@@ -107,24 +108,20 @@ class SimNode(Node):
         self._threads.start()
 
     def _say_what_is_here(self) -> None:
-        grid, topic = self._simulation.world.grid, self.resolve_topic_name('cmd_vel')
+        world, start = self._simulation.world, self._simulation.parameters.start
         pace = ('in lock-step, time stands still until a command answers' if (
             self._settings.lockstep) else f'in real time x {self._settings.speed_factor:g}')
         self.get_logger().info(
-            f'world {self._simulation.world.name}, {grid.size}, {pace}; the robot at '
-            f'({self._settings.start_x:g}, {self._settings.start_y:g}) m drives by '
-            f'{self._command_type.__name__} on {topic}, which control_field_node passes on from '
-            f'teleop_node')
+            f'world {world.name}, {world.size}, {pace}; the robot at ({start.x:g}, {start.y:g}) m '
+            f'drives by {self._command_type.__name__} on {self.resolve_topic_name("cmd_vel")}, '
+            f'which control_field_node passes on from teleop_node')
 
     def _state_world(self) -> None:
         self._peers.describe(workspace_from_grid(self._simulation.world.grid))
 
-    def _load(self, name: str, movers: str) -> tuple[World, Script]:
-        world = load_world(find_world(name), self._settings.frame_id)
-        script = load_movers(find_movers(movers), world) if movers else Script()
-        for note in world.notes:
+    def _warn(self, notes: list[str]) -> None:
+        for note in notes:
             self.get_logger().warning(note)
-        return world, script
 
     def _make_topics(self) -> None:
         lockstep = self._settings.lockstep
@@ -240,13 +237,12 @@ class SimNode(Node):
     def _check_world(self, parameters: list[Parameter]) -> SetParametersResult:
         """Read a new world before it is agreed to."""
         self._new_world = None
-        named = {parameter.name: str(parameter.value) for parameter in parameters}
-        if named.keys() & {'world', 'movers'}:
-            try:
-                self._new_world = self._load(named.get('world', self._settings.world),
-                                             named.get('movers', self._settings.movers))
-            except ValueError as error:
-                return SetParametersResult(successful=False, reason=str(error))
+        try:
+            self._new_world = load_anew(
+                self._settings, {parameter.name: parameter.value for parameter in parameters},
+                self._simulation.world)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _on_change(self, settings: SimSettings) -> None:
@@ -254,13 +250,17 @@ class SimNode(Node):
             self._change(settings)
 
     def _change(self, settings: SimSettings) -> None:
-        self._settings = settings
         new, self._new_world = self._new_world, None
-        self._simulation.change(settings, *(new or ()))
+        old, self._settings = self._settings, settings
+        settings, note = start_in(new.world if new else self._simulation.world, settings)
+        self._simulation.change(settings, *(new[:2] if new else ()))
+        if note and not new and old.start != self._settings.start:
+            self._warn([note])
         if self._ticker is not None:
             self._ticker.timer_period_ns = round(1e9 * self._period / settings.speed_factor)
         if new is not None:
-            self.get_logger().info(f'the world is now {new[0].name}')
+            self._warn(new.notes)
+            self.get_logger().info(f'the world is now {new.world.name}, {new.world.size}')
             self._state_world()
             self._publish_map()
             self._next_tick()
@@ -341,7 +341,7 @@ class SimNode(Node):
 
     def _publish_map(self) -> None:
         world = self._shown = self._simulation.world
-        self._map.publish(map_from_occupancy(world.occupancy, world.grid))
+        self._map.publish(map_from_occupancy(*picture_of(world.pixels)))
 
     def _publish_diagnostics(self) -> None:
         status = status_from_simulation(

@@ -27,8 +27,12 @@ class SimSettings:
     """
 
     world: str = parameter(
-        'open', 'path of a .yaml (map_server) or .map (MovingAI) file, or the bare name of one in '
-        'config/worlds')
+        'open', 'path of a .yaml (map_server), .map (MovingAI) or image file, or the bare name of '
+        'one in config/worlds')
+    resolution: float = parameter(
+        0.0, "side of the cells; 0: a pixel of the world that holds the robot's disc, else the "
+        "smallest multiple of 0.05 m that does. Of an image without a .yaml file: metres a pixel, "
+        'which it needs', unit='m', low=0.0, high=1000.0)
     movers: str = parameter(
         '', 'path of a .yaml file with what moves and what changes in the world, or the bare name '
         'of one in config/movers; empty: nothing')
@@ -39,8 +43,12 @@ class SimSettings:
         1.0, 'simulated seconds in a second; of no use in lock-step', low=0.01, high=100.0)
     lockstep: bool = parameter(
         False, 'whether a tick waits for the stamped command that answers the last one')
-    start_x: float = parameter(0.625, 'where the robot starts', unit='m', low=-1e7, high=1e7)
-    start_y: float = parameter(0.875, 'where the robot starts', unit='m', low=-1e7, high=1e7)
+    start_x: float = parameter(
+        0.625, 'where the robot starts; where it cannot stand, in a free cell near by', unit='m',
+        low=-1e7, high=1e7)
+    start_y: float = parameter(
+        0.875, 'where the robot starts; where it cannot stand, in a free cell near by', unit='m',
+        low=-1e7, high=1e7)
     start_yaw: float = parameter(
         0.0, 'which way the robot looks at the start', unit='rad', low=-math.tau, high=math.tau)
     robot_radius: float = parameter(0.105, 'radius of the body', unit='m', low=0.01, high=10.0)

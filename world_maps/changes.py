@@ -16,12 +16,12 @@ from world_maps.world import World
 @dataclass(frozen=True, eq=False)
 class Change:
     """
-    Cells that become others.
+    Pixels of a world that become others.
 
     Parameters
     ----------
     cells : ndarray of bool, shape (n_rows, n_cols)
-        Which cells it is about.
+        Which pixels it is about.
     states : ndarray of int8, shape (n_rows, n_cols)
         What these become: 0 free, 100 blocked.
     at_trial : int, optional
@@ -46,7 +46,7 @@ class Change:
         return self.at_time is not None and seconds >= self.at_time - 1e-9
 
     def of(self, occupancy: npt.NDArray[np.int8]) -> npt.NDArray[np.int8]:
-        """Return what it makes of the cells of a world."""
+        """Return what it makes of the pixels of a world."""
         return np.where(self.cells, self.states, occupancy).astype(np.int8)
 
 
@@ -56,6 +56,23 @@ def cells_within(grid: Grid, low: tuple[float, float], high: tuple[float, float]
     x = grid.origin_x + (np.arange(grid.n_cols) + 0.5) * grid.resolution
     y = grid.origin_y + (np.arange(grid.n_rows) + 0.5) * grid.resolution
     return np.logical_and.outer((y >= low[1]) & (y <= high[1]), (x >= low[0]) & (x <= high[0]))
+
+
+def in_cells(change: Change, world: World) -> Change:
+    """
+    Return a change of pixels as one of the cells of a world.
+
+    Parameters
+    ----------
+    change : Change
+    world : World
+        Before it.
+
+    """
+    if world.drawn is None:
+        return change
+    after = world.with_pixels(change.of(world.drawn.occupancy)).occupancy
+    return replace(change, cells=after != world.occupancy, states=after)
 
 
 class ChangingWorld:
@@ -90,7 +107,7 @@ class ChangingWorld:
         last_trial : int
             The last trial that has ended, 0 for a demonstration, -1 for none.
         robot : Disc, optional
-            No cell closes into which it reaches: that waits until it has left.
+            No pixel closes into which it reaches: that waits until it has left.
 
         Returns
         -------
@@ -104,17 +121,18 @@ class ChangingWorld:
                 coming.append(change)
                 continue
             waits = self._under(robot) & change.cells & (change.states == BLOCKED)
-            occupancy = replace(change, cells=change.cells & ~waits).of(self.world.occupancy)
-            if (occupancy != self.world.occupancy).any():
-                self.world = replace(self.world, occupancy=occupancy)
+            before = self.world.pixels.occupancy
+            occupancy = replace(change, cells=change.cells & ~waits).of(before)
+            if (occupancy != before).any():
+                self.world = self.world.with_pixels(occupancy)
                 made.append(change)
-            if (waits & (self.world.occupancy == FREE)).any():
+            if (waits & (occupancy == FREE)).any():
                 coming.append(replace(change, cells=waits))
         self._coming = coming
         return made
 
     def _under(self, robot: Disc | None) -> npt.NDArray[np.bool_]:
-        grid = self.world.grid
+        grid = self.world.pixels.grid
         cells = np.zeros(grid.shape, dtype=np.int8)
         if robot is not None:
             occupy(cells, robot, (grid.origin_x, grid.origin_y), grid.resolution)

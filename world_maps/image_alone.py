@@ -22,7 +22,7 @@ _SAVED: Final = (0, SAVED_UNKNOWN, 254, 255)
 
 def header_beside(image: Path) -> Path | None:
     """
-    Return the YAML file of map_server beside an image that names it; None without one.
+    Return the YAML file of map_server beside a file, that names it as its image; None without one.
 
     Raises
     ------

@@ -207,7 +207,7 @@ def _free_length(here: Point, angle: float, wish: float, clearance: Clearance) -
 
 def _free_place(world: World, clearance: Clearance, rng: np.random.Generator) -> Point | None:
     """Return a random place where a disc touches nothing; None if none was found."""
-    grid = world.grid
+    grid = world.pixels.grid
     for _ in range(_TRIES):
         x = grid.origin_x + float(rng.random()) * grid.n_cols * grid.resolution
         y = grid.origin_y + float(rng.random()) * grid.n_rows * grid.resolution

@@ -7,12 +7,13 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
+from control_field.grid import Grid
 from control_field.local_grid import BLOCKED, FREE
 from msgs_bridge.untrusted.yaml_texts import yaml_from_text
 from world_maps.changes import cells_within, Change
 from world_maps.errors import read_bytes, WorldError
 from world_maps.mover import Mover, tracks, Waypoint
-from world_maps.world import config_file, load_world, World
+from world_maps.world import config_file, load_pixels, World
 
 _LIMIT: Final = 256 * 1024
 _MOST: Final = 1000
@@ -157,28 +158,33 @@ def _rectangle(what: str, corners: Any, world: World) -> tuple[Any, Any, str]:
         raise ValueError(f'{what} is {str(corners)[:40]!r}, must be two corners [x, y, x, y] in '
                          f'metres')
     x, y, other_x, other_y = (_number(what, value, -_REACH, _REACH) for value in corners)
-    cells = cells_within(world.grid, (min(x, other_x), min(y, other_y)),
+    grid = world.pixels.grid
+    cells = cells_within(grid, (min(x, other_x), min(y, other_y)),
                          (max(x, other_x), max(y, other_y)))
     if not cells.any():
-        raise ValueError(f'{what}: no cell of the world {world.name} has its centre in the '
+        squares = 'cell' if world.drawn is None else 'pixel'
+        raise ValueError(f'{what}: no {squares} of the world {world.name} has its centre in the '
                          f'rectangle from ({x:g}, {y:g}) to ({other_x:g}, {other_y:g}) m, make it '
                          f'larger')
     state = BLOCKED if what == 'close' else FREE
     verb = 'closes' if what == 'close' else 'opens'
-    return (cells, np.full(world.grid.shape, state, dtype=np.int8),
+    return (cells, np.full(grid.shape, state, dtype=np.int8),
             f'({x:g}, {y:g}) to ({other_x:g}, {other_y:g}) m {verb}')
 
 
 def _other_map(name: Any, path: Path, world: World) -> tuple[Any, Any, str]:
     if not isinstance(name, str) or not name or '\0' in name:
-        raise ValueError('map must be the name of a .yaml or .map file, seen from this file')
-    other = load_world(path.parent / name, world.grid.frame_id)
-    if other.grid != world.grid:
-        raise ValueError(f'map {name} is of {other.grid.size} from ({other.grid.origin_x:g}, '
-                         f'{other.grid.origin_y:g}) m, must be as large as the world '
-                         f'{world.name}, {world.grid.size} from ({world.grid.origin_x:g}, '
-                         f'{world.grid.origin_y:g}) m')
-    return np.ones(world.grid.shape, dtype=bool), other.occupancy, f'the map is {other.name}'
+        raise ValueError('map must be the name of a map file, seen from this file')
+    here = world.pixels.grid
+    other, _ = load_pixels(path.parent / name, here.frame_id, here.resolution)
+    if other.grid != here:
+        raise ValueError(f'map {name} is of {_size(other.grid)}, must be as large as the world '
+                         f'{world.name}, {_size(here)}')
+    return np.ones(here.shape, dtype=bool), other.occupancy, f'the map is {Path(name).stem}'
+
+
+def _size(grid: Grid) -> str:
+    return f'{grid.size} from ({grid.origin_x:g}, {grid.origin_y:g}) m'
 
 
 def _check_keys(entry: Mapping[str, Any], known: tuple[str, ...]) -> None:

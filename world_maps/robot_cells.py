@@ -12,7 +12,7 @@ from typing import Final, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from control_field.grid import CellBox, default_lattice, Grid
+from control_field.grid import CellBox, CLEARANCE, default_lattice, Grid
 from control_field.local_grid import BLOCKED, FREE
 from world_maps.raster import Raster
 
@@ -74,7 +74,8 @@ def robot_cells(pixels: Raster, grid: Grid, radius: float) -> npt.NDArray[np.int
 
     A cell is free where the robot's disc fits at its centre. Where the disc does not get from a
     free cell to the one beside it, or around the corner between four free ones, that of them with
-    the least room becomes blocked.
+    the least room becomes blocked. As in the cells of its size, the disc is left 2 cm all around:
+    no robot drives quite straight.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def robot_cells(pixels: Raster, grid: Grid, radius: float) -> npt.NDArray[np.int
         0 free, 100 blocked.
 
     """
-    scene = _Scene(pixels, grid, radius)
+    scene = _Scene(pixels, grid, radius + CLEARANCE)
     free = scene.is_clear(_STAY)
     for ways, cells in _PASSAGES:
         _block_tightest(scene, free, ways, np.array(cells))

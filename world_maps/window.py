@@ -2,13 +2,18 @@
 
 from collections.abc import Iterable
 import math
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from control_field.local_grid import BLOCKED
+from control_field.local_grid import BLOCKED, cells_from_fine, FREE
 from world_maps.movers import Disc
+from world_maps.raster import Raster
 from world_maps.world import World
+
+#: A part that touches a pixel has no share of it, [pixels].
+_TOUCH: Final = 1e-6
 
 
 def true_window(
@@ -16,6 +21,9 @@ def true_window(
 ) -> npt.NDArray[np.int8]:
     """
     Return the true state of the cells around one, with what moves; outside the world is blocked.
+
+    A robot may be in a cell that its pixels block, beside the centre. What stands still does not
+    count there: it is clear of it.
 
     Parameters
     ----------
@@ -35,6 +43,24 @@ def true_window(
         0 free, 100 blocked; row 0 at the lowest y.
 
     """
+    window = _cells(world, row, col, reach)
+    if world.drawn is not None:
+        window[reach, reach] = FREE
+    if fine > 1:
+        window = window.repeat(fine, axis=0).repeat(fine, axis=1)
+    grid, part = world.grid, world.grid.resolution / fine
+    corner = (grid.origin_x + (col - reach) * grid.resolution,
+              grid.origin_y + (row - reach) * grid.resolution)
+    if fine > 1 and world.drawn is not None:
+        _show_pixels(window, world.drawn, corner, part, fine)
+    for disc in discs:
+        if disc is not None:
+            occupy(window, disc, corner, part)
+    return window
+
+
+def _cells(world: World, row: int, col: int, reach: int) -> npt.NDArray[np.int8]:
+    """Return the cells around one; outside the world is blocked."""
     side = 2 * reach + 1
     window = np.full((side, side), BLOCKED, dtype=np.int8)
     rows, cols = world.grid.shape
@@ -44,14 +70,40 @@ def true_window(
     if bottom < top and first < last:
         window[bottom - low:top - low, first - left:last - left] = (
             world.occupancy[bottom:top, first:last])
-    if fine > 1:
-        window = window.repeat(fine, axis=0).repeat(fine, axis=1)
-    grid, part = world.grid, world.grid.resolution / fine
-    corner = (grid.origin_x + left * grid.resolution, grid.origin_y + low * grid.resolution)
-    for disc in discs:
-        if disc is not None:
-            occupy(window, disc, corner, part)
     return window
+
+
+def _show_pixels(
+    window: npt.NDArray[np.int8], pixels: Raster, corner: tuple[float, float], part: float,
+    fine: int,
+) -> None:
+    """
+    Free those parts of blocked cells in which no pixel is blocked, if in others one is; in place.
+
+    The parts of a free cell stay free: what stands in its corners is in nobody's way.
+    """
+    (first_col, end_col), (first_row, end_row) = (
+        _overlapped(low - start, part, len(window), pixels.grid.resolution, n)
+        for low, start, n in zip(corner, pixels.extent[:2], pixels.grid.shape[::-1], strict=True))
+    bottom, left = first_row[0], first_col[0]
+    patch = pixels.occupancy[bottom:end_row[-1], left:end_col[-1]] != FREE
+    sums = np.zeros((patch.shape[0] + 1, patch.shape[1] + 1), dtype=np.int32)
+    np.cumsum(np.cumsum(patch, axis=0), axis=1, out=sums[1:, 1:])
+    along = sums[end_row - bottom] - sums[first_row - bottom]
+    holds = along[:, end_col - left] > along[:, first_col - left]
+    shown = np.where(holds, BLOCKED, FREE).astype(np.int8)
+    some = cells_from_fine(shown, fine).repeat(fine, axis=0).repeat(fine, axis=1)
+    window[(shown == FREE) & (some == BLOCKED)] = FREE
+
+
+def _overlapped(
+    low: float, part: float, n_parts: int, size: float, n_pixels: int,
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return the first pixel and one past the last that each of a row of parts has a share of."""
+    edges = (low + np.arange(n_parts + 1) * part) / size
+    first, end = np.floor(edges[:-1] + _TOUCH), np.ceil(edges[1:] - _TOUCH)
+    first = np.clip(first, 0, n_pixels).astype(np.int64)
+    return first, np.maximum(np.clip(end, 0, n_pixels).astype(np.int64), first)
 
 
 def occupy(

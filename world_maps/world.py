@@ -78,6 +78,15 @@ class World:
         """Return what stands where as exactly as the map says it; the cells, if these are it."""
         return self.drawn or Raster(self.grid, self.occupancy)
 
+    @property
+    def size(self) -> str:
+        """Say how large it is, in cells and in pixels."""
+        if self.drawn is None:
+            return self.grid.size
+        rows, cols = self.drawn.grid.shape
+        return (f'{self.grid.size}, of {rows} x {cols} pixels of '
+                f'{self.drawn.grid.resolution:g} m')
+
     def with_pixels(self, occupancy: npt.NDArray[np.int8]) -> 'World':
         """Return the world with other pixels, and the cells that they make."""
         if self.drawn is None:
@@ -120,12 +129,44 @@ def load_world(
 
     """
     path = Path(path)
+    drawn, notes = load_pixels(path, frame_id, resolution)
     try:
-        found, scale = _read(path, resolution)
+        return _world_of(drawn, path.stem, notes, robot_radius,
+                         None if _says_no_scale(path) else resolution)
+    except ValueError as error:
+        raise WorldError(path, str(error)) from error
+
+
+def load_pixels(
+    path: Path, frame_id: str, resolution: float | None = None,
+) -> tuple[Raster, tuple[str, ...]]:
+    """
+    Read the pixels of a world from a file.
+
+    Parameters
+    ----------
+    path : Path
+    frame_id : str
+    resolution : float, optional, [m]
+        Side of a pixel of an image alone; not looked at for any other file.
+
+    Returns
+    -------
+    pixels : Raster
+    notes : tuple of str
+        What a user should know of the file, a sentence each.
+
+    Raises
+    ------
+    WorldError
+        If it is missing or malformed.
+
+    """
+    try:
+        found = _read(path, resolution)
         n_rows, n_cols = found.occupancy.shape
         grid = Grid(n_rows, n_cols, found.resolution, *found.corner, frame_id)
-        drawn = Raster(grid, found.occupancy)
-        return _world_of(drawn, path.stem, found.notes, robot_radius, scale)
+        return Raster(grid, found.occupancy), found.notes
     except MemoryError as error:
         raise WorldError(path, 'is too large for the memory of this machine') from error
     except WorldError:
@@ -134,21 +175,25 @@ def load_world(
         raise WorldError(path, str(error)) from error
 
 
-def _read(path: Path, resolution: float | None) -> tuple[MapFile, float | None]:
-    """Return what a file holds, and the side of the cells if one was given."""
+def _read(path: Path, resolution: float | None) -> MapFile:
     if path.suffix == '.map':
-        return MapFile(read_moving_ai(path), 1.0), resolution
+        return MapFile(read_moving_ai(path), 1.0)
     if path.suffix in ('.yaml', '.yml'):
-        return read_map_server(path), resolution
-    if path.suffix.lower() in IMAGES:
-        header = header_beside(path)
-        if header is None:
-            return read_image(path, resolution), None
-        found = read_map_server(header)
-        return replace(found, notes=(f'{path}: is read as {header.name} beside it says',
-                                     *found.notes)), resolution
-    raise WorldError(path, 'a world is a .yaml file of map_server, an image, or a .map file of '
-                           'MovingAI')
+        return read_map_server(path)
+    if _says_no_scale(path):
+        return read_image(path, resolution)
+    header = header_beside(path)
+    if header is None:
+        raise WorldError(path, 'a world is a .yaml file of map_server, an image, or a .map file '
+                               'of MovingAI')
+    found = read_map_server(header)
+    note = f'{path}: is read as {header.name} beside it says'
+    return replace(found, notes=(note, *found.notes))
+
+
+def _says_no_scale(path: Path) -> bool:
+    """Return whether a file is an image alone: then resolution is the side of a pixel."""
+    return path.suffix.lower() in IMAGES and header_beside(path) is None
 
 
 def _world_of(
