@@ -7,6 +7,7 @@ recorded or all at once later.
 
 from collections.abc import Sequence
 from contextlib import suppress
+import copy
 from dataclasses import dataclass
 import math
 from typing import Final
@@ -236,6 +237,35 @@ class Relearner:
                              why_not=f'no demonstration came before it; it {said}')
         refresh = self._learn_record(trial, episode.header.grid)
         return LearntBag(episode.folder, content, refresh, said)
+
+    def grown_to(self, places: Sequence[tuple[float, float]]) -> 'Relearner':
+        """
+        Return one that knows the same in a workspace with room for a robot at places.
+
+        Parameters
+        ----------
+        places : sequence of (x, y), [m]
+
+        Returns
+        -------
+        Relearner
+            Itself if there is room, if the workspace does not fit itself, or before it is there.
+
+        Raises
+        ------
+        TooLargeError
+            If no workspace has so many cells.
+
+        """
+        learner, workspace = self._learner, self._workspace
+        if learner is None or workspace is None or not places:
+            return self
+        larger = workspace.with_places(np.array(places, dtype=np.float64))
+        if larger is workspace or larger.grid is None:
+            return self
+        grown = copy.copy(self)
+        grown._workspace, grown._learner = larger, learner.grown_to(larger.grid)
+        return grown
 
     def teach_here(self, n: int) -> list[tuple[float, float]]:
         """Return where one more demonstration would help most, (x, y) [m]; a few cells apart."""

@@ -66,6 +66,25 @@ class FittedWorkspace:
             box = box.union(self.box)
         return FittedWorkspace(self.lattice, box or self.box)
 
+    def with_places(self, xy: npt.NDArray[np.float64]) -> 'FittedWorkspace':
+        """
+        Return it with room for a robot at places; itself where it holds them and what is beside.
+
+        Parameters
+        ----------
+        xy : ndarray, shape (n, 2), [m]
+            Finite.
+
+        """
+        box = self.box
+        for cell in self.lattice.cells_from_world(xy):
+            place = CellBox.of(cell[np.newaxis])
+            beside = place.widened(1)
+            if box is not None and box.union(beside) != box:
+                needed = fitted_box(place)
+                box = box if needed is None else box.union(needed)
+        return self if box == self.box else FittedWorkspace(self.lattice, box)
+
 
 def _been(record: Demonstration | Trial) -> CellBox | None:
     """Return the cells that a robot was in, or is told to go to."""

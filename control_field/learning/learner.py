@@ -1,5 +1,6 @@
 """The learner: a pure function from a sequence of episodes to the field."""
 
+import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -223,6 +224,29 @@ class Learner:
             if field.known[row, col] == 0:
                 value[row, col] += field.known.size
         return best_cells(value, n)
+
+    def grown_to(self, grid: Grid) -> 'Learner':
+        """
+        Return one that knows the same in a larger workspace; this one stays as it is.
+
+        Headings that are in force stay, and beyond them lead the cheapest way that is known.
+
+        Raises
+        ------
+        ValueError
+            If it does not hold the present one, or is of another lattice.
+
+        """
+        other = copy.copy(self)
+        other.memory = copy.deepcopy(self.memory)
+        other.memory.grow(grid)
+        other.shown = compose_shown(other.memory)
+        if self.refresh is not None:
+            made = with_old_headings(self.refresh.composition, compose(other.memory))
+            other.refresh = replace(
+                self.refresh, field=made.field, prototypes=made.prototypes, composition=made,
+                certificate=other._certify(made))
+        return other
 
     def _current(self) -> Refresh:
         if self.refresh is None:
