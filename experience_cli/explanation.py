@@ -10,10 +10,12 @@ import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_ROW
 from control_field.learning.provenance import Voices, voices_at
+from control_field.local_grid import UNKNOWN
 from control_field.records import ControlField, Kind, Prototypes
 from control_field.robot.collision_monitor import limit_command
 from control_field.robot.limits import Limits, STANDSTILL, Velocity
 from control_field.robot.obstacle_boxes import local_grid_from_cells, LocalGrid
+from control_field.windows import moved
 from episode_store.episode import Episode
 from episode_store.relearn import Relearner
 from episode_store.rosbag2.columns import read_columns
@@ -66,6 +68,8 @@ class ExplainedHeading:
     source : str
         ``recorded``, ``relearnt`` (the recorded map has changed since the headings were made) or
         ``curious`` (a trial that was to look around: no prototype had a say).
+    cell : tuple of int
+        The cell, of the field's workspace.
 
     """
 
@@ -73,6 +77,7 @@ class ExplainedHeading:
     prototypes: Prototypes
     voices: Voices | None
     source: str
+    cell: tuple[int, int]
 
 
 class Moment:
@@ -124,7 +129,8 @@ class Moment:
         ndarray of DECISION_DTYPE, shape (0 to 2,)
 
         """
-        rows = decision_table(self.episode.messages('experience'), self.header.grid)[0]
+        rows = decision_table(self.episode.messages('experience'), self.header.grid,
+                              self.header.fitted)[0]
         if len(rows):
             rows = rows[rows['trial'] == rows['trial'][-1]]
         past = rows[rows['stamp'] <= self.stamp + 1e-6]
@@ -211,7 +217,8 @@ class Moment:
 
     def _local_grid(self) -> LocalGrid | None:
         grid = self.header.grid
-        table = local_grid_table(self.episode.messages('neighbourhood'), grid)
+        table = local_grid_table(
+            self.episode.messages('neighbourhood'), grid, self.header.fitted)
         seen = np.flatnonzero(table.stamps <= self.stamp + 1e-6)
         if not len(seen):
             return None
@@ -260,14 +267,23 @@ class Moment:
         parameters = self.header.parameters
         end = max(self.log_time, int(self.episode.poses.log_times[0]))
         field, prototypes = self.episode.field(end), self.episode.prototypes(end)
-        if field is None:
+        cell = None if field is None else self._cell_of(field)
+        if field is None or cell is None:
             return None
         is_flat = bool(np.isin(field.coherence, (0.0, 1.0)).all())
         if prototypes is not None and not is_flat:
-            voices = voices_at(field, prototypes, parameters, *self.cell)
+            voices = voices_at(field, prototypes, parameters, *cell)
             if voices is not None:
-                return ExplainedHeading(field, prototypes, voices, 'recorded')
-        return self._relearnt(field, prototypes)
+                return ExplainedHeading(field, prototypes, voices, 'recorded', cell)
+        return self._relearnt(field, prototypes, cell)
+
+    def _cell_of(self, field: ControlField) -> tuple[int, int] | None:
+        """Return the cell as the workspace of a field has it; None if it lies outside that."""
+        offset = self.header.grid.offset_to(field.grid)
+        if offset is None:
+            return None
+        row, col = self.cell[0] + offset[0], self.cell[1] + offset[1]
+        return (row, col) if field.grid.contains(row, col) else None
 
     @property
     def no_heading(self) -> str:
@@ -275,36 +291,40 @@ class Moment:
         if self.header.imported_from:
             return f'the bag holds no field: it was taken over from {self.header.imported_from}'
         folder = self.episode.folder
+        end = max(self.log_time, int(self.episode.poses.log_times[0]))
+        if self.episode.field(end) is not None:
+            return 'the workspace of the field that was in force did not reach there'
         if len(self.episode.messages('control_field')) or all(
                 other.number >= folder.number for other in folder.task.episodes()):
             return 'there was no field yet'
         return 'the bag holds no field: which one was in force is not known'
 
     def _relearnt(
-        self, field: ControlField, prototypes: Prototypes | None,
+        self, field: ControlField, prototypes: Prototypes | None, cell: tuple[int, int],
     ) -> ExplainedHeading | None:
         """Learn from the bags before this one, which says on which map the headings were made."""
         folder, parameters = self.episode.folder, self.header.parameters
-        relearner, known = Relearner(self.header.grid, parameters), None
+        relearner, known = Relearner.for_header(self.header), None
         for before in folder.task.episodes():
             if before.number < folder.number:
                 refresh = relearner.learn(Episode(before)).refresh
                 if refresh is not None and refresh.pushed:
-                    known = refresh.composition.planned
-        if relearner.refresh is None:
+                    known = moved(refresh.composition.planned, refresh.field.grid, field.grid,
+                                  UNKNOWN)
+        if relearner.refresh is None or relearner.grid != field.grid:
             return None if prototypes is None else ExplainedHeading(field, prototypes, voices_at(
-                field, prototypes, parameters, *self.cell), 'recorded')
+                field, prototypes, parameters, *cell), 'recorded', cell)
         made_of = relearner.refresh.prototypes
         weights = relearner.refresh.composition.weights
         exploration = relearner.field(exploring=True)
         if exploration is not relearner.refresh.field and np.array_equal(
                 exploration.vx, field.vx) and np.array_equal(exploration.vy, field.vy):
-            return ExplainedHeading(field, made_of, None, 'curious')
+            return ExplainedHeading(field, made_of, None, 'curious', cell)
         shown = relearner.shown
         if shown is not None and np.array_equal(shown.field.vx, field.vx):
             made_of, weights, known = shown.prototypes, shown.weights, shown.planned
         return ExplainedHeading(field, made_of, voices_at(
-            field, made_of, parameters, *self.cell, known, weights), 'relearnt')
+            field, made_of, parameters, *cell, known, weights), 'relearnt', cell)
 
 
 def _stamp_of(episode: Episode, at: float) -> float:

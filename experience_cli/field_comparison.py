@@ -1,7 +1,7 @@
 """Two fields side by side: where they differ, and by how much."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 import math
 from pathlib import Path
@@ -14,9 +14,11 @@ import numpy.typing as npt
 from control_field.grid import Grid
 from control_field.headings import headings_from_vectors, N_HEADINGS, UNIT
 from control_field.learning.certificate import Certificate, certify
+from control_field.local_grid import UNKNOWN
 from control_field.parameters import Parameters
 from control_field.records import CellFlag, ControlField, Prototypes
 from control_field.robot.policy import rules_of
+from control_field.windows import moved
 from episode_store.episode import Episode
 from episode_store.relearn import relearn
 from episode_store.task_folder import EpisodeFolder
@@ -46,6 +48,8 @@ class Side:
         Whether the frame is known (a saved field does not say).
     revision_known : bool
         Whether it is known from how many bags it was learnt.
+    alone : Side or None
+        The same in its own workspace, if that is a smaller one.
 
     """
 
@@ -55,6 +59,7 @@ class Side:
     parameters: Parameters
     frame_known: bool = True
     revision_known: bool = True
+    alone: 'Side | None' = None
 
     @property
     def title(self) -> str:
@@ -76,11 +81,31 @@ class Side:
     @cached_property
     def certificate(self) -> Certificate:
         """Return the certificate of the field on its own remembered map."""
+        if self.alone is not None:
+            found = self.alone.certificate
+            off = np.subtract(self.field.goal, self.alone.field.goal)
+            return replace(found, sinks=(found.sinks + off).astype(np.int32),
+                           doubted=(found.doubted + off).astype(np.int32))
         demonstrated = np.full(self.field.grid.shape, -1, dtype=np.int8)
         own = self.prototypes.demonstrated
         demonstrated[tuple(self.prototypes.cells[own].T)] = self.prototypes.headings[own]
         return certify(
             self.field, demonstrated, len(self.prototypes), rules_of(self.parameters))
+
+    def in_workspace(self, grid: Grid) -> 'Side':
+        """Return it in a larger workspace of the same lattice; new cells have no heading."""
+        field, own = self.field, replace(self.field.grid, frame_id=grid.frame_id)
+        if own == grid:
+            return self
+        offset = own.offset_to(grid)
+        assert offset is not None
+        layers: dict[str, Any] = {
+            name: moved(getattr(field, name), own, grid, UNKNOWN if name == 'known' else 0)
+            for name in ('vx', 'vy', 'coherence', 'q', 'known', 'flags')}
+        goal = field.goal[0] + offset[0], field.goal[1] + offset[1]
+        cells = (self.prototypes.cells + np.array(offset)).astype(np.int32)
+        return replace(self, alone=self, field=replace(field, grid=grid, goal=goal, **layers),
+                       prototypes=replace(self.prototypes, cells=cells))
 
 
 def side_from(text: str, bags: Path | None) -> Side:
@@ -202,37 +227,49 @@ def _goal(grid: Grid, arrays: Mapping[str, npt.NDArray[Any]]) -> tuple[int, int]
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """
-    What differs between two fields of the same workspace.
+    What differs between two fields on the same cells.
 
     Parameters
     ----------
     first, second : Side
-
-    Raises
-    ------
-    UserError
-        If they are of different workspaces; the message names both.
+        In one workspace, see `Comparison.of`.
+    shared : ndarray of bool, shape (n_rows, n_cols)
+        The cells that both had before: only there headings are compared.
 
     """
 
     first: Side
     second: Side
+    shared: npt.NDArray[np.bool_]
 
-    def __post_init__(self) -> None:
-        """Refuse fields that cannot be compared."""
-        one, other = self.first.field.grid, self.second.field.grid
-        same = one == other
-        if not (self.first.frame_known and self.second.frame_known):
-            same = (one.shape, one.resolution, one.origin_x, one.origin_y) == (
-                other.shape, other.resolution, other.origin_x, other.origin_y)
-        if not same:
-            raise UserError(f'{self.first.name} is of {grid_text(one)}, {self.second.name} of '
-                            f'{grid_text(other)}: they cannot be compared')
+    @classmethod
+    def of(cls, first: Side, second: Side) -> 'Comparison':
+        """
+        Return the comparison of two fields, in a workspace that holds both.
+
+        Raises
+        ------
+        UserError
+            If they are not on the same cells; the message names both.
+
+        """
+        one, other = first.field.grid, second.field.grid
+        if not (first.frame_known and second.frame_known):
+            other = replace(other, frame_id=one.frame_id)
+        offset = other.offset_to(one)
+        if offset is None:
+            raise UserError(f'{first.name} is of {grid_text(one)}, {second.name} of '
+                            f'{grid_text(second.field.grid)}: they cannot be compared')
+        grid = one.window(one.box.union(other.box.shifted(*offset)))
+        shared = np.ones(grid.shape, dtype=np.bool_)
+        for own in (one, other):
+            shared &= moved(np.ones(own.shape, dtype=np.bool_), own, grid, False)
+        return cls(first.in_workspace(grid), second.in_workspace(grid), shared)
 
     @cached_property
     def turned(self) -> npt.NDArray[np.bool_]:
-        """Return in which cells the headings differ."""
-        return np.asarray(self.first.headings != self.second.headings)
+        """Return in which of the cells that both have the headings differ."""
+        return np.asarray(self.shared & (self.first.headings != self.second.headings))
 
     @cached_property
     def angle(self) -> npt.NDArray[np.float64]:
@@ -256,15 +293,17 @@ class Comparison:
         known = ~np.isnan(self.angle)
         return {
             'first': _side_json(self.first), 'second': _side_json(self.second),
-            'cells': int(self.turned.size),
+            'grid': asdict(self.first.field.grid),
+            'cells': int(self.shared.sum()), 'cells_of_one_only': int((~self.shared).sum()),
             'courses_differ': int(self.turned.sum()),
             'courses_differ_cells': np.argwhere(self.turned).tolist(),
             'mean_angle_degrees': (
                 math.degrees(float(self.angle[known].mean())) if known.any() else None),
             'largest_angle_degrees': (
                 math.degrees(float(self.angle[known].max())) if known.any() else None),
-            'vectors_equal': bool(np.array_equal(a.vx, b.vx) and np.array_equal(a.vy, b.vy)),
-            'largest_q_difference': float(np.abs(a.q - b.q).max()),
+            'vectors_equal': bool(
+                ((a.vx == b.vx) & (a.vy == b.vy) | ~self.shared).all()),
+            'largest_q_difference': float(np.abs(a.q - b.q)[self.shared].max(initial=0.0)),
             'remembered_map_differs': int((a.known != b.known).sum()),
             'goal_moved': a.goal != b.goal,
             'prototypes': {name: cells.tolist() for name, cells in self.prototypes().items()}}

@@ -3,16 +3,20 @@
 from itertools import pairwise
 
 import numpy as np
+from rclpy.serialization import serialize_message
 
 from bridge_helpers import (
     CLOUD, nanoseconds, ODOMETRY, raw_decisions, raw_odometry, raw_status, STATUS)
 from control_field.grid import default_lattice, fitted_workspace, Grid
 from control_field.headings import heading_from_step
 from control_field.records import DECISION_DTYPE, Kind, Outcome
+from episode_store.episode import Episode
 from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.task_folder import EpisodeKind, TaskFolder
+from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes
 from msgs_bridge.messages.trial_status import State
+from strategies import segment
 
 #: The lattice of a robot that begins at (0, 0).
 HERE = default_lattice(0.25)
@@ -34,11 +38,13 @@ def header_of(task: TaskFolder, kind: EpisodeKind, grid: Grid, **more) -> dict[s
     return dict(EpisodeHeader(kind, task.task, grid, fitted=True, **more).to_mapping())
 
 
-def demo(task, corners, lattice=HERE, local_grids=(), fitted=True, grid=None, instead=None):
+def demo(task, corners, lattice=HERE, local_grids=(), fitted=True, grid=None, instead=None,
+         begins=None):
     """
     Record a demonstration along lines; local grids are (stamp, raw message).
 
-    ``instead`` has the places of poses that are wrong, by number.
+    ``instead`` has the places of poses that are wrong, by number; the bag begins with the field
+    of the fold ``begins``.
     """
     stamps, xy = way_of(corners)
     for number, place in (instead or {}).items():
@@ -48,11 +54,26 @@ def demo(task, corners, lattice=HERE, local_grids=(), fitted=True, grid=None, in
     with start_bag(task, EpisodeKind.DEMO, header) as bag:
         records = [(stamp, '/odom', ODOMETRY, raw_odometry(stamp, x, y, grid.frame_id))
                    for stamp, (x, y) in zip(stamps.tolist(), xy.tolist(), strict=True)]
-        records += [(stamp, '/neighbourhood', 'nav_msgs/msg/OccupancyGrid', raw)
-                    for stamp, raw in local_grids]
-        for stamp, topic, kind, raw in sorted(records, key=lambda each: each[0]):
-            bag.write(topic, kind, raw, nanoseconds(stamp))
+        write(bag, records + begun_with(begins), local_grids)
     return task.episodes()[-1]
+
+
+def write(bag, records, local_grids):
+    """Write records in the order of their stamps."""
+    records += [(stamp, '/neighbourhood', 'nav_msgs/msg/OccupancyGrid', raw)
+                for stamp, raw in local_grids]
+    for stamp, topic, kind, raw in sorted(records, key=lambda each: each[0]):
+        bag.write(topic, kind, raw, nanoseconds(stamp))
+
+
+def begun_with(fold):
+    """Return what a bag begins with: the field of a fold, and its prototypes."""
+    if fold is None or fold.refresh is None:
+        return []
+    field, prototypes = fold.field(), fold.refresh.prototypes
+    return [(9.8, '/control_field', CLOUD, serialize_message(cloud_from_field(field))),
+            (9.8, '/prototypes', CLOUD, serialize_message(
+                cloud_from_prototypes(prototypes, field.grid)))]
 
 
 def decisions_along(cells, unknown=255):
@@ -69,7 +90,7 @@ def decisions_along(cells, unknown=255):
 
 
 def trial(task, cells, grid, *, driven=None, odometry=None, outcome=Outcome.GOAL,
-          local_grids=(), unknown=255):
+          local_grids=(), unknown=255, begins=None):
     """
     Record a trial from cell to cell of ``driven`` (None: ``grid``, that of the header).
 
@@ -88,11 +109,23 @@ def trial(task, cells, grid, *, driven=None, odometry=None, outcome=Outcome.GOAL
             records.append((10.0 + 0.1 * i, '/odom', ODOMETRY, raw_odometry(10 + 0.1 * i, x, y)))
         records += [(float(row['stamp']), '/experience', CLOUD,
                      raw_decisions(rows[i:i + 1], driven)) for i, row in enumerate(rows)]
-        records += [(stamp, '/neighbourhood', 'nav_msgs/msg/OccupancyGrid', raw)
-                    for stamp, raw in local_grids]
         end = float(rows['stamp'][-1]) + 0.5
         records.append((end, '/trial', STATUS, raw_status(
             State.ENDED, 1, outcome, decisions=len(rows), steps=len(rows), stamp=end)))
-        for stamp, topic, kind, raw in sorted(records, key=lambda each: each[0]):
-            bag.write(topic, kind, raw, nanoseconds(stamp))
+        write(bag, records + begun_with(begins), local_grids)
     return task.episodes()[-1]
+
+
+#: Where trials lead, to the edge of every workspace before, in cells of HERE.
+FARTHER = ([(0, 0), (0, 1), (1, 2)], [(0, -1), (0, -8), (-8, -8)], [(12, 20), (15, 23)])
+
+
+def recorded(task, fold):
+    """Record a demonstration and trials that lead farther and farther, learning from each."""
+    first = demo(task, [(0.0, 0.0), (1.0, 1.0), (2.0, 1.0)])
+    learnt = [fold.learn(Episode(first))]
+    for corners in FARTHER:
+        cells = np.array(segment(*corners)) + HERE.offset_to(fold.grid)
+        bag = trial(task, cells, fold.grid, outcome=Outcome.GAVE_UP, begins=fold)
+        learnt.append(fold.learn(Episode(bag)))
+    return learnt

@@ -21,7 +21,7 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out
     if out.suffix != '.png':
         raise UserError(f'--out {out}: must end in .png')
-    found = Comparison(*_sides(arguments))
+    found = Comparison.of(*_sides(arguments))
     write_output(out, partial(comparison_figure(found).savefig, format='png'))
     about = {**found.to_json(), 'figure': str(out)}
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
@@ -74,8 +74,11 @@ def lines_from(about: dict[str, Any]) -> list[str]:
 def _plain(about: dict[str, Any]) -> str:
     """Say in a sentence whether the robot is taught otherwise."""
     n, total = about['courses_differ'], about['cells']
+    if not total:
+        return 'No place is in the workspaces of both.'
     if n == 0:
-        return 'Both lead the robot the same way everywhere.'
+        return ('Both lead the robot the same way everywhere.' if not about['cells_of_one_only']
+                else 'Both lead the robot the same way wherever both lead it.')
     goal = ' They lead to different goals.' if about['goal_moved'] else ''
     return f'They lead the robot another way in {n} of {total} places.{goal}'
 
@@ -86,8 +89,12 @@ def _difference_lines(about: dict[str, Any]) -> list[str]:
     angle, most = about['mean_angle_degrees'], about['largest_angle_degrees']
     turned = '' if angle is None else f', {angle:.1f} degrees in the mean, {most:.0f} at most'
     equal = ' (the vectors are equal)' if about['vectors_equal'] else turned
+    alone = about['cells_of_one_only']
+    only = f'workspace: {counted(alone, "cell")} of one of them only'
+    every, unlike = counted(total + alone, 'cell'), about['remembered_map_differs']
     return [
-        f'headings: {n} of {counted(total, "cell")} differ ({n / total:.1%}){equal}',
+        *([only] if alone else []),
+        f'headings: {n} of {counted(total, "cell")} differ ({n / max(total, 1):.1%}){equal}',
         f'prototypes: {changes}',
-        f'remembered map: {about["remembered_map_differs"]} of {counted(total, "cell")} differ',
+        f'remembered map: {unlike} of {every} differ',
         f'Q-matrix: at most {about["largest_q_difference"]:.3g} apart']

@@ -127,7 +127,7 @@ def _explained_heading(moment: Moment) -> dict[str, Any] | None:
     heading = moment.heading
     if heading is None:
         return None
-    field, cell, voices = heading.field, moment.cell, heading.voices
+    field, cell, voices = heading.field, heading.cell, heading.voices
     x, y = vector_at(field, *cell)
     index = heading_from_vector(x, y) if (x, y) != (0.0, 0.0) else -1
     return {
@@ -154,6 +154,8 @@ def _known_ahead(field: ControlField, cell: tuple[int, int], heading: int) -> in
 def _voices(moment: Moment, heading: ExplainedHeading, voices: Voices) -> list[dict[str, Any]]:
     sources = Sources(moment.episode.folder.task)
     table, found = heading.prototypes, []
+    # As the moment's own cell is given, in cells of the bag's header.
+    off = heading.cell[0] - moment.cell[0], heading.cell[1] - moment.cell[1]
     for i, distance, weight, share in zip(
             voices.indices.tolist(), voices.distances.tolist(), voices.weights.tolist(),
             voices.shares.tolist(), strict=True):
@@ -161,7 +163,7 @@ def _voices(moment: Moment, heading: ExplainedHeading, voices: Voices) -> list[d
         demonstrated = bool(table.demonstrated[i])
         found.append({
             'share': share, 'weight': weight, 'distance': distance,
-            'cell': table.cells[i].tolist(),
+            'cell': (table.cells[i] - off).tolist(),
             'place': list(heading.field.grid.world_from_cell(*table.cells[i].tolist())),
             'heading': compass(int(table.headings[i])),
             'q': float(table.q[i]), 'demonstrated': demonstrated, 'episode': number,

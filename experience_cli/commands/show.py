@@ -54,7 +54,8 @@ def about_bag(episode: Episode) -> dict[str, Any]:
     return {
         **summary_of(episode).to_json(), 'start': episode.start,
         'holes': gaps.to_json(), 'before_the_drive': gaps.before_the_drive(),
-        'grid': asdict(header.grid), 'parameters': asdict(header.parameters),
+        'grid': asdict(header.grid), 'fitted': header.fitted,
+        'parameters': asdict(header.parameters),
         'imported': _imported(header),
         'topics': [{'topic': topic, 'type': episode.bag.topics[topic], 'messages': n}
                    for topic, n in episode.bag.counts.items()],
@@ -120,7 +121,8 @@ def lines_from(about: dict[str, Any]) -> list[str]:
         ('folder', f'{about["path"]}, {size_text(about["size"])}'),
         ('began', time_text(about['begun'])),
         ('drive', f'{about["duration"]:.2f} s, stamps from {about["start"]:.3f} s'),
-        ('workspace', grid_text(Grid(**grid))),
+        ('workspace', grid_text(Grid(**grid)) + (
+            ' when it began; it fits itself' if about['fitted'] else '')),
         ('parameters', ', '.join(changed) or 'defaults'),
         *([('taken over', about['imported'])] if about['imported'] else []),
         *([('before it', about['before_the_drive'])] if about['before_the_drive'] else []),

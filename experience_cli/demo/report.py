@@ -166,7 +166,7 @@ def report_from_bags(task: TaskFolder, world: World, seed: int) -> TaskReport:
     if not folders:
         raise BagError(f'{task.path} holds no bags')
     header = Episode(folders[0]).header
-    relearner = Relearner(header.grid, header.parameters)
+    relearner = Relearner.for_header(header)
     learnt_bags = [relearner.learn(Episode(folder)) for folder in folders]
     demonstrated = next((bag for bag in learnt_bags if bag.refresh is not None), None)
     if demonstrated is None:
@@ -213,7 +213,7 @@ def _trial_report(number: int, bag: LearntBag, truth: GridWorld) -> TrialReport:
         number, trial.n_steps, len(bag.refresh.prototypes), bag.refresh.reinforcements,
         n_contacts(episode), str(trial.outcome),
         round(float(stamps[-1] - stamps[0]), 3) if len(stamps) else 0.0, path,
-        bag.refresh.field.grid.world_from_cells(cells), truth.flow_home(bag.refresh.field))
+        episode.header.grid.world_from_cells(cells), truth.flow_home(bag.refresh.field))
 
 
 def driven_path(episode: Episode) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:

@@ -37,8 +37,8 @@ def comparison_figure(found: Comparison) -> Figure:
 
 def _title(found: Comparison) -> str:
     changed = found.prototypes()
-    n, total = int(found.turned.sum()), found.turned.size
-    return (f'{n} of {total} headings differ ({n / total:.1%}); prototypes: '
+    n, total = int(found.turned.sum()), int(found.shared.sum())
+    return (f'{n} of {total} headings differ ({n / max(total, 1):.1%}); prototypes: '
             + ', '.join(f'{len(cells)} {name}' for name, cells in changed.items()))
 
 
@@ -69,7 +69,8 @@ def _draw_difference(axes: Axes, found: Comparison) -> None:
             axes.plot([], [], marker='s', linestyle='none', markersize=9, color=colour + '80',
                       label=f'known to be blocked in {side.title} only')
     drawn = ~walls
-    _arrows(axes, found.first, drawn & ~found.turned, _SAME, 'the same heading')
+    same = drawn & found.shared & ~found.turned
+    _arrows(axes, found.first, same, _SAME, 'the same heading')
     _arrows(axes, found.first, drawn & found.turned, FIRST, f'heading of {found.first.title}')
     _arrows(axes, found.second, drawn & found.turned, SECOND, f'heading of {found.second.title}')
     drawing.draw_goal(axes, found.second.field)

@@ -218,7 +218,7 @@ def decisions_by_place(msg: Any, grid: Grid) -> npt.NDArray[np.void]:
     table = _table(msg, EXPERIENCE_DTYPE, 'experience').reshape(-1)
     _check_frame(msg, grid)
     decisions = _decisions(table)
-    check_decisions(decisions)
+    check_decisions(decisions, anywhere=True)
     for axis, origin, cells in (('x', grid.origin_x, ('col', 'next_col')),
                                 ('y', grid.origin_y, ('row', 'next_row'))):
         # As it is written: in the same workspace nothing is left, however far away that is.
@@ -245,9 +245,19 @@ def _decisions(table: npt.NDArray[np.void]) -> npt.NDArray[np.void]:
     return decisions
 
 
-def check_decisions(decisions: npt.NDArray[np.void], grid: Grid | None = None) -> None:
+def check_decisions(
+    decisions: npt.NDArray[np.void], grid: Grid | None = None, anywhere: bool = False,
+) -> None:
     """
-    Refuse decisions that cannot be; see `decisions_from_cloud`.
+    Refuse decisions that cannot be; see `decisions_from_cloud` and `decisions_by_place`.
+
+    Parameters
+    ----------
+    decisions : ndarray of DECISION_DTYPE, shape (n,)
+    grid : Grid, optional
+        The workspace.
+    anywhere : bool
+        Whether cells may lie outside it, negative ones too.
 
     Raises
     ------
@@ -261,8 +271,9 @@ def check_decisions(decisions: npt.NDArray[np.void], grid: Grid | None = None) -
     check_in(name, 'action', decisions['action'], range(N_HEADINGS))
     check_in(name, 'reward', decisions['reward'], (-1, 0, 1))
     check_in(name, 'kind', decisions['kind'], [int(kind) for kind in Kind])
-    here = _cells(decisions, name, 'row', 'col', grid)
-    there = _cells(decisions, name, 'next_row', 'next_col', grid)
+    low = -MAX_CELL if anywhere else 0
+    here = _cells(decisions, name, 'row', 'col', grid, low)
+    there = _cells(decisions, name, 'next_row', 'next_col', grid, low)
     place = first_bad(np.abs(there - here).max(axis=1, initial=0) <= 1)
     if place is not None:
         raise TableError(f'experience: the step from {tuple(here[place[0]].tolist())} leads to '
@@ -295,11 +306,12 @@ def _table(msg: Any, dtype: np.dtype[np.void], name: str) -> npt.NDArray[np.void
 
 def _cells(
     table: npt.NDArray[np.void], name: str, row: str, col: str, grid: Grid | None = None,
+    low: int = 0,
 ) -> npt.NDArray[np.int32]:
     shape = grid.shape if grid is not None else (MAX_CELL, MAX_CELL)
     for column, n in zip((row, col), shape, strict=True):
         values = table[column]
-        check_column(name, column, values, (values >= 0) & (values < n), f'0 to {n - 1}')
+        check_column(name, column, values, (values >= low) & (values < n), f'{low} to {n - 1}')
     return np.stack([table[row], table[col]], axis=-1).astype(np.int32)
 
 

@@ -9,7 +9,6 @@ import pytest
 from bridge_helpers import GRID, raw_local_grid
 from control_field.grid import CellBox, default_lattice, fitted_workspace, Grid
 from control_field.parameters import Parameters
-from control_field.records import Outcome
 from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError, WorkspaceError
 from episode_store.header import EpisodeHeader
@@ -17,7 +16,7 @@ from episode_store.relearn import relearn, Relearner
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeKind, TaskFolder
 from episode_store.workspaces import check_workspaces
-from fitted_bags import demo, HERE, trial
+from fitted_bags import demo, HERE, recorded, trial
 from sample_helpers import bytes_of, sample_copy
 
 
@@ -31,23 +30,6 @@ def known_by_place(field):
     cells = np.argwhere(field.known >= 0)
     offset = field.grid.offset_to(HERE)
     return {tuple((cell + offset).tolist()): int(field.known[tuple(cell)]) for cell in cells}
-
-
-def recorded(task, fold):
-    """Record a demonstration and trials that lead out of every workspace before, one by one."""
-    ways = [[(0, 0), (0, 1), (1, 2)], [(0, -1), (0, -9), (-9, -18)], [(30, 2), (31, 3)]]
-    learnt = [fold.learn(Episode(demo(task, [(0.0, 0.0), (1.0, 1.0), (2.0, 1.0)])))]
-    for way in ways:
-        cells = [way[0]]
-        for corner in way[1:]:
-            while cells[-1] != corner:
-                step = np.sign(np.subtract(corner, cells[-1]))
-                cells.append(tuple((np.array(cells[-1]) + step).tolist()))
-        grid = fold.grid
-        shift = np.array(HERE.offset_to(grid))
-        bag = trial(task, np.array(cells) + shift, grid, driven=grid, outcome=Outcome.GAVE_UP)
-        learnt.append(fold.learn(Episode(bag)))
-    return learnt
 
 
 def test_one_by_one_and_all_at_once_are_the_same_bytes(task):
@@ -99,11 +81,13 @@ def test_a_trial_that_sees_farther_makes_the_workspace_larger(task):
     assert seen[(0, 7 + 17)] == 0
 
 
-def test_decisions_count_by_place_whatever_the_extent_of_the_field_they_were_made_on(task):
+@pytest.mark.parametrize('first', [2, -12])
+def test_decisions_count_by_place_whatever_the_extent_of_the_field_they_were_made_on(task, first):
     demo(task, [(0.0, 0.0), (2.0, 0.0)])
     began = relearn(task.episodes())[0].grid
-    grown = began.window(CellBox(-8, -16, *(n + 7 for n in began.shape)))
-    cells = np.array([(0, n) for n in range(2, 8)])
+    grown = began.window(CellBox(-8, -4, *(n + 7 for n in began.shape)))
+    # Also where a person leads the robot out of it.
+    cells = np.array([(0, n) for n in range(first, first + 6)])
     bag = trial(task, cells + HERE.offset_to(grown), began, driven=grown)
     content = Episode(bag).content
     assert not content.doubt
