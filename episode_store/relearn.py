@@ -257,11 +257,22 @@ class Relearner:
             If no workspace has so many cells.
 
         """
-        learner, workspace = self._learner, self._workspace
-        if learner is None or workspace is None or not places:
+        if self._workspace is None or not places:
             return self
-        larger = workspace.with_places(np.array(places, dtype=np.float64))
-        if larger is workspace or larger.grid is None:
+        larger = self._workspace.with_places(np.array(places, dtype=np.float64)).grid
+        return self if larger is None else self.in_workspace(larger)
+
+    def in_workspace(self, grid: Grid) -> 'Relearner':
+        """
+        Return one that knows the same in a workspace that holds a grid of the lattice, too.
+
+        Itself if that is so already, or the workspace does not fit itself.
+        """
+        learner, workspace = self._learner, self._workspace
+        if learner is None or workspace is None:
+            return self
+        larger = workspace.with_grid(grid)
+        if larger == workspace or larger.grid is None:
             return self
         grown = copy.copy(self)
         grown._workspace, grown._learner = larger, learner.grown_to(larger.grid)

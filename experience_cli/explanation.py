@@ -311,6 +311,7 @@ class Moment:
                 if refresh is not None and refresh.pushed:
                     known = moved(refresh.composition.planned, refresh.field.grid, field.grid,
                                   UNKNOWN)
+        relearner = relearner.in_workspace(field.grid)
         if relearner.refresh is None or relearner.grid != field.grid:
             return None if prototypes is None else ExplainedHeading(field, prototypes, voices_at(
                 field, prototypes, parameters, *cell), 'recorded', cell)

@@ -85,6 +85,14 @@ class FittedWorkspace:
                 box = box if needed is None else box.union(needed)
         return self if box == self.box else FittedWorkspace(self.lattice, box)
 
+    def with_grid(self, grid: Grid) -> 'FittedWorkspace':
+        """Return it with room for all cells of a grid of the lattice; itself for any other."""
+        offset = grid.offset_to(self.lattice)
+        if offset is None:
+            return self
+        box = grid.box.shifted(*offset)
+        return FittedWorkspace(self.lattice, box if self.box is None else box.union(self.box))
+
 
 def _been(record: Demonstration | Trial) -> CellBox | None:
     """Return the cells that a robot was in, or is told to go to."""

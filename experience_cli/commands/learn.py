@@ -206,6 +206,8 @@ def recorded_differs(episode: Episode, relearner: Relearner) -> bool | None:
     if relearner.refresh is None:
         return True
     data = struct_from_cdr(POINT_CLOUD, recorded[0])['data'].tobytes()
+    if relearner.fitted:  # it may have been published in a larger workspace, to hold the robot
+        relearner = relearner.in_workspace(episode.header.grid)
     fields = relearner.field(), relearner.field(exploring=True)
     return data not in map(field_bytes, fields)
 

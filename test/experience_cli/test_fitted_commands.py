@@ -8,11 +8,12 @@ import pytest
 
 from control_field.grid import Grid
 from control_field.parameters import Parameters
+from control_field.records import Outcome
 from episode_store.episode import Episode
 from episode_store.relearn import relearn, Relearner
 from episode_store.task_folder import TaskFolder
 from experience_cli.main import main
-from fitted_bags import demo, HERE, recorded
+from fitted_bags import demo, HERE, recorded, trial
 
 
 @pytest.fixture(scope='module')
@@ -139,3 +140,17 @@ def test_taking_a_bag_out_and_judging_one_learns_anew(said, task):
     assert after.n_cols < before.n_cols
     assert 'learnt anew' in said('label', 'task1/0003', 'success')
     assert HERE.offset_to(after) is not None
+
+
+def test_a_field_that_was_grown_to_hold_the_robot_is_the_relearnt_one(tmp_path, capsys):
+    task = TaskFolder(tmp_path, 'task1')
+    fold = Relearner(None, Parameters(), fitted=True)
+    fold.learn(Episode(demo(task, [(0.0, 0.0), (2.0, 0.0)])))
+    grown = fold.grown_to([(-5.0, 5.0)])
+    start = grown.grid.cell_from_world(-5.0, 5.0)
+    cells = [start, (start[0] - 1, start[1] + 1), (start[0] - 2, start[1] + 2)]
+    trial(task, cells, grown.grid, outcome=Outcome.GAVE_UP, begins=grown)
+    assert main(['learn', str(task.path), '--check']) == 0
+    assert '1 bag with a recorded field, each is the relearnt one' in capsys.readouterr().err
+    assert main(['explain', f'{task.path}/0002_trial', '--at', '0.2', '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['course']['adds_up']
