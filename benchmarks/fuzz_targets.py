@@ -34,8 +34,8 @@ from msgs_bridge.messages.poses import (
     initialpose_from_pose, odometry_from_pose, Pose, pose_from_initialpose, pose_from_odometry,
     pose_from_pose_stamped, pose_stamped_from_pose, variances_from_covariance)
 from msgs_bridge.messages.tables import (
-    cloud_from_decisions, cloud_from_field, cloud_from_prototypes, decisions_from_cloud,
-    field_from_cloud, prototypes_from_cloud)
+    cloud_from_decisions, cloud_from_field, cloud_from_prototypes, decisions_by_place,
+    decisions_from_cloud, field_from_cloud, prototypes_from_cloud)
 from msgs_bridge.messages.trial_status import (
     State, status_from_trial, trial_from_status, TrialStatus)
 from msgs_bridge.messages.velocities import (
@@ -266,7 +266,8 @@ def targets() -> dict[str, Target]:
         'field': _target(field, field_from_cloud),
         'prototypes': _target(cloud_from_prototypes(_prototypes(), GRID), prototypes_from_cloud),
         'decisions': _target(rows, decisions_from_cloud,
-                             lambda msg: decisions_from_cloud(msg, GRID)),
+                             lambda msg: decisions_from_cloud(msg, GRID),
+                             lambda msg: decisions_by_place(msg, GRID)),
         'odometry': _target(odometry, lambda msg: _place(pose_from_odometry(msg))),
         'goal_pose': _target(clicked, lambda msg: _place(pose_from_pose_stamped(msg))),
         'initialpose': _target(placed, lambda msg: _place(pose_from_initialpose(msg)), lambda msg:
@@ -283,9 +284,11 @@ def targets() -> dict[str, Target]:
         'raw_odometry': _column_target(odometry, lambda raw: pose_table(raw, 'odom')),
         'raw_pose': _column_target(clicked, lambda raw: pose_table(raw, 'odom')),
         'raw_placed': _column_target(placed, lambda raw: pose_table(raw, 'odom')),
-        'raw_sight': _column_target(local_grid, lambda raw: local_grid_table(raw, GRID)),
+        'raw_sight': _column_target(local_grid, lambda raw: local_grid_table(raw, GRID),
+                                    lambda raw: local_grid_table(raw, GRID, fitted=True)),
         'raw_wide': _column_target(wide, lambda raw: local_grid_table(raw, GRID)),
-        'raw_decisions': _column_target(rows, lambda raw: decision_table(raw, GRID)),
+        'raw_decisions': _column_target(rows, lambda raw: decision_table(raw, GRID),
+                                        lambda raw: decision_table(raw, GRID, fitted=True)),
         'raw_status': _column_target(status, lambda raw: list(statuses(raw))),
         'raw_twist': _column_target(twist_from_velocity(0.1, 0.2), _read_twist),
         'bag': _bag_target(_read_all, lambda folder: Episode.at(folder).content),
