@@ -122,8 +122,10 @@ class EpisodeHeader:
 
         """
         if self.grid != grid:
+            fits = '' if self.grid.offset_to(grid) is None else (
+                '; leave rows, cols, origin_x and origin_y out and the workspace fits itself')
             raise WorkspaceError(f'{path} was recorded on {self.grid}, '
-                                 f'this workspace is {grid}')
+                                 f'this workspace is {grid}{fits}')
 
     def check_lattice(self, grid: Grid, path: Path) -> None:
         """

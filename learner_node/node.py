@@ -21,6 +21,7 @@ from learner_node.learning.learning_loop import LearningLoop
 from learner_node.learning.task_memory import TaskMemory
 from learner_node.output_handler import OutputHandler
 from learner_node.publications import Publications
+from learner_node.recording.cells_check import CellsCheck
 from learner_node.recording.message_dispatcher import MessageDispatcher
 from learner_node.recording.message_queue import RawMessage
 from learner_node.recording.odometry_check import OdometryCheck
@@ -30,6 +31,9 @@ from learner_node.reports import diagnostic_from_session, PROGRAM
 from learner_node.requests import Requests
 from learner_node.services import LearnerServices
 from learner_node.session.field_monitor import FieldMonitor
+from learner_node.session.inputs import is_running
+from learner_node.session.phases import Phase
+from learner_node.session.room_watch import RoomWatch
 from learner_node.session.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
 from msgs_bridge.node import qos
@@ -47,6 +51,8 @@ _PEERS_PERIOD: Final = 0.2
 #: How often the bag is handed to the system, and the learner tells how it stands, [s].
 _FLUSH_PERIOD: Final = 0.5
 _TELL_PERIOD: Final = 1.0
+#: How often is looked where the robot stands, [s].
+_PLACE_PERIOD: Final = 0.5
 #: So many messages are looked at before others have their turn.
 _BATCH: Final = 100
 #: How long the end waits for what is being learnt, [s].
@@ -84,6 +90,8 @@ class LearnerNode(Node):
         task.hold()
         self._task_memory = TaskMemory(task, grid, parameters, starts, self._settings.fresh)
         self._task_memory.speed_max = self._settings.speed_max
+        self._task_memory.resolution = self._settings.resolution
+        self._cells = CellsCheck(self._settings)
         self._session = Session(
             self._settings,
             lambda: self._task_memory.next_start(self._settings.starts == 'spread'))
@@ -92,9 +100,10 @@ class LearnerNode(Node):
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
         self._named: dict[str, str] = {}
+        self._room_watch = RoomWatch(self._task_memory.has_room)
         self._peers, self._field_monitor = PeerMonitor(self, 'learner'), FieldMonitor()
-        self._peers.describe(workspace_from_grid(grid), method_from_parameters(parameters))
-        self._session.state.why_not = self._peers.why_not
+        self.describe()
+        self._session.state.why_not = self._why_not
         self._make_topics()
         self._make_services()
         self.learning.begin(parameters, time.monotonic())
@@ -107,8 +116,10 @@ class LearnerNode(Node):
         self.learning = LearningLoop(
             self, self._session, self._task_memory, self._publications, self._handler)
         self._dispatcher = MessageDispatcher(
-            self._session, self._task_memory.grid, self._handler.carry_out,
-            OdometryCheck(self._task_memory.grid), ThrottledLog(self))
+            self._session, self._settings.grid, self._handler.carry_out,
+            OdometryCheck(self._settings.frame_id, self._settings.grid), ThrottledLog(self))
+        self._task_memory.robot = lambda: self._dispatcher.place
+        self._task_memory.lattice = lambda: self._cells.lattice(self._dispatcher.local_grid)
         topics = recorded_topics(self._settings)
         self._task_memory.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
         teacher = self._session.demonstration.teacher
@@ -134,6 +145,8 @@ class LearnerNode(Node):
                           clock=steady)
         self.create_timer(_TELL_PERIOD, self.tell, clock=steady)
         self.create_timer(_TELL_PERIOD, self._look_at_field, clock=steady)
+        if self._settings.grid is None:
+            self.create_timer(_PLACE_PERIOD, self._look_at_place, clock=steady)
 
     def _on_settings(self, settings: Settings) -> None:
         self._settings = self._session.state.settings = settings
@@ -215,6 +228,26 @@ class LearnerNode(Node):
             self.say('the controller has another control field than the one learnt here (was a '
                      'second learner there?): it is given this one again', warns=True)
             self.learning.publish_field(self._session.series.n_left > 0)
+
+    def _look_at_place(self) -> None:
+        """Let the field grow to where the robot stands, before a person starts a trial there."""
+        state = self._session.state
+        is_free = state.phase is Phase.IDLE and not is_running(state.inputs.status)
+        if self._room_watch.look(self._dispatcher.place, is_free):
+            self.learning.make_room()
+
+    def _why_not(self, operation: Operation) -> str:
+        """Return why an operation must not be done now; empty if it may."""
+        problem = self._peers.why_not(operation)
+        if problem or operation is not Operation.TEACH or self._settings.grid is not None:
+            return problem
+        return self._cells.problem(self._dispatcher.local_grid, self._task_memory.learnt_grid)
+
+    def describe(self) -> None:
+        """Tell the peers the workspace and the parameters of the method."""
+        grid, is_fitted = self._task_memory.learnt_grid, self._settings.grid is None
+        self._peers.describe(None if grid is None else workspace_from_grid(grid, is_fitted),
+                             method_from_parameters(self._task_memory.relearner.parameters))
 
     def tell(self) -> None:
         """Publish the status of the learner."""

@@ -9,11 +9,12 @@ from control_field.grid import Grid
 from control_field.parameters import check_fields, parameter
 from control_field.poses import StartPose
 from episode_store.task_folder import check_task_name
+from msgs_bridge.node.workspace_settings import check_workspace, set_workspace
 
 #: Settings that the memory or the topics are made from: they hold from start to end.
 FIXED: Final = (
     'task', 'bags', 'new_task', 'fresh', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x',
-    'origin_y', 'simulation', 'lockstep', 'enable_stamped_cmd_vel', 'controller')
+    'origin_y', 'robot_radius', 'simulation', 'lockstep', 'enable_stamped_cmd_vel', 'controller')
 
 
 @dataclass(frozen=True)
@@ -36,13 +37,20 @@ class Settings:
         False, 'begin without the bags that are there; they are set aside, and ~/undo brings them '
         'back')
     frame_id: str = parameter('odom', 'frame of the workspace')
-    rows: int = parameter(20, 'rows of the workspace', unit='cells', low=1, high=2000)
-    cols: int = parameter(20, 'columns of the workspace', unit='cells', low=1, high=2000)
-    resolution: float = parameter(0.25, 'side of a cell', unit='m', low=0.01, high=100.0)
+    rows: int = parameter(
+        0, 'rows of a workspace that is set; 0: it fits itself, and grows with what is driven and '
+        'seen', unit='cells', low=0, high=2000)
+    cols: int = parameter(0, 'its columns, likewise', unit='cells', low=0, high=2000)
+    resolution: float = parameter(
+        0.0, 'side of a cell; 0: that of the bags and of the neighbourhood, else by robot_radius',
+        unit='m', low=0.0, high=100.0)
     origin_x: float = parameter(
-        0.0, 'x of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
-    origin_y: float = parameter(
-        0.0, 'y of the lower left corner of the workspace', unit='m', low=-1e7, high=1e7)
+        0.0, 'x of the lower left corner of a workspace that is set', unit='m', low=-1e7,
+        high=1e7)
+    origin_y: float = parameter(0.0, 'y of that corner', unit='m', low=-1e7, high=1e7)
+    robot_radius: float = parameter(
+        0.105, 'radius of the body: a cell is the smallest multiple of 0.05 m that holds it with '
+        '2 cm to spare on each side', unit='m', low=0.0, high=10.0)
     simulation: bool = parameter(
         False, 'the robot is a simulated one that initialpose may set back')
     lockstep: bool = parameter(
@@ -72,16 +80,16 @@ class Settings:
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
         check_fields(self)
+        check_workspace(self)
         check_task_name(self.task)
         if self.auto_start and not self.simulation:
             raise ValueError('auto_start is true, which needs simulation: true (a real robot '
                              'starts when a person says so)')
 
     @property
-    def grid(self) -> Grid:
-        """Return the workspace."""
-        return Grid(self.rows, self.cols, float(self.resolution), float(self.origin_x),
-                    float(self.origin_y), self.frame_id)
+    def grid(self) -> Grid | None:
+        """Return the workspace; None where it fits itself."""
+        return set_workspace(self)
 
     @property
     def is_stamped(self) -> bool:
@@ -89,14 +97,14 @@ class Settings:
         return self.lockstep or self.enable_stamped_cmd_vel
 
 
-def start_poses_from_list(values: Any, grid: Grid) -> tuple[StartPose, ...]:
+def start_poses_from_list(values: Any, grid: Grid | None) -> tuple[StartPose, ...]:
     """
     Return the poses of a flat list ``x, y, yaw, x, y, yaw, ...``.
 
     Raises
     ------
     ValueError
-        If it is no such list, or a pose lies outside the workspace.
+        If it is no such list, or a pose lies outside a workspace that is set.
 
     """
     numbers = [float(value) for value in values or ()]
@@ -106,7 +114,7 @@ def start_poses_from_list(values: Any, grid: Grid) -> tuple[StartPose, ...]:
     for pose in poses:
         if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
             raise ValueError(f'start_poses: ({pose.x}, {pose.y}, {pose.yaw}) is not finite')
-        if not grid.contains(*grid.cell_from_world(pose.x, pose.y)):
+        if grid is not None and not grid.contains(*grid.cell_from_world(pose.x, pose.y)):
             raise ValueError(f'start_poses: ({pose.x:g}, {pose.y:g}) m lies outside the workspace '
                              f'of {grid.size}')
     return poses

@@ -125,7 +125,7 @@ def running_suite(folder: Path, domain: int, **options) -> Iterator[Suite]:
 def relearnt(task):
     """Return what the bags of a task teach when they are read anew, in order."""
     header = Episode.at(task.episodes()[0].path).header
-    relearner = Relearner(header.grid, header.parameters)
+    relearner = Relearner.for_header(header)
     for episode in task.episodes():
         relearner.learn(Episode(episode))
     return relearner

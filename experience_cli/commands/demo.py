@@ -31,6 +31,8 @@ _MARK: Final = '.experience_demo'
 _BEFORE: Final = 'before'
 #: Ticks a second of the simulator.
 _RATE: Final = 20.0
+#: The learner's workspace is that of the world: the paper's.
+_WORKSPACE: Final = {'rows': 20, 'cols': 20, 'resolution': 0.25}
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -160,7 +162,7 @@ def node_parameters(
         'sim_node': {**common, 'world': 'open', 'rate': _RATE},
         'control_field_node': {**common, **learning},
         'learner_node': {
-            **common, **learning, 'simulation': True, 'task': task,
+            **common, **learning, **_WORKSPACE, 'simulation': True, 'task': task,
             'bags': str((out / 'bags').resolve()), 'auto_trials': arguments.trials}}
 
 

@@ -6,6 +6,7 @@ from functools import partial
 import time
 from typing import Any
 
+from control_field.grid import TooLargeError
 from control_field.parameters import Parameters
 from episode_store.episode import Episode
 from episode_store.gaps import BagGaps, note_gaps
@@ -78,7 +79,7 @@ class LearningLoop:
 
     def publish_field(self, more_trials: bool) -> None:
         """Publish the field, for the next trial where there is one; bags begin with it."""
-        refresh = self._task_memory.refresh
+        refresh = self._task_memory.driven
         if refresh is None:
             # A controller may still hold the field of bags that are gone, or of another task.
             self._publications.publish_nothing(self._task_memory.grid)
@@ -87,6 +88,19 @@ class LearningLoop:
         field = self._task_memory.field(more_trials and self._explores())
         self._handler.latch(
             self._publications.publish_field(field, refresh, self._task_memory.memory))
+
+    def make_room(self) -> None:
+        """Let the published field hold the robot where it stands."""
+        self.worker.do(self._task_memory.make_room, self._on_room_made)
+
+    def _on_room_made(self, future: 'Future[None]') -> None:
+        try:
+            self._result(future)
+        except TooLargeError as error:
+            self._node.say(f'the robot stands too far away from what was learnt: {error}. Drive '
+                           f'it nearer', warns=True)
+            return
+        self.publish_field(self._session.series.n_left > 0)
 
     def _explores(self) -> bool:
         """Return whether the trials of a series explore."""
@@ -155,6 +169,7 @@ class LearningLoop:
     def _learnt(self) -> None:
         """Publish the field, then let the session go on with it."""
         self.publish_field(self._session.series.n_left > 1)
+        self._node.describe()
         self._go_on()
         # Aside, after what somebody waits for.
         self.worker.do(self._task_memory.find_places, self._on_done)

@@ -1,11 +1,16 @@
 """The bags of a task, and what they have taught so far."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, replace
+from functools import partial
+import math
 from typing import Final
 
+import numpy as np
+
 from control_field.drives.plausibility import SPEED_MAX
-from control_field.grid import Grid
+from control_field.grid import default_lattice, fitted_workspace, Grid, TooLargeError
 from control_field.learning.learner import Refresh
 from control_field.parameters import Parameters
 from control_field.poses import StartPose
@@ -21,11 +26,16 @@ from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.undo import bring_back, names_of, take_away, UNDO
 from msgs_bridge.messages.memory_identity import memory_of, NOTHING
+from msgs_bridge.messages.poses import FRAME_OWNERS, problem_with_frame
 from msgs_bridge.messages.trial_status import Label
 from msgs_bridge.untrusted.files import draft_beside
 
 #: Places to teach from that are told of.
 _N_PLACES: Final = 5
+#: Side of a cell where nobody says, [m].
+_SIDE: Final = 0.25
+#: By how much sides of cells may differ that are the same, as a share.
+_SAME_SIDE: Final = 1e-4
 
 
 class TaskMemory:
@@ -35,12 +45,23 @@ class TaskMemory:
     Parameters
     ----------
     task : TaskFolder
-    grid : Grid
+    grid : Grid or None
+        The workspace; None: it fits itself.
     parameters : Parameters
     starts : sequence of StartPose
         Where trials start, in turn; empty: where the demonstrations started.
     fresh : bool
         Whether to set the bags that are there aside.
+
+    Attributes
+    ----------
+    lattice : callable
+        Returns a cell of those that a first demonstration is recorded on, if the workspace fits
+        itself.
+    robot : callable
+        Returns where the robot stands, ``(x, y)`` [m]; None if it was not heard of.
+    resolution : float, [m]
+        Side of the cells that are wanted; 0: that of the bags.
 
     Raises
     ------
@@ -50,7 +71,7 @@ class TaskMemory:
     """
 
     def __init__(
-        self, task: TaskFolder, grid: Grid, parameters: Parameters,
+        self, task: TaskFolder, grid: Grid | None, parameters: Parameters,
         starts: tuple[StartPose, ...] = (), fresh: bool = False,
     ) -> None:
         self.task = task
@@ -62,8 +83,11 @@ class TaskMemory:
         #: Where trials start, ``x y yaw``, and where to teach next, ``x y; x y``, [m, rad].
         self.places: Mapping[str, str] = {}
         self._has_compared = False
-        self._grid = grid
-        self.relearner = Relearner(grid, parameters)
+        self._given = grid
+        self.lattice: Callable[[], Grid] = partial(default_lattice, _SIDE)
+        self.robot: Callable[[], tuple[float, float] | None] = lambda: None
+        self.resolution = 0.0
+        self.relearner = self._driven = self._new_fold(parameters)
         #: Whose field is in force, see `memory_identity`.
         self.memory = NOTHING
         self._starts = starts
@@ -71,10 +95,49 @@ class TaskMemory:
         _check_writable(task)
         self.aside = set_aside(task) if fresh else ''
 
+    def _new_fold(self, parameters: Parameters) -> Relearner:
+        return Relearner(self._given, parameters, fitted=self._given is None)
+
     @property
     def grid(self) -> Grid:
-        """Return the workspace."""
-        return self.relearner.grid or self._grid
+        """Return the workspace that is driven in, or that a first demonstration begins in."""
+        found = self._driven.grid or self._given
+        return found or fitted_workspace(
+            self.lattice(), np.array([self.robot() or (0.0, 0.0)], dtype=np.float64))
+
+    @property
+    def learnt_grid(self) -> Grid | None:
+        """Return the workspace of what was learnt; None where nothing was, in one that fits."""
+        return self.relearner.grid
+
+    @property
+    def driven(self) -> Refresh | None:
+        """Return the newest refresh with room for where trials start and the robot stands."""
+        return self._driven.refresh
+
+    def has_room(self, place: tuple[float, float]) -> bool:
+        """Return whether the field that is driven on holds a robot at a place, [m]."""
+        grid = self._driven.grid
+        if grid is None or self._given is not None:
+            return True
+        row, col = grid.cell_from_world(*place)
+        return grid.contains(row - 1, col - 1) and grid.contains(row + 1, col + 1)
+
+    def make_room(self) -> None:
+        """
+        Let the field that is driven on hold where trials start, and where the robot stands.
+
+        What was learnt stays the same: the next bag begins in this workspace, and is folded into
+        that of the bags.
+
+        Raises
+        ------
+        TooLargeError
+            If no workspace has so many cells.
+
+        """
+        robot, places = self.robot(), [(start.x, start.y) for start in self._starts]
+        self._driven = self.relearner.grown_to(places if robot is None else [*places, robot])
 
     @property
     def refresh(self) -> Refresh | None:
@@ -88,13 +151,14 @@ class TaskMemory:
 
     def field(self, exploring: bool = False) -> ControlField:
         """Return the field for the next trial, see `Learner.trial_field`."""
-        return self.relearner.field(exploring)
+        return self._driven.field(exploring)
 
     def header(self, kind: EpisodeKind) -> Mapping[str, str]:
         """Return the header of a bag that begins now."""
         return EpisodeHeader(kind, self.task.task, self.grid, self.relearner.parameters,
                              self.topics, self.speed_max,
-                             self.memory if kind is EpisodeKind.TRIAL else '').to_mapping()
+                             self.memory if kind is EpisodeKind.TRIAL else '',
+                             fitted=self._given is None).to_mapping()
 
     def relearn(self) -> list[str]:
         """
@@ -115,11 +179,12 @@ class TaskMemory:
         lines, self.aside = [self.aside] if self.aside else [], ''
         lines += self._mend()
         self._compare()
-        fold = Relearner(self.grid, self.relearner.parameters)
+        fold = self._new_fold(self.relearner.parameters)
         learnt_bags = [fold.learn(Episode(folder)) for folder in self.task.episodes()]
+        self._check_cells(fold)
         # Only now: until all of them are learnt from, and if that fails, the field stays.
         self.relearner, self._n_asked = fold, 0
-        self._name_memory()
+        self._settle()
         lines += [f'{learnt_bag.folder.name}: {learnt_bag.note}'
                   for learnt_bag in learnt_bags if learnt_bag.refresh is None]
         if learnt_bags:
@@ -129,6 +194,19 @@ class TaskMemory:
             lines.append(f'{self.task.path}: relearnt from {counted(n_demos, "demonstration")} '
                          f'and {counted(len(kinds) - n_demos, "trial")}')
         return lines
+
+    def _check_cells(self, fold: Relearner) -> None:
+        """Refuse to go on with other cells, or in another frame, than were asked for."""
+        grid, wanted = fold.grid, self.resolution
+        if grid is None or self._given is not None:
+            return
+        if problem := problem_with_frame(
+                grid.frame_id, self.lattice().frame_id, f'{self.task.path}', FRAME_OWNERS):
+            raise BagError(f'{problem}, or begin another task (-p task:=...)')
+        if wanted and not math.isclose(grid.resolution, wanted, rel_tol=_SAME_SIDE):
+            raise BagError(
+                f'{self.task.path} has bags of cells of {grid.resolution:g} m, and resolution is '
+                f'{wanted:g} m: leave resolution out, or begin another task (-p task:=...)')
 
     def _mend(self) -> list[str]:
         """Repair bags that were cut; where the disk refuses, they are read as they are."""
@@ -163,11 +241,15 @@ class TaskMemory:
         episode = Episode(folder)
         gaps = note_gaps(episode)
         learnt_bag = self.relearner.learn(episode)
-        self._name_memory()
+        self._settle()
         return replace(learnt_bag, missing=str(gaps))
 
-    def _name_memory(self) -> None:
+    def _settle(self) -> None:
+        """Name what was learnt, and make room for it to be driven on."""
         refresh = self.refresh
+        self._driven = self.relearner
+        with suppress(TooLargeError):  # who asks for room again is told
+            self.make_room()
         self.memory = NOTHING if refresh is None else memory_of(
             self.task.task, refresh.field, refresh.prototypes)
 

@@ -26,7 +26,8 @@ class MessageDispatcher:
     Parameters
     ----------
     session : Session
-    grid : Grid
+    grid : Grid or None
+        The workspace, if it is set.
     carry_out : callable
         Does what the session wants done.
     check : OdometryCheck
@@ -36,13 +37,15 @@ class MessageDispatcher:
     """
 
     def __init__(
-        self, session: Session, grid: Grid, carry_out: Callable[[Outputs], None],
+        self, session: Session, grid: Grid | None, carry_out: Callable[[Outputs], None],
         check: OdometryCheck, throttled_log: ThrottledLog,
     ) -> None:
         self._session, self._grid = session, grid
         self._carry_out = carry_out
         self._check = check
         self._throttled_log = throttled_log
+        #: The newest local grid, serialised; empty before the first.
+        self.local_grid = b''
         #: Topics that something has arrived on.
         self.topics_heard: set[str] = set()
         #: Stamp of the newest odometry, [ns].
@@ -51,6 +54,11 @@ class MessageDispatcher:
             'odom': self._on_odometry, 'experience': self._on_experience,
             'trial': self._on_trial, 'neighbourhood': self._on_local_grid,
             'cmd_vel': lambda _: self._session.on_command(time.monotonic())}
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Return where the robot was last, ``(x, y)`` [m]; None before it was heard of."""
+        return self._check.place
 
     @property
     def n_refused(self) -> int:
@@ -86,6 +94,7 @@ class MessageDispatcher:
             self._carry_out(self._session.on_pose(pose.x, pose.y, pose.yaw, now))
 
     def _on_local_grid(self, cdr: bytes) -> None:
+        self.local_grid = cdr
         self._carry_out(self._session.on_local_grid(stamp_of(cdr) * 1e-9, time.monotonic()))
 
     def _on_experience(self, cdr: bytes) -> None:

@@ -22,18 +22,23 @@ class OdometryCheck:
 
     Parameters
     ----------
-    grid : Grid
-        The workspace.
+    frame_id : str
+        Of the workspace.
+    grid : Grid or None
+        The workspace, if it is set: outside of it nothing can be learnt.
 
     Attributes
     ----------
+    place : tuple of float or None, [m]
+        Where the robot was last, ``(x, y)``.
     problem : str
         Why nothing can be learnt from the last that was read; empty if something can.
 
     """
 
-    def __init__(self, grid: Grid) -> None:
-        self._grid = grid
+    def __init__(self, frame_id: str, grid: Grid | None = None) -> None:
+        self._frame_id, self._grid = frame_id, grid
+        self.place: tuple[float, float] | None = None
         self.problem = ''
         self._read_at = -math.inf
 
@@ -55,20 +60,24 @@ class OdometryCheck:
         try:
             pose = pose_from_odometry(message_from_cdr(cdr, Odometry))
             frame = pose.frame_id
-            check_frame(frame, self._grid.frame_id, 'odom')
+            check_frame(frame, self._frame_id, 'odom')
         except (ValueError, RuntimeError) as error:
             self.problem = (f'odometry arrives but does not count: {error}'
                             f'{remedy_for_frame(frame)}')
             raise
-        self.problem = self._outside(pose.x, pose.y)
+        self.place, self.problem = (pose.x, pose.y), self._outside(pose.x, pose.y)
         return pose
 
     def _outside(self, x: float, y: float) -> str:
         """Say that a place, [m], lies where nothing can be learnt, and what to do about it."""
-        grid, edge = self._grid, EDGE * self._grid.resolution
+        grid = self._grid
+        if grid is None:
+            return ''
+        edge = EDGE * grid.resolution
         is_inside = (
             -edge <= x - grid.origin_x <= grid.n_cols * grid.resolution + edge
             and -edge <= y - grid.origin_y <= grid.n_rows * grid.resolution + edge)
         return '' if is_inside else (
             f'the robot is at {place_text((x, y))} m, outside the workspace of {grid}: drive it '
-            f'inside, or start learner_node with other origin_x, origin_y, rows or cols')
+            f'inside, or start learner_node with other origin_x, origin_y, rows or cols, or '
+            f'without them: then the workspace fits itself')

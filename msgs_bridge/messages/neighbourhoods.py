@@ -1,6 +1,7 @@
 """Occupancy grids: the robot's local grid, and whole maps."""
 
 from dataclasses import dataclass
+import math
 from typing import Any, Final
 
 from nav_msgs.msg import OccupancyGrid
@@ -128,6 +129,37 @@ def cells_of_local_grid(msg: Any) -> Grid:
     _check_size_of(local.shape, k)
     return Grid(n // k, n // k, local.resolution * k, local.origin_x, local.origin_y,
                 local.frame_id)
+
+
+def lattice_from_local_grid(msg: Any, side: float) -> Grid:
+    """
+    Return cells that a local grid lies on, or that 3 or 5 of its own make up along a side.
+
+    Parameters
+    ----------
+    msg : OccupancyGrid
+    side : float, [m]
+        How large they should be; what is nearest to it is taken.
+
+    Returns
+    -------
+    Grid
+        A cell of them.
+
+    Raises
+    ------
+    ValueError
+        If the size, data length, resolution or origin is wrong.
+
+    """
+    local, _ = _read(msg, 'neighbourhood')
+    ways = [k for k in SUBDIVISIONS
+            if local.n_rows % k == 0 and is_local_grid_size(local.n_rows // k)]
+    _check_size_of(local.shape, 1 if not ways else ways[0])
+    k = min(ways, key=lambda k: abs(math.log(local.resolution * k / side)))
+    # A third that was rounded to single precision, thrice, is the whole again.
+    resolution = local.resolution if k == 1 else float(f'{local.resolution * k:.6g}')
+    return Grid(1, 1, resolution, local.origin_x, local.origin_y, local.frame_id).lattice
 
 
 def neighbourhood_from_grid(msg: Any, grid: Grid, bounded: bool = True) -> Neighbourhood:

@@ -43,7 +43,7 @@ def spread(ros_domain, tmp_path_factory):
 def fold(task):
     """Learn the bags anew; yield each, with the fields and the starts that there were before."""
     header = Episode.at(task.episodes()[0].path).header
-    relearner = Relearner(header.grid, header.parameters)
+    relearner = Relearner.for_header(header)
     for episode in task.episodes():
         fields, starts = (b'', b''), []
         if relearner.refresh:

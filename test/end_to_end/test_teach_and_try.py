@@ -51,14 +51,15 @@ def test_the_same_run_twice_gives_the_same_bytes(taught):
 def test_it_learns_the_task(taught):
     for task, _, said, _ in taught:
         header = Episode.at(task.episodes()[0].path).header
-        relearner = Relearner(header.grid, header.parameters)
+        relearner = Relearner.for_header(header)
         learnt_bags = [relearner.learn(Episode(episode)) for episode in task.episodes()]
         kinds = [learnt_bag.folder.kind for learnt_bag in learnt_bags]
         assert kinds == [EpisodeKind.DEMO, EpisodeKind.TRIAL, EpisodeKind.TRIAL]
         # An answer that is lost is empty: what counts is what the learner does.
         assert not said or '0001' in said
         demo, *trials = learnt_bags
-        assert demo.content.record.cells[-1].tolist() == [16, 15]
+        end = header.grid.world_from_cell(*demo.content.record.cells[-1].tolist())
+        assert end == (3.875, 4.125)
         assert [trial.content.record.outcome for trial in trials] == [Outcome.GOAL] * 2
         assert trials[0].refresh.reinforcements > 0
         assert trials[1].refresh.reinforcements == 0

@@ -71,7 +71,8 @@ class Drive:
     def __init__(self):
         self.session, self.now, self.said = make(), 0.0, []
         self.dispatcher = MessageDispatcher(
-            self.session, None, lambda outputs: None, OdometryCheck(Settings().grid),
+            self.session, None, lambda outputs: None,
+            OdometryCheck('odom', Settings(rows=20, cols=20).grid),
             SimpleNamespace(refused=lambda *_: None))
 
     def go(self, seconds, *, monkeypatch, frame_id='odom', **pose):

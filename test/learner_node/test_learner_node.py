@@ -32,12 +32,17 @@ def empty_bag(tmp_path, **header):
 
 @pytest.mark.parametrize(('parameters', 'words'), [
     ({'task': '../elsewhere'}, ['task', "'../elsewhere'", 'letters']),
-    ({'rows': 0}, ['rows', '1', '2000']),
-    ({'resolution': -1.0}, ['resolution', '0.01']),
+    ({'rows': 20}, ['rows', 'cols', 'leave both out']),
+    ({'rows': 2001, 'cols': 2}, ['rows', '2000']),
+    ({'origin_y': -1.0}, ['origin_y', 'leave the origin out']),
+    ({'resolution': -1.0}, ['resolution', '0']),
+    ({'resolution': 0.001}, ['resolution', '0.01', 'robot_radius']),
+    ({'robot_radius': 0.0}, ['resolution', 'robot_radius']),
     ({'power': 99.0}, ['power', '0.5', '16']),
     ({'starts': 'anywhere'}, ['starts', 'anywhere', 'fixed, spread']),
     ({'start_poses': [1.0, 2.0]}, ['start_poses', '2 numbers']),
-    ({'start_poses': [9.0, 1.0, 0.0]}, ['start_poses', '(9, 1)', 'outside']),
+    ({'start_poses': [9.0, 1.0, 0.0], 'rows': 20, 'cols': 20},
+     ['start_poses', '(9, 1)', 'outside']),
     ({'start_poses': ['a']}, ['start_poses']),
     ({'auto_start': True}, ['auto_start', 'simulation']),
 ])
@@ -75,9 +80,20 @@ def test_what_is_refused_of_one_topic_does_not_hide_another(ros_domain, ros_node
 ])
 def test_bags_of_another_workspace_are_refused(quiet_domain, tmp_path, header, words):
     empty_bag(tmp_path, **header)
-    with start(tmp_path) as process:
+    with start(tmp_path, rows=20, cols=20) as process:
         assert process.wait() == 2, process.report()
     for word in [*words, '0001_trial']:
+        assert word in process.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize(('parameters', 'words'), [
+    ({'resolution': 0.3}, ['bags of cells of 0.25 m', 'resolution is 0.3 m', 'leave resolution']),
+    ({'frame_id': 'map'}, ["frame is 'odom', must be 'map'", 'frame_id:=odom'])])
+def test_bags_of_other_cells_than_are_set_are_refused(quiet_domain, tmp_path, parameters, words):
+    demonstration_bag(tmp_path / 'bags', 200)
+    with start(tmp_path, task='task1', **parameters) as process:
+        assert process.wait() == 2, process.report()
+    for word in [*words, 'bags/task1', 'begin another task']:
         assert word in process.stderr.splitlines()[-1]
 
 
@@ -119,7 +135,7 @@ def test_what_cannot_be_done_is_refused_with_a_reason(ros_domain, ros_node, tmp_
 
 def test_without_bags_there_is_no_field(ros_domain, ros_node, tmp_path):
     fields = collect(ros_node, PointCloud2, 'control_field', qos.LATCHED)
-    with start(tmp_path, rows=7) as process:
+    with start(tmp_path, rows=7, cols=5) as process:
         wait_until(lambda: fields, node=ros_node, processes=[process], what='a field')
     [field] = map(field_from_cloud, fields)
     assert field.is_void
