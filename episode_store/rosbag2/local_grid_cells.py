@@ -109,8 +109,8 @@ def read_cells(messages: RawMessages, columns: Columns, grid: Grid) -> LocalGrid
 
 def _subdivisions(columns: Columns, grid: Grid) -> Rows:
     """Return how many of each message's cells lie along one of the workspace's; 0: none."""
-    resolution = columns.values['resolution'].astype(np.float64)
     with np.errstate(over='ignore', invalid='ignore'):
+        resolution = columns.values['resolution'].astype(np.float64)
         fits = [np.abs(resolution * k - grid.resolution) <= RESOLUTION_TOLERANCE * grid.resolution
                 for k in SUBDIVISIONS]
     return np.select(fits, SUBDIVISIONS, 0).astype(np.int64)
