@@ -50,7 +50,9 @@ def _problem_with_place(grid: Grid, x: float, y: float) -> str:
     """Return that a robot stands outside the workspace, [m]; empty if it does not."""
     if grid.contains(*grid.cell_from_world(x, y)):
         return ''
-    return f'the robot is outside the workspace, at ({x:g}, {y:g}) m'
+    return (f'the robot is outside the workspace of the control field, at ({x:.2f}, {y:.2f}) m: '
+            f'let it stand there until a larger field has come (about a second, where the '
+            f'workspace fits itself), or drive it inside')
 
 
 def problem_with_observation(observation: Observation, grid: Grid, x: float, y: float) -> str:

@@ -100,6 +100,8 @@ class LearningLoop:
             self._node.say(f'the robot stands too far away from what was learnt: {error}. Drive '
                            f'it nearer', warns=True)
             return
+        self._node.say(f'the robot stands where the field did not reach; it has grown to '
+                       f'{self._task_memory.grid.size}')
         self.publish_field(self._session.series.n_left > 0)
 
     def _explores(self) -> bool:

@@ -134,7 +134,7 @@ def outside(**settings):
 
 def test_a_person_drives_where_no_field_is_and_no_trial_begins_there():
     bench = outside()
-    assert 'outside the workspace' in bench.supervisor.start(bench.now)
+    assert 'until a larger field has come' in bench.supervisor.start(bench.now)
     for _ in range(20):
         bench.take(bench.teleop((0.15, 0.0)))
         bench.tick(velocity=bench.velocity)
