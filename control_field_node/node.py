@@ -170,14 +170,14 @@ class ControlFieldNode(Node):
             self._book.local_grid = msg  # only now: one that is refused takes no tick's place
             self._answer_tick()
 
-    def _read_local_grid(self, local_grid: OccupancyGrid | None) -> bool:
+    def _read_local_grid(self, msg: OccupancyGrid | None) -> bool:
         """Read a neighbourhood; before there is a field it lies on cells of its own."""
-        if local_grid is None:
+        if msg is None:
             return False
         try:
-            grid = self.supervisor.grid or cells_of_local_grid(local_grid)
+            grid = self.supervisor.grid or cells_of_local_grid(msg, self._settings.robot_radius)
             neighbourhood = neighbourhood_from_grid(
-                local_grid, grid, bounded=self.supervisor.trial.run is not None)
+                msg, grid, bounded=self.supervisor.trial.run is not None)
         except ValueError as error:
             self.supervisor.refusals.refuse(str(error))
             self.supervisor.sensing.inputs.local_grid.pass_over(time.monotonic(), str(error))

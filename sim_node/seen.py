@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from control_field.local_grid import BLOCKED, cells_from_fine, UNKNOWN
+from control_field.local_grid import BLOCKED, cells_from_fine, SUBDIVISIONS, UNKNOWN
 from control_field.rays import rays_within, visible_cells
 from sim_node.settings import SimSettings
 from world_maps.movers import Disc
@@ -54,7 +54,8 @@ def seen_from(
         What is shown wrongly in a tick is the same however often one looks.
 
     """
-    reach, k = settings.sight_cells // 2, settings.sight_subdivision
+    reach = settings.sight_cells // 2
+    k = settings.sight_subdivision or (1 if world.drawn is None else SUBDIVISIONS[-1])
     window = true_window(world, discs, row, col, reach, k)
     if reach > 1:
         radius = settings.sight_range / world.grid.resolution * k or np.inf

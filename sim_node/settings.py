@@ -77,8 +77,9 @@ class SimSettings:
         0.0, 'what lies farther away is not seen, but for the cells around the robot; 0 for no '
         'limit', unit='m', low=0.0, high=1000.0)
     sight_subdivision: int = parameter(
-        1, 'finer cells along a side of each cell of the local grid: they show where in a cell '
-        'something is; 1, 3 or 5', low=SUBDIVISIONS[0], high=SUBDIVISIONS[-1])
+        0, 'finer cells along a side of each cell of the local grid: they show where in a cell '
+        'something is; 1, 3 or 5, or 0: 5 where cells are made of smaller pixels, else 1', low=0,
+        high=SUBDIVISIONS[-1])
     sight_flips: float = parameter(
         0.0, 'share of the cells it sees that are shown wrongly, at random in each tick: free as '
         'occupied, and the other way round', low=0.0, high=0.5)
@@ -103,8 +104,9 @@ class SimSettings:
                 raise ValueError(f'{name} is empty, must be a name')
         if not is_local_grid_size(self.sight_cells):
             raise ValueError(f'sight_cells is {self.sight_cells}, must be odd')
-        if self.sight_subdivision not in SUBDIVISIONS:
-            raise ValueError(f'sight_subdivision is {self.sight_subdivision}, must be 1, 3 or 5')
+        if self.sight_subdivision not in (0, *SUBDIVISIONS):
+            raise ValueError(f'sight_subdivision is {self.sight_subdivision}, must be 0, 1, 3 or '
+                             f'5')
 
     @property
     def is_stamped(self) -> bool:

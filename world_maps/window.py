@@ -22,8 +22,9 @@ def true_window(
     """
     Return the true state of the cells around one, with what moves; outside the world is blocked.
 
-    A robot may be in a cell that its pixels block, beside the centre. What stands still does not
-    count there: it is clear of it.
+    Where the cells are made of pixels, parts show where in a blocked cell these are. The parts of
+    a free cell are free: what stands in its corners is in nobody's way. In the cell in the middle
+    the robot is, whatever stands there beside it: it is free, and its parts are what they are.
 
     Parameters
     ----------
@@ -44,15 +45,19 @@ def true_window(
 
     """
     window = _cells(world, row, col, reach)
-    if world.drawn is not None:
-        window[reach, reach] = FREE
-    if fine > 1:
-        window = window.repeat(fine, axis=0).repeat(fine, axis=1)
     grid, part = world.grid, world.grid.resolution / fine
     corner = (grid.origin_x + (col - reach) * grid.resolution,
               grid.origin_y + (row - reach) * grid.resolution)
-    if fine > 1 and world.drawn is not None:
-        _show_pixels(window, world.drawn, corner, part, fine)
+    if fine > 1:
+        window = window.repeat(fine, axis=0).repeat(fine, axis=1)
+    if world.drawn is not None:
+        middle = slice(reach * fine, (reach + 1) * fine)
+        window[middle, middle] = FREE
+        if fine > 1:
+            shown = _parts(world.drawn, corner, part, len(window))
+            some = cells_from_fine(shown, fine).repeat(fine, axis=0).repeat(fine, axis=1)
+            window[(shown == FREE) & (some == BLOCKED)] = FREE
+            window[middle, middle] = shown[middle, middle]
     for disc in discs:
         if disc is not None:
             occupy(window, disc, corner, part)
@@ -73,27 +78,21 @@ def _cells(world: World, row: int, col: int, reach: int) -> npt.NDArray[np.int8]
     return window
 
 
-def _show_pixels(
-    window: npt.NDArray[np.int8], pixels: Raster, corner: tuple[float, float], part: float,
-    fine: int,
-) -> None:
-    """
-    Free those parts of blocked cells in which no pixel is blocked, if in others one is; in place.
-
-    The parts of a free cell stay free: what stands in its corners is in nobody's way.
-    """
+def _parts(
+    pixels: Raster, corner: tuple[float, float], part: float, n: int,
+) -> npt.NDArray[np.int8]:
+    """Return which of n x n parts of a side from a corner on have a blocked pixel in them."""
     (first_col, end_col), (first_row, end_row) = (
-        _overlapped(low - start, part, len(window), pixels.grid.resolution, n)
-        for low, start, n in zip(corner, pixels.extent[:2], pixels.grid.shape[::-1], strict=True))
+        _overlapped(low - start, part, n, pixels.grid.resolution, n_pixels)
+        for low, start, n_pixels in zip(
+            corner, pixels.extent[:2], pixels.grid.shape[::-1], strict=True))
     bottom, left = first_row[0], first_col[0]
     patch = pixels.occupancy[bottom:end_row[-1], left:end_col[-1]] != FREE
     sums = np.zeros((patch.shape[0] + 1, patch.shape[1] + 1), dtype=np.int32)
     np.cumsum(np.cumsum(patch, axis=0), axis=1, out=sums[1:, 1:])
     along = sums[end_row - bottom] - sums[first_row - bottom]
     holds = along[:, end_col - left] > along[:, first_col - left]
-    shown = np.where(holds, BLOCKED, FREE).astype(np.int8)
-    some = cells_from_fine(shown, fine).repeat(fine, axis=0).repeat(fine, axis=1)
-    window[(shown == FREE) & (some == BLOCKED)] = FREE
+    return np.where(holds, BLOCKED, FREE).astype(np.int8)
 
 
 def _overlapped(

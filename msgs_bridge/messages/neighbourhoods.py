@@ -8,7 +8,7 @@ from nav_msgs.msg import OccupancyGrid
 import numpy as np
 import numpy.typing as npt
 
-from control_field.grid import Grid
+from control_field.grid import cell_side, Grid
 from control_field.local_grid import (
     BLOCKED, cells_from_fine, FREE, is_local_grid_size, MAX_SIDE, middle_of, SUBDIVISIONS, UNKNOWN)
 from msgs_bridge.messages.poses import (
@@ -113,9 +113,16 @@ def grid_from_neighbourhood(neighbourhood: Neighbourhood, grid: Grid) -> Occupan
     return map_from_occupancy(cells, local, neighbourhood.stamp)
 
 
-def cells_of_local_grid(msg: Any) -> Grid:
+def cells_of_local_grid(msg: Any, robot_radius: float | None = None) -> Grid:
     """
     Return the cells of a local grid as a workspace of their own.
+
+    Parameters
+    ----------
+    msg : OccupancyGrid
+    robot_radius : float, optional, [m]
+        Its cells, or 3 or 5 of them along a side, are cells of this robot, as nearly as may be;
+        by default they are cells.
 
     Raises
     ------
@@ -124,11 +131,18 @@ def cells_of_local_grid(msg: Any) -> Grid:
 
     """
     local, _ = _read(msg, 'neighbourhood')
-    n = local.n_rows
-    k = next((k for k in SUBDIVISIONS if n % k == 0 and is_local_grid_size(n // k)), 1)
-    _check_size_of(local.shape, k)
-    return Grid(n // k, n // k, local.resolution * k, local.origin_x, local.origin_y,
-                local.frame_id)
+    k = _divided(local, None if robot_radius is None else cell_side(robot_radius))
+    return Grid(local.n_rows // k, local.n_rows // k, local.resolution * k, local.origin_x,
+                local.origin_y, local.frame_id)
+
+
+def _divided(local: Grid, side: float | None) -> int:
+    """Return how many of its cells make up a side of one that is as large as it should be."""
+    ways = [k for k in SUBDIVISIONS
+            if local.n_rows % k == 0 and is_local_grid_size(local.n_rows // k)]
+    _check_size_of(local.shape, ways[0] if ways else 1)
+    return ways[0] if side is None else min(
+        ways, key=lambda k: abs(math.log(local.resolution * k / side)))
 
 
 def lattice_from_local_grid(msg: Any, side: float) -> Grid:
@@ -153,10 +167,7 @@ def lattice_from_local_grid(msg: Any, side: float) -> Grid:
 
     """
     local, _ = _read(msg, 'neighbourhood')
-    ways = [k for k in SUBDIVISIONS
-            if local.n_rows % k == 0 and is_local_grid_size(local.n_rows // k)]
-    _check_size_of(local.shape, 1 if not ways else ways[0])
-    k = min(ways, key=lambda k: abs(math.log(local.resolution * k / side)))
+    k = _divided(local, side)
     # A third that was rounded to single precision, thrice, is the whole again.
     resolution = local.resolution if k == 1 else float(f'{local.resolution * k:.6g}')
     return Grid(1, 1, resolution, local.origin_x, local.origin_y, local.frame_id).lattice
