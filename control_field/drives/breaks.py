@@ -6,6 +6,9 @@ from enum import StrEnum
 import math
 from typing import Final
 
+import numpy as np
+import numpy.typing as npt
+
 from control_field.words import counted
 
 
@@ -108,6 +111,16 @@ class Break:
                         f'goes {way} and back again')
         return (f'at {at} the pose leaps by {far} in {self.seconds:.2f} s, {way}, where the robot '
                 f'gets {self.reach:.2f} m at most')
+
+
+def break_between(
+    kind: BreakKind, before: int, after: int, stamps: npt.NDArray[np.float64],
+    xy: npt.NDArray[np.float64], reach: float = math.inf,
+) -> Break:
+    """Return a break between two poses, given by their indices."""
+    (x, y), (next_x, next_y) = xy[before].tolist(), xy[after].tolist()
+    return Break(kind, after, float(stamps[after] - stamps.min()),
+                 float(stamps[after] - stamps[before]), (x, y), (next_x, next_y), reach)
 
 
 #: What is likely behind it, and what to do.

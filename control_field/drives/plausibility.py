@@ -14,11 +14,14 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from control_field.drives.breaks import Break, BreakKind, ImplausibleDriveError, place_text
+from control_field.drives.breaks import (
+    Break, break_between, BreakKind, ImplausibleDriveError, place_text)
 from control_field.drives.dead_reckoning import DeadReckoning, Motion, reckoned
 from control_field.drives.doubts import first_doubt, haste, missing_evidence, unseen
+from control_field.drives.short_holes import led_across, sentence_on_holes
 from control_field.drives.speeds import MOST_SPIKES, period, speed_bound
 from control_field.drives.turned_frame import turned_frames
+from control_field.drives.two_sources import two_sources
 from control_field.words import counted
 
 Floats = npt.NDArray[np.float64]
@@ -32,8 +35,6 @@ POSE_JUMP: Final = 0.1
 _RARE, _LEAST_HOLE = 5.0, 0.5
 #: At most so many poses in a row are poses gone wrong rather than another drive.
 _SPIKE_LENGTH: Final = 3
-#: Leaps to and fro from which on two sources speak, and their share of all leaps.
-_FEWEST_TURNS, _TURNING = 7, 0.3
 #: Share of a cell that a robot which stands still may seem to move.
 _STILL: Final = 0.4
 #: A step of the stamps back that is no message which came late, [s].
@@ -152,10 +153,10 @@ def _whole_poses(
     found = breaks_of(stamps[order], xy[order], limits, _at(motion, order))
     clean, spikes = _without_spikes(stamps, xy, order, limits, motion) if found else (order, ())
     rest = breaks_of(stamps[clean], xy[clean], limits, _at(motion, clean)) if spikes else found
-    sources = _two_sources(stamps[order], xy[order], bool(found), limits)
+    sources = two_sources(stamps[order], xy[order], bool(found), limits.pose_jump)
     # A clock that was set back mixes pieces of one drive; in the order recorded they are apart.
     back = _set_back(stamps, xy, rest or sources)
-    if back and not _two_sources(stamps, xy, bool(found), limits):
+    if back and not two_sources(stamps, xy, bool(found), limits.pose_jump):
         return _last_part(stamps, xy, np.arange(len(stamps)), back, limits, motion)
     if sources is not None:
         raise ImplausibleDriveError([sources])
@@ -185,7 +186,7 @@ def breaks_of(
     said = None if motion is None else reckoned(stamps, xy, motion)
     found = {each.index: each for each in (
         *_unsaid(stamps, xy, limits, motion, said), *_standing(stamps, xy, limits),
-        *_leaps(stamps, xy, limits, said))}
+        *_leaps(stamps, xy, limits, motion, said))}
     return [found[index] for index in sorted(found)] or _too_fast(stamps, xy, limits)
 
 
@@ -202,6 +203,7 @@ def _in_doubt(
         glide = haste(stamps, xy, limits.pose_jump)
     turned = [each for each in _turned(stamps, xy, motion, said) if each.is_doubt]
     doubts = (
+        sentence_on_holes(stamps, xy, np.flatnonzero(_holes(stamps, xy, limits))),
         first_doubt(turned), first_doubt([] if glide is None else [glide]), unseen(
             period(stamps), leap if leap > limits.unknown_way else 0.0, said))
     return replace(drive, doubts=tuple(filter(None, doubts)),
@@ -229,15 +231,22 @@ def _turned(
 
 
 def _leaps(
-    stamps: Floats, xy: Floats, limits: DriveLimits, said: DeadReckoning | None,
+    stamps: Floats, xy: Floats, limits: DriveLimits, motion: Motion | None,
+    said: DeadReckoning | None,
 ) -> list[Break]:
     """Return the steps that are too far for their time, and those nobody knows the way of."""
-    dt, way, usual = np.diff(stamps), _way(xy), period(stamps)
+    dt, way = np.diff(stamps), _way(xy)
     reach = limits.pose_jump + _speed(stamps, xy, limits, said) * dt
     leaps = (way > reach) & (dt > 0.0)
-    holes = (dt > max(_RARE * usual, _LEAST_HOLE)) & (way > limits.unknown_way) & ~leaps
-    return [_break(BreakKind.LEAP if leaps[i] else BreakKind.HOLE, i, i + 1, stamps, xy,
+    holes = _holes(stamps, xy, limits) & ~leaps & ~led_across(stamps, xy, motion, said)
+    return [break_between(BreakKind.LEAP if leaps[i] else BreakKind.HOLE, i, i + 1, stamps, xy,
                    float(reach[i])) for i in np.flatnonzero(leaps | holes).tolist()]
+
+
+def _holes(stamps: Floats, xy: Floats, limits: DriveLimits) -> npt.NDArray[np.bool_]:
+    """Return the steps that last too long to know the way, if the robot moved on."""
+    return np.asarray((np.diff(stamps) > max(_RARE * period(stamps), _LEAST_HOLE))
+                      & (_way(xy) > limits.unknown_way))
 
 
 def _speed(
@@ -257,7 +266,7 @@ def _standing(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
         away = np.hypot(*(xy[first:end] - xy[first]).T)
         if away.max() > limits.pose_jump:
             kind = BreakKind.STANDING if end - first > 2 else BreakKind.LEAP
-            found.append(_break(kind, first, first + int(away.argmax()), stamps, xy,
+            found.append(break_between(kind, first, first + int(away.argmax()), stamps, xy,
                                 limits.pose_jump))
     return found
 
@@ -270,7 +279,8 @@ def _too_fast(stamps: Floats, xy: Floats, limits: DriveLimits) -> list[Break]:
         reach = limits.pose_jump + limits.speed_max * dt
         if (way > reach).any():
             first = int((way > reach).argmax())
-            return [_break(BreakKind.FAST, first, first + lag, stamps, xy, float(reach[first]))]
+            return [break_between(
+                BreakKind.FAST, first, first + lag, stamps, xy, float(reach[first]))]
         lag *= 2
     return []
 
@@ -286,38 +296,8 @@ def _set_back(stamps: Floats, xy: Floats, is_broken: object) -> list[Break]:
     if not is_broken:
         steps = [i for i in steps if len(stamps) - i > 1 + _SPIKE_LENGTH
                  and stamps[i + 1:].max() < stamps[:i + 1].max() - _CLOCK_JUMP]
-    return [replace(_break(BreakKind.BACK, i, i + 1, stamps, xy),
+    return [replace(break_between(BreakKind.BACK, i, i + 1, stamps, xy),
                     at=float(stamps[i] - stamps[0])) for i in steps]
-
-
-def _two_sources(
-    stamps: Floats, xy: Floats, has_breaks: bool, limits: DriveLimits,
-) -> Break | None:
-    """Return where poses leap to and fro, if they do so all the time."""
-    far = np.flatnonzero(_way(xy) > limits.pose_jump)
-    there, back = far[:-1], far[1:]
-    way = np.minimum(_way(xy)[there], _way(xy)[back])
-    returns = np.hypot(*(xy[back + 1] - xy[there]).T) < 0.5 * way
-    share = _TURNING if has_breaks else 2.0 * _TURNING
-    if returns.sum() >= max(_FEWEST_TURNS, share * len(far), 0.02 * len(xy)):
-        first = int(there[returns.argmax()])
-    else:
-        turns = _turns(stamps, xy, limits)
-        if turns.sum() < max(_FEWEST_TURNS, 2.0 * _TURNING * len(turns)):
-            return None
-        first = int(turns.argmax())
-    return _break(BreakKind.SOURCES, first, first + 1, stamps, xy)
-
-
-def _turns(stamps: Floats, xy: Floats, limits: DriveLimits) -> npt.NDArray[np.bool_]:
-    """Return which poses lie far on one side of those around them, the next on the other one."""
-    dt = np.maximum(np.diff(stamps), 0.0)
-    share = (dt[:-1] / np.maximum(dt[:-1] + dt[1:], 1e-9))[:, np.newaxis]
-    aside = xy[1:-1] - ((1.0 - share) * xy[:-2] + share * xy[2:])
-    far = np.hypot(*aside.T) > limits.pose_jump
-    across = (aside[:-1] * aside[1:]).sum(axis=1)
-    both = np.hypot(*aside[:-1].T) * np.hypot(*aside[1:].T)
-    return np.asarray(far[:-1] & far[1:] & (across < -0.5 * both))
 
 
 def _without_spikes(
@@ -346,7 +326,7 @@ def _without_spikes(
                 after = len(order)  # the robot is still where it was a moment before
             if after is None or len(spikes) == MOST_SPIKES:
                 return order, ()
-            spikes.append(_break(BreakKind.LEAP, last, i, at, places))
+            spikes.append(break_between(BreakKind.LEAP, last, i, at, places))
             i = after
             continue
         kept.append(i)
@@ -389,11 +369,3 @@ def _at(motion: Motion | None, index: Indices) -> Motion | None:
 
 def _way(xy: Floats) -> Floats:
     return np.asarray(np.hypot(*np.diff(xy, axis=0).T))
-
-
-def _break(
-    kind: BreakKind, before: int, after: int, stamps: Floats, xy: Floats, reach: float = math.inf,
-) -> Break:
-    (x, y), (next_x, next_y) = xy[before].tolist(), xy[after].tolist()
-    return Break(kind, after, float(stamps[after] - stamps.min()),
-                 float(stamps[after] - stamps[before]), (x, y), (next_x, next_y), reach)

@@ -29,6 +29,8 @@ _STRIDE, _FEW, _DRIVEN, _ASIDE = 0.5, 3, 0.02, 0.4
 _BACK: Final = 1.6
 #: Around it a robot stands that moves no farther, [m], and creeps below that share of its speed.
 _STILL, _SLOW = 0.01, 0.5
+#: Whether the way goes on shows within this time, [s].
+_SOON: Final = 0.15
 
 
 def turned_frames(
@@ -38,7 +40,8 @@ def turned_frames(
     Return where the heading leaps by more than a robot turns in that time, and stays there.
 
     Where the robot creeps just then, and goes back the way it came, that is no more than a doubt
-    (`Break.is_doubt`): a heading that is made from the way it goes leaps there.
+    (`Break.is_doubt`): a heading that is made from the way it goes leaps there. So it is where
+    places go on as before: a frame that turns takes the way with it.
 
     Parameters
     ----------
@@ -61,12 +64,23 @@ def turned_frames(
     beside[beside > 2.0 * TURN_MAX] = 0.0
     reach = TURN_JUMP + np.maximum(_HASTE * beside.max(axis=0), TURN_MAX) * dt
     found = [i for i in np.flatnonzero(np.abs(turn) > reach).tolist() if _stays(yaw, i)]
-    wheels = xy - swing
+    wheels, whole = xy - swing, _at_one_go(turn, rate)
     stride = max(round(_STRIDE / max(period(stamps), 1e-3)), 1)
     return [_break(i, stamps, xy, float(turn[i]), (
-        abs(turn[i]) > _BACK and _is_slow(stamps, wheels, i))) for i in found
+        (abs(turn[i]) > _BACK and _is_slow(stamps, wheels, i))
+        or _goes_on(stamps, wheels, i, float(whole[i])))) for i in found
             if _is_ahead(wheels[i + 1:], yaw[i + 1:], stride)
             and _is_ahead(wheels[i::-1], yaw[i::-1], stride)]
+
+
+def _at_one_go(turn: Floats, rate: Floats) -> Floats:
+    """Return by how much the heading turns with each step and those around it, as fast."""
+    found = turn.copy()
+    fast = np.sign(rate) * (np.abs(rate) > TURN_MAX)
+    for run in np.split(np.arange(len(turn)), np.flatnonzero(np.diff(fast)) + 1):
+        if len(run) and fast[run[0]]:
+            found[run] = turn[run].sum()
+    return found
 
 
 def _stays(yaw: Floats, i: int) -> bool:
@@ -96,6 +110,17 @@ def _is_slow(stamps: Floats, xy: Floats, i: int) -> bool:
     speed, around = way / dt, np.abs(stamps[:-1] - stamps[i]) <= _STRIDE
     usual = float(np.median(speed[way > 0.5 * np.percentile(way, 90)]))
     return bool(way[around].sum() > _STILL and speed[around].min() < _SLOW * usual)
+
+
+def _goes_on(stamps: Floats, xy: Floats, i: int, turn: float) -> bool:
+    """Return whether the way leads on as before a step, though the heading turns in it."""
+    before = np.searchsorted(stamps, stamps[i] - _SOON)
+    after = np.searchsorted(stamps, stamps[i + 1] + _SOON, side='right') - 1
+    ways = np.array([xy[i] - xy[before], xy[after] - xy[i + 1]])
+    if np.hypot(*ways.T).min() <= _STILL:
+        return False
+    bend = float(_wrapped(np.diff(np.arctan2(ways[:, 1], ways[:, 0])))[0])
+    return abs(bend) < 0.5 * abs(turn)
 
 
 def _wrapped(angle: Floats) -> Floats:
