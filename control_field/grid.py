@@ -119,7 +119,7 @@ class Grid:
     def __str__(self) -> str:
         """Say it to people."""
         return (f'{self.n_rows} x {self.n_cols} cells of {self.resolution:g} m from '
-                f'({self.origin_x:g}, {self.origin_y:g}) in {self.frame_id!r}')
+                f'({self.origin_x:.10g}, {self.origin_y:.10g}) in {self.frame_id!r}')
 
     @property
     def size(self) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+import math
 from typing import Any, Final
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy.typing as npt
 
 from control_field.drives.breaks import BreakKind, ImplausibleDriveError
 from control_field.drives.demonstration import (
-    demonstration_from_poses, DemonstrationReport, seen_from)
+    demonstration_from_poses, DemonstrationReport, seen_from, TooShortError)
 from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
 from control_field.records import Demonstration
@@ -25,6 +26,9 @@ _CAN_BE_CUT: Final = (BreakKind.LEAP, BreakKind.UNSAID, BreakKind.TURNED, BreakK
 
 #: So few messages, and so short, [s], are no part of a drive; so far, [m], is driving meanwhile.
 _FEW, _SOON, _SET_OFF = 3, 0.5, 0.05
+
+#: A drive that is shorter is none in cells of any size, [m].
+_SMALLEST: Final = 0.05
 
 #: What a difference of stamps may be off, [0.01 s].
 _ROUNDED: Final = 1e-4
@@ -49,6 +53,27 @@ class NoPoseError(ValueError):
     def __init__(self, refusal: str, frame: str) -> None:
         super().__init__('it has no pose in it' + (f': {refusal}' if refusal else ''))
         self.frame = frame
+
+
+class LeadsNowhereError(ValueError):
+    """
+    A drive ends in the cell where it began.
+
+    Parameters
+    ----------
+    stamps : ndarray, shape (n,), [s]
+    xy : ndarray, shape (n, 2), [m]
+
+    """
+
+    def __init__(
+        self, stamps: npt.NDArray[np.float64], xy: npt.NDArray[np.float64],
+    ) -> None:
+        """Find where it is farthest away, in seconds from the first pose."""
+        super().__init__('nothing to learn from this drive: it ends in the cell where it began, '
+                         'so that it leads nowhere; end the drive at the goal')
+        farthest = int(np.hypot(*(xy - xy[int(stamps.argmin())]).T).argmax())
+        self.farthest = float(stamps[farthest] - stamps.min())
 
 
 def read_drive(
@@ -97,10 +122,8 @@ def read_drive(
         local_grids.unknown[seen], number, speed_max, local_grids.cells[seen], poses.motion,
         fitted)
     if record.cells[0].tolist() == record.cells[-1].tolist():
-        raise ValueError(  # with the loop cut out no way to a goal is left
-            'nothing to learn from this drive: it ends in the cell where it began, so that it '
-            'leads nowhere; end the drive at the goal, or cut it to the way there with '
-            '`experience trim`')
+        # With the loop cut out no way to a goal is left.
+        raise LeadsNowhereError(poses.stamps, poses.xy)
     return replace(record, local_grids=_wide(local_grids, grid, poses)), report, notes
 
 
@@ -151,6 +174,9 @@ def remedy_for_own(error: ValueError, bag: str) -> str:
     if isinstance(error, OutsideWorkspaceError) and error.fitting is not None:
         return ('. Drive within the workspace, or let it fit itself (leave rows, cols, origin_x '
                 'and origin_y out) and show the way again')
+    if isinstance(error, LeadsNowhereError):
+        return (f', or cut it to the way there with `experience trim {bag} --to '
+                f'{error.farthest:.2f}`, where it is farthest away')
     return _remedy_by_cutting(error, 0.0, f'`experience trim {bag} --to {{:.2f}}`')
 
 
@@ -165,6 +191,13 @@ def remedy_for_external(error: ValueError, begins: float) -> str:
         Where in the recording the part that was read begins.
 
     """
+    if isinstance(error, LeadsNowhereError):
+        return (f', or read only the way there: it is farthest away at '
+                f'{begins + error.farthest:.2f} s (--to {begins + error.farthest:.2f})')
+    if isinstance(error, TooShortError) and error.reach > _SMALLEST:
+        side = math.floor(100.0 * error.reach / _FEW) / 100.0
+        return (f', or say that the robot is smaller (--robot-radius) or how small the cells are '
+                f'to be, such as --resolution {side:g}')
     return _remedy_by_cutting(error, begins, '--to {:.2f}')
 
 

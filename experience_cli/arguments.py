@@ -227,8 +227,10 @@ def _list(parser: argparse.ArgumentParser) -> None:
 def _show(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         'Show a bag: what it started from, its topics, and what a person drove or the robot did '
-        'in it. East is the way of x, north that of y.')
+        'in it. East is the way of x, north that of y. Of a bag of another recorder: where each '
+        'of its topics says that the robot was, which would be learnt from, and what of it.')
     _add_bag(parser)
+    parser.add_argument('--out', type=Path, metavar='FILE.png', help='draw the drive here, too')
     parser.add_argument('--json', action='store_true', help='print a JSON object instead')
     _add_external(parser)
 

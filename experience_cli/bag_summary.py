@@ -6,6 +6,7 @@ import shlex
 import sys
 from typing import Any
 
+from control_field.drives.demonstration import DemonstrationReport
 from control_field.grid import Grid
 from control_field.records import Demonstration, Outcome, Trial
 from episode_store.episode import Content, Episode
@@ -127,6 +128,16 @@ def _trial(content: Content, record: Trial) -> dict[str, Any]:
     return values
 
 
+def demonstration_about(
+    demonstration: Demonstration, report: DemonstrationReport, grid: Grid,
+) -> dict[str, Any]:
+    """Return what a demonstration is, ready for JSON."""
+    cells = demonstration.cells.tolist()
+    return {'start_cell': cells[0], 'goal_cell': cells[-1],
+            'start': list(grid.world_from_cell(*cells[0])),
+            'goal': list(grid.world_from_cell(*cells[-1])), 'report': asdict(report)}
+
+
 def time_text(begun: float | None) -> str:
     """Return date and time of day where the robot lives, or that time is simulated."""
     if begun is None:
@@ -136,7 +147,7 @@ def time_text(begun: float | None) -> str:
 
 def grid_text(grid: Grid) -> str:
     """Return a workspace in words."""
-    return f'{grid.size} from ({grid.origin_x:g}, {grid.origin_y:g}) in {grid.frame_id}'
+    return f'{grid.size} from ({grid.origin_x:.10g}, {grid.origin_y:.10g}) in {grid.frame_id}'
 
 
 def size_text(size: int) -> str:

@@ -24,6 +24,24 @@ _STANDING = 0.01
 _BLOCK = 256
 
 
+class TooShortError(ValueError):
+    """
+    A drive does not leave its first cell.
+
+    Parameters
+    ----------
+    message : str
+    reach : float, [m]
+        How far it gets from where it began.
+
+    """
+
+    def __init__(self, message: str, reach: float) -> None:
+        """Keep both."""
+        super().__init__(message)
+        self.reach = reach
+
+
 @dataclass(frozen=True)
 class DemonstrationReport:
     """
@@ -141,7 +159,7 @@ def demonstration_from_poses(
         If no robot can have driven so.
     OutsideWorkspaceError
         If the drive leaves a workspace that does not fit itself.
-    ValueError
+    TooShortError
         If fewer than two cells are left; the message says what was dropped.
 
     """
@@ -172,9 +190,11 @@ def demonstration_from_poses(
         loops_of(cells, at, grid.world_from_cells(cells)), tuple(drive.sentences()),
         drive.missing_evidence)
     if len(path) < 2:
-        raise ValueError(f'nothing to learn from this drive: it leads through '
-                         f'{counted(len(path), "cell")} of {grid.resolution} m ({report}); drive '
-                         f'at least from one cell into the next')
+        reach = float(np.hypot(*(xy - xy[:1]).T).max(initial=0.0))
+        raise TooShortError(
+            f'nothing to learn from this drive: it gets {reach:.2f} m away from where it began, '
+            f'and leads through {counted(len(path), "cell")} of {grid.resolution:g} m ({report}); '
+            f'drive at least from one cell into the next', reach)
     there = seen_from(local_grid_stamps, local_grid_cells, stamps, raw)
     blocked, unknown = _local_grids(
         at, local_grid_stamps[there], local_grid_blocked[there], local_grid_unknown[there])

@@ -30,7 +30,9 @@ Indices = npt.NDArray[np.int64]
 #: Faster than this is no robot that is taught by driving, where nobody says what it can, [m/s].
 SPEED_MAX: Final = 3.0
 #: How far a pose may be off beyond that, [m]: localisation that corrects itself; as in a trial.
+#: In large cells it may be this share of one.
 POSE_JUMP: Final = 0.1
+_JUMP_OF_CELL: Final = 0.4
 #: Time without a pose that is a hole: so many times the usual one, and at least so much, [s].
 _RARE, _LEAST_HOLE = 5.0, 0.5
 #: At most so many poses in a row are poses gone wrong rather than another drive.
@@ -52,14 +54,16 @@ class DriveLimits:
         Side of a cell: what is not known within one is no loss.
     speed_max : float, [m/s]
         The robot is no faster.
-    pose_jump : float, [m]
-        How far a pose may be off beyond what the robot can drive.
 
     """
 
     cell: float
     speed_max: float = SPEED_MAX
-    pose_jump: float = POSE_JUMP
+
+    @property
+    def pose_jump(self) -> float:
+        """Return how far a pose may be off beyond what the robot can drive, [m]."""
+        return max(POSE_JUMP, _JUMP_OF_CELL * self.cell)
 
     @property
     def unknown_way(self) -> float:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from episode_store.external.drive_poses import (
 from episode_store.external.kinds_of_motion import doubts_about_motion
 from episode_store.external.local_grids import described, local_grids_from_scans, read_scans
 from episode_store.external.span import cut, Span
-from episode_store.external.topic_roles import roles_of_topics, scans_in
+from episode_store.external.topic_roles import is_meant, pose_topics, roles_of_topics, scans_in
 from episode_store.external.transforms import read_transforms, topics_of
 from episode_store.external.workspace import Workspace
 from episode_store.rosbag2.any_reader import notes_on, open_bag
@@ -29,6 +30,9 @@ from episode_store.rosbag2.reader import Bag, RawMessages
 from msgs_bridge.sensing.frame_tree import BASES, TF_TYPE, Transforms
 from msgs_bridge.sensing.laser_mount import Mount, mount_from_transform
 from msgs_bridge.sensing.local_grid_from_scan import Body
+
+#: What moves no farther stands still, [m].
+_STILL: Final = 0.01
 
 
 @dataclass(frozen=True)
@@ -129,6 +133,7 @@ class DriveBag(Bag):
 
 def open_drive(
     path: Path | str, workspace: Workspace | Grid, reading: ReadOptions | None = None,
+    bag: Bag | None = None, with_local_grid: bool = True,
 ) -> ExternalDrive:
     """
     Open a bag of others for a workspace.
@@ -140,6 +145,11 @@ def open_drive(
     workspace : Workspace or Grid
         Poses are taken to its frame where `/tf` says how.
     reading : ReadOptions, optional
+    bag : Bag, optional
+        The one that is opened already.
+    with_local_grid : bool
+        Whether local grids are made from all scans, which takes most of the time, or only from
+        the first one, to say whether they could be.
 
     Raises
     ------
@@ -150,7 +160,7 @@ def open_drive(
     """
     if isinstance(workspace, Grid):
         workspace = Workspace(workspace)
-    bag, reading = open_bag(path), reading or ReadOptions()
+    bag, reading = bag or open_bag(path), reading or ReadOptions()
     try:
         reader = _DriveReader(bag, workspace, reading)
         poses = reader.read_poses()
@@ -158,7 +168,7 @@ def open_drive(
         reader.settle(poses, times)
     except BagError as error:
         raise BagError('; '.join([f'{path}: {error}', *notes_on(bag)])) from None
-    reader.make_local_grid(poses)
+    reader.make_local_grid(poses, with_local_grid)
     made, topics = reader.made, {
         role: topic for role, topic in reader.topics.items() if role != 'scan'}
     if times is not None:
@@ -174,6 +184,12 @@ def _left_out(messages: RawMessages, found: DrivePoses) -> list[str]:
     """Say how many messages are no poses in the frame of the first."""
     n = len(messages) - len(found.stamps_ns)
     return [f'{counted(n, "message")} refused: {found.lost[0].why}'] if n else []
+
+
+def _stands(poses: DrivePoses) -> bool:
+    """Return whether poses never move."""
+    places = poses.motions.shift[np.isfinite(poses.motions.shift).all(axis=1), :2]
+    return not len(places) or bool(np.ptp(places, axis=0).max() < _STILL)
 
 
 class _DriveReader:
@@ -209,12 +225,41 @@ class _DriveReader:
             else:
                 return self.read_poses()
             raise
+        found, period = found.measured()
+        if period:
+            notes.append(f'the poses on {self.topics["odom"]} are new every {period:.2g} s and '
+                         f'repeated in between: each counts once')
+        if (other := self._other_than_standing(found)) is not None:
+            self.notes.append(f'{self.topics["odom"]} stands still: where the robot was is read '
+                              f'from {other}')
+            self.topics['odom'] = other
+            return self.read_poses()
         self.read_from = self.topics['odom']
         if notes:
             self.notes += notes
             self.topics['odom'] = self._free_name('odom')
             self.made[self.topics['odom']] = found.messages(self.topics['odom'])
         return found
+
+    def _other_than_standing(self, found: DrivePoses) -> str | None:
+        """
+        Return the topic of poses that moves, for one that was not named and does not.
+
+        Raises
+        ------
+        BagError
+            If several do.
+
+        """
+        if 'odom' in self.reading.names or not _stands(found):
+            return None
+        others = [topic for topic in pose_topics(self.bag) if topic != self.topics['odom']
+                  and self.bag.topics[topic] != TF_TYPE and is_meant(self.bag, topic)
+                  and not _stands(poses_from_messages(self.bag.messages(topic)))]
+        if len(others) > 1:
+            raise BagError(f'{self.topics["odom"]} stands still; name one of {", ".join(others)} '
+                           f'with --odom-topic')
+        return next(iter(others), None)
 
     def settle(self, poses: DrivePoses, times: tuple[int, int] | None) -> None:
         """Let the workspace be that of the drive, as far as it is free to."""
@@ -269,7 +314,7 @@ class _DriveReader:
                 return brought[0], [*notes, *brought[1], *_left_out(messages, found)]
         return found, notes
 
-    def make_local_grid(self, poses: DrivePoses) -> None:
+    def make_local_grid(self, poses: DrivePoses, from_all: bool = True) -> None:
         """Make the local grid from laser scans if there are any; note why not."""
         topic = self.topics.get('scan')
         if 'neighbourhood' in self.topics and 'scan' not in self.reading.names:
@@ -279,8 +324,9 @@ class _DriveReader:
                 self.notes.append(f'no local grid: it may be made from {" or ".join(lasers)}, '
                                   f'name one with --scan-topic')
             return
-        scans = read_scans(self.bag.messages(topic), self.reading.zero_is_no_return,
-                           self._is_stamped)
+        messages = self.bag.messages(topic)
+        scans = read_scans(messages if from_all else messages.first(), (
+            self.reading.zero_is_no_return), self._is_stamped)
         if not scans.scans:
             self.notes.append(f'no local grid: no scan on {topic} makes sense, {scans.refusal}')
             return
@@ -292,6 +338,10 @@ class _DriveReader:
             self.notes.append(f'no local grid from {topic}: {problem}')
             return
         if not len(poses.stamps_ns) or poses.frame_id != self.grid.frame_id.lstrip('/'):
+            return
+        if not from_all:
+            self.notes.append(f'local grids can be made from {counted(len(messages), "scan")} on '
+                              f'{topic}')
             return
         name = self._free_name('neighbourhood')
         self.made[name] = local_grids_from_scans(

@@ -23,6 +23,9 @@ _PLACE: Final = ('x', 'y', 'z')
 _TURN: Final = ('qx', 'qy', 'qz', 'qw')
 #: A correction is kept for so long without a word, [s].
 _SILENT: Final = 1.0
+#: Poses are measured more rarely than they are sent if so many times, or more, they move by so
+#: much, [m], so many times as rarely, but no more rarely than that, [s], evenly for this share.
+_FEWEST, _LONG_STEP, _RARER, _RAREST, _EVEN = 6, 0.05, 3.0, 2.0, 0.7
 
 Integers = npt.NDArray[np.int64]
 
@@ -101,6 +104,37 @@ class DrivePoses:
     def by_log_times(self) -> 'DrivePoses':
         """Return them stamped with the times they were recorded at."""
         return replace(self, stamps_ns=self.log_times, begins_ns=int(self.log_times.min()))
+
+    def measured(self) -> tuple['DrivePoses', float]:
+        """
+        Leave out poses that only repeat the last one that was measured.
+
+        Returns
+        -------
+        poses : DrivePoses
+        period : float, [s]
+            How often they were measured; 0 where that is as often as they were sent.
+
+        """
+        order = np.argsort(self.stamps_ns, kind='stable')
+        seconds, places = self.seconds[order], self.motions.shift[order, :2]
+        steps = np.hypot(*np.diff(places, axis=0).T)
+        changes = np.flatnonzero(steps > 0.0) + 1
+        if len(changes) < _FEWEST or np.median(steps[changes - 1]) < _LONG_STEP:
+            return self, 0.0
+        between, sent = np.diff(seconds[changes]), float(np.median(np.diff(seconds)))
+        period = float(np.median(between))
+        is_even = np.abs(between - period) < 0.5 * period
+        if not _RARER * sent < period <= _RAREST or is_even.mean() < _EVEN:
+            return self, 0.0
+        kept, last = [0], 0
+        moved = np.append(True, steps > 0.0)
+        for i in range(1, len(seconds)):
+            if moved[i] or seconds[i] - seconds[last] >= period:
+                kept.append(last := i)
+        rows = order[kept]
+        return replace(self, stamps_ns=self.stamps_ns[rows], log_times=self.log_times[rows],
+                       motions=self.motions.at(rows)), period
 
     def messages(self, topic: str) -> RawMessages:
         """Return them as PoseStamped messages."""

@@ -2,11 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+import math
 from pathlib import Path
+from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
-from control_field.drives.plausibility import SPEED_MAX
+from control_field.drives.breaks import BreakKind, ImplausibleDriveError
+from control_field.drives.plausibility import DriveLimits, SPEED_MAX, whole_drive
 from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.grid import Grid
 from episode_store.drives import Drive, NoPoseError, read_drive, remedy_for_external
@@ -17,7 +21,14 @@ from episode_store.header import EpisodeHeader
 from episode_store.making import NewBags
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import Bag
+from episode_store.rosbag2.topic_tables import pose_table, PoseTable
 from episode_store.rosbag2.writer import BagWriter
+
+#: A speed that lasts so long, [s], is no leap; a robot may be faster than it was, so many times.
+_LASTING, _SPARE = 2.0, 1.25
+#: From so many leaps on it is no accident; cells in which they may do no harm, [m].
+_MANY: Final = 10
+_SIDES: Final = (0.5, 1.0, 2.0)
 
 
 def demonstration_from_drive(
@@ -50,13 +61,71 @@ def demonstration_from_drive(
         return record, report, (*notes, *drive.notes)
     except ValueError as error:
         where = '' if isinstance(error, BagError) else f'{drive.path}: '
-        said = '; '.join([f'{where}{error}{remedy_for_external(error, drive.begins)}',
-                          *drive.notes])
+        why = _fitting_options(drive, error, speed_max) or (
+            f'{error}{remedy_for_external(error, drive.begins)}')
+        said = '; '.join([f'{where}{why}', *drive.notes])
         if isinstance(error, OutsideWorkspaceError):
             raise OutsideDriveError(said, error.fitting) from None
         if isinstance(error, NoPoseError) and error.frame:
             raise OtherFrameError(said, error.frame) from None
         raise BagError(said) from None
+
+
+def _fitting_options(drive: ExternalDrive, error: ValueError, speed_max: float) -> str:
+    """Say with which options a drive is whole that leaps as it is; empty if there are none."""
+    if not isinstance(error, ImplausibleDriveError) or error.breaks[0].kind not in (
+            BreakKind.LEAP, BreakKind.FAST):
+        return ''
+    poses, cell = _poses(drive), drive.grid.resolution
+    fastest = _lasting_speed(poses.stamps, poses.xy)
+    bounds = {speed_max, max(speed_max, float(math.ceil(_SPARE * fastest)))}
+    larger = _SIDES if len(error.breaks) >= _MANY else ()
+    for side in (cell, *(side for side in larger if side > cell)):
+        for bound in sorted(bounds):
+            if _is_whole(poses, DriveLimits(side, bound)):
+                return _with_options(error, fastest, side if side > cell else None,
+                                     (speed_max, bound))
+    return ''
+
+
+def _with_options(
+    error: ImplausibleDriveError, fastest: float, side: float | None, bounds: tuple[float, float],
+) -> str:
+    said, options = [], []
+    if bounds[1] > bounds[0]:
+        said.append(f'it drives {fastest:.1f} m/s for seconds, and no robot is taken to be faster '
+                    f'than {bounds[0]:g} m/s')
+        options.append(f'--max-speed {bounds[1]:g}')
+    if side is not None:
+        farthest = max(found.distance for found in error.breaks)
+        said.append(f'its places leap by up to {farthest:.2f} m, {len(error.breaks)} times, as a '
+                    f'GPS or another localisation does that corrects itself, and are known no '
+                    f'better than that')
+        options.append(f'--resolution {side:g}')
+    return (f'{"; ".join(said)}. If that is so, it is one drive with {" ".join(options)}')
+
+
+def _is_whole(poses: PoseTable, limits: DriveLimits) -> bool:
+    try:
+        whole_drive(poses.stamps, poses.xy, limits, poses.motion)
+    except ImplausibleDriveError:
+        return False
+    return True
+
+
+def _poses(drive: ExternalDrive) -> PoseTable:
+    return pose_table(drive.bag.messages(drive.topics['odom']), drive.grid.frame_id)
+
+
+def _lasting_speed(
+    stamps: npt.NDArray[np.float64], xy: npt.NDArray[np.float64],
+) -> float:
+    """Return the greatest speed of a drive for some seconds, [m/s]."""
+    order = np.argsort(stamps, kind='stable')
+    seconds = stamps[order] - stamps[order[:1]]
+    edges = np.unique(np.searchsorted(seconds, np.arange(0.0, seconds[-1], _LASTING)))
+    way = np.hypot(*np.diff(xy[order[edges]], axis=0).T)
+    return float((way / np.maximum(np.diff(seconds[edges]), 1e-9)).max(initial=0.0))
 
 
 def check_drive(

@@ -44,7 +44,7 @@ def roles_of_topics(
     """
     found = {role: _named(bag, role, name) for role, name in names.items()}
     for role in ROLES.keys() - names.keys():
-        fitting = [topic for topic in _fitting(bag, role) if _is_meant(bag, topic, with_frames)]
+        fitting = [topic for topic in _fitting(bag, role) if is_meant(bag, topic, with_frames)]
         ending = [topic for topic in fitting if topic.rpartition('/')[2] == role]
         picked = ending or (_likely(bag, fitting) if role in ('odom', 'scan') else [])
         if len(picked) == 1:
@@ -57,12 +57,31 @@ def roles_of_topics(
     return found
 
 
+def why_odom(bag: Bag, topic: str, is_named: bool) -> str:
+    """Say why a topic plays the role of `odom`."""
+    if is_named:
+        return 'it was named'
+    if topic.rpartition('/')[2] == 'odom':
+        return 'it is called so'
+    if bag.topics[topic] == ROLES['odom'][0]:
+        return 'it is the only Odometry'
+    if bag.topics[topic] == TF_TYPE:
+        return 'no topic is Odometry'
+    return 'it is the only one with poses'
+
+
+def pose_topics(bag: Bag) -> list[str]:
+    """Return the topics that may say where something was, those for `odom` first."""
+    return sorted(_fitting(bag, 'odom'), key=lambda topic: (
+        topic.rpartition('/')[2] in _WISHES, ROLES['odom'].index(bag.topics[topic])))
+
+
 def scans_in(bag: Bag) -> list[str]:
     """Return the topics that a local grid could be made from."""
     return _fitting(bag, 'scan')
 
 
-def _is_meant(bag: Bag, topic: str, with_frames: bool) -> bool:
+def is_meant(bag: Bag, topic: str, with_frames: bool = True) -> bool:
     """Return whether a topic of a fitting type may be taken without being named."""
     name = topic.rpartition('/')[2]
     if bag.topics[topic] == TF_TYPE:

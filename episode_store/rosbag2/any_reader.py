@@ -78,6 +78,14 @@ class JoinedBag(Bag):
                        for topic in self.topics}
 
     @property
+    def recorded(self) -> tuple[int, int] | None:  # type: ignore[override]
+        """Return when the first and the last message were received, [ns]."""
+        times = [part.recorded for part in self.parts if part.recorded is not None]
+        if not times:
+            return None
+        return min(first for first, _ in times), max(last for _, last in times)
+
+    @property
     def missing(self) -> str:
         """Return a sentence if part of one of the files is missing."""
         return next(filter(None, (part.missing for part in self.parts)), '')

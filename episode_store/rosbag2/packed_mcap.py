@@ -16,6 +16,8 @@ from episode_store.rosbag2.unpacking import MOST_OF_A_CHUNK, Room, room_for_chun
 
 #: Of a message: its length, and when it was received.
 _HEAD: Final = struct.Struct('<xQ6xQ')
+#: Of a chunk: when its first and last message were received.
+_TIMES: Final = struct.Struct('<QQ')
 
 
 class PackedMcap(Bag):
@@ -43,6 +45,7 @@ class PackedMcap(Bag):
         self._channels = walk.found.channels
         self.damage, self.complete = walk.found.damage, walk.found.complete
         self.topics, self.counts = topics_and_counts(self._channels, walk.counts)
+        self.recorded = walk.recorded
 
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the file."""
@@ -80,6 +83,7 @@ class PackedScan(Scan):
         self.counts: Counter[int] = Counter()
         self.messages: list[bytes] = []
         self.times: list[int] = []
+        self.recorded: tuple[int, int] | None = None
 
     def run(self) -> McapContents:
         """Read up to the last readable record."""
@@ -106,6 +110,7 @@ class PackedScan(Scan):
         if chunk.crc and zlib.crc32(records) != chunk.crc:
             self.lose(start, chunk, 'does not match its checksum')
             return
+        self._note_times(start)
         self._take_over()
         file, self.data, self.at = self.data, memoryview(records), 0
         try:
@@ -113,6 +118,13 @@ class PackedScan(Scan):
         finally:
             self._take_over()
             self.data, self.at = file, start
+
+    def _note_times(self, start: int) -> None:
+        """Note from when to when a chunk is; one without a message says 0."""
+        first, last = _TIMES.unpack_from(self.data, start + RECORD)
+        if last:
+            before = self.recorded or (first, last)
+            self.recorded = min(first, before[0]), max(last, before[1])
 
     def _take_over(self) -> None:
         """Count the messages that were found in the bytes at hand, and copy the wanted ones."""

@@ -66,6 +66,11 @@ class RawMessages:
         """Return the ``n`` bytes at an offset within some messages, shape (len(rows), n)."""
         return take(self.buffer, self.starts[rows] + offset, n)
 
+    def first(self) -> 'RawMessages':
+        """Return the first message alone."""
+        return RawMessages(self.topic, self.type_name, self.buffer, self.starts[:1],
+                           self.sizes[:1], self.log_times[:1])
+
     @classmethod
     def of(
         cls, topic: str, type_name: str, messages: list[bytes], log_times: list[int],
@@ -94,6 +99,8 @@ class Bag(ABC):
         What is wrong with its file; empty for a whole one.
     complete : bool
         Whether no message is missing at the end.
+    recorded : tuple of int, [ns], or None
+        When the first and the last message were received; None where only reading all would tell.
 
     """
 
@@ -103,6 +110,7 @@ class Bag(ABC):
     notes: tuple[str, ...] = ()
     damage: str = ''
     complete: bool = True
+    recorded: tuple[int, int] | None = None
 
     @property
     def missing(self) -> str:
@@ -173,6 +181,12 @@ class BagReader(Bag):
         self.damage, self.complete = found.damage, found.complete
         self.topics, self.counts = topics_and_counts(found.channels, {
             number: len(starts) for number, starts in found.starts.items()})
+
+    @property
+    def recorded(self) -> tuple[int, int] | None:  # type: ignore[override]
+        """Return when the first and the last message were received, [ns]."""
+        times = self._heads(list(self.channels))[0]['log_time']
+        return (int(times.min()), int(times.max())) if len(times) else None
 
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; none if it is not in the file."""

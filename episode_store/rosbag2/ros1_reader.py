@@ -47,6 +47,8 @@ class Ros1Bag(Bag):
             open_regular(path).close()
             with self._opened() as reader:
                 connections = list(reader.connections)
+                if any(item.msgcount for item in connections):
+                    self.recorded = reader.start_time, reader.end_time
         except Exception as error:
             self._unclosed = _unclosed(path)
             if self._unclosed is None:

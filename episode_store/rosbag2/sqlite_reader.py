@@ -45,6 +45,8 @@ class SqliteBag(Bag):
                 self.counts = dict.fromkeys(self.topics, 0)
                 for item in reader.connections:
                     self.counts[item.topic] += item.msgcount
+                if any(self.counts.values()):
+                    self.recorded = reader.start_time, reader.end_time
         except Exception as error:
             raise self._error(error) from None
 

@@ -106,6 +106,7 @@ class UnpackedMessages(Bag):
         self._packed, self.path = packed, packed.path
         self.topics, self.counts, self.notes = packed.topics, packed.counts, packed.notes
         self.damage, self.complete = packed.damage, packed.complete
+        self.recorded = packed.recorded
 
     def messages(self, topic: str) -> RawMessages:
         """Return the messages of a topic; BagError if one cannot be unpacked."""

@@ -3,10 +3,16 @@
 import argparse
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict
+from functools import partial
+import importlib
 import json
 from pathlib import Path
+import sys
 from typing import Any, Final
+
+import numpy as np
 
 from control_field.drives.demonstration import DemonstrationReport
 from control_field.grid import Grid
@@ -16,9 +22,15 @@ from control_field.words import counted, how_it_ended
 from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError
 from episode_store.header import EpisodeHeader
-from experience_cli.bag_summary import grid_text, say_cut, size_text, summary_of, time_text
+from episode_store.rosbag2.errors import BagError
+from experience_cli.bag_argument import find_readable_bag
+from experience_cli.bag_overview import about_external, lines_from_external, overview, Way, way_of
+from experience_cli.bag_summary import (
+    demonstration_about, grid_text, say_cut, size_text, summary_of, time_text)
 from experience_cli.compass import compass, DIRECTIONS
-from experience_cli.external_bags import bag_of, is_borrowed
+from experience_cli.drive_drawing import drawing_lines
+from experience_cli.external_bags import is_borrowed, there
+from experience_cli.output import write_output
 from experience_cli.terminal import table_lines
 
 #: What was done in a step that did not just follow the field.
@@ -30,14 +42,38 @@ _DONE: Final[Mapping[str, str]] = {
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
-    with bag_of(arguments) as folder:
-        episode = Episode(folder)
-        about = about_bag(episode)
+    path = Path(arguments.bag)
+    if is_borrowed(arguments, path):
+        found = overview(arguments, there(path))
+        about = about_external(found, path, arguments.odom_topic is not None)
+        way = way_of(found)
+        lines = lines_from_external(about, way)
+        grid = found.drive.grid if found.drive is not None and found.content else None
+    else:
+        episode = Episode(find_readable_bag(arguments.bag, arguments.bags))
+        about, way, grid = about_bag(episode), driven(episode), episode.header.grid
         say_cut('show', episode)
-    if is_borrowed(arguments, Path(arguments.bag)):
-        about['path'] = str(arguments.bag)
-    print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
+        lines = lines_from(about, way)
+    print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines))
+    if arguments.out is not None:
+        figures = importlib.import_module('experience_cli.figures.drive_figure')  # slow
+        figure = figures.drive_figure(str(arguments.bag), *way, grid)
+        write_output(arguments.out, partial(figure.savefig, format='png'))
+        print(arguments.out, file=sys.stderr if arguments.json else sys.stdout)
     return 0
+
+
+def driven(episode: Episode) -> Way:
+    """Return where the robot was in a bag, and which of that is cut out."""
+    poses = episode.poses
+    sound = np.isfinite(poses.xyyaw).all(axis=1)
+    stamps, path = poses.stamps[sound], poses.xyyaw[sound, :2]
+    cut = np.zeros(len(path), dtype=np.bool_)
+    with suppress(BagError):
+        report = episode.content.report
+        for loop in report.loops if report else ():
+            cut |= (stamps >= loop.first) & (stamps <= loop.last)
+    return path, cut
 
 
 def about_bag(episode: Episode) -> dict[str, Any]:
@@ -77,17 +113,8 @@ def _content(episode: Episode) -> dict[str, Any]:
     grid = episode.header.grid
     if isinstance(content.record, Demonstration):
         assert content.report is not None  # every demonstration has one
-        return {'demonstration': _demonstration(content.record, content.report, grid)}
+        return {'demonstration': demonstration_about(content.record, content.report, grid)}
     return {'decisions': _decisions(content.record, episode.start, grid)}
-
-
-def _demonstration(
-    demonstration: Demonstration, report: DemonstrationReport, grid: Grid,
-) -> dict[str, Any]:
-    cells = demonstration.cells.tolist()
-    return {'start_cell': cells[0], 'goal_cell': cells[-1],
-            'start': list(grid.world_from_cell(*cells[0])),
-            'goal': list(grid.world_from_cell(*cells[-1])), 'report': asdict(report)}
 
 
 def _decisions(trial: Trial, start: float, grid: Grid) -> dict[str, Any]:
@@ -113,7 +140,7 @@ def _event(row: Any, start: float, grid: Grid) -> dict[str, Any]:
         'reward': int(row['reward'])}
 
 
-def lines_from(about: dict[str, Any]) -> list[str]:
+def lines_from(about: dict[str, Any], way: Way) -> list[str]:
     """Return the text for a person."""
     grid, changed = about['grid'], _changed(about['parameters'])
     facts = [
@@ -121,6 +148,7 @@ def lines_from(about: dict[str, Any]) -> list[str]:
         ('folder', f'{about["path"]}, {size_text(about["size"])}'),
         ('began', time_text(about['begun'])),
         ('drive', f'{about["duration"]:.2f} s, stamps from {about["start"]:.3f} s'),
+        *_extent(way),
         ('workspace', grid_text(Grid(**grid)) + (
             ' when it began; it fits itself' if about['fitted'] else '')),
         ('parameters', ', '.join(changed) or 'defaults'),
@@ -131,7 +159,18 @@ def lines_from(about: dict[str, Any]) -> list[str]:
         *([('note', about['note'])] if about['note'] else [])]
     topics = [('topic', 'type', 'messages'), *(
         (each['topic'], each['type'], str(each['messages'])) for each in about['topics'])]
-    return [*_content_lines(about), *table_lines(facts), '', *table_lines(topics, (2,))]
+    drawing = drawing_lines(*way)
+    return [*_content_lines(about), *drawing, *([''] if drawing else []), *table_lines(facts), '',
+            *table_lines(topics, (2,))]
+
+
+def _extent(way: Way) -> list[tuple[str, str]]:
+    """Say how far a drive reaches."""
+    path = way[0]
+    if not len(path):
+        return []
+    (x, y), (high_x, high_y) = path.min(axis=0), path.max(axis=0)
+    return [('extent', f'x from {x:.2f} to {high_x:.2f} m, y from {y:.2f} to {high_y:.2f} m')]
 
 
 def _changed(parameters: dict[str, Any]) -> list[str]:

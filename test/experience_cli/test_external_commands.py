@@ -1,6 +1,7 @@
 """Bags of other recorders without any option, and in other commands than `learn`."""
 
 from itertools import cycle
+import json
 import shutil
 
 import pytest
@@ -150,15 +151,22 @@ class TestOtherCommands:
 
     def test_show(self, tmp_path, run):
         bag = robot_bag(tmp_path / 'tour', to_map=True)
-        out, err = run('show', bag, '--frame', 'map')
-        assert 'tour/0001 (demo, kept)' in out
-        assert f'folder      {bag}, ' in out
+        out, err = run('show', bag, '--frame', 'map', '--out', tmp_path / 'x' / 'drive.png')
+        lines = out.splitlines()
+        assert lines[0].startswith(f"{bag}: a drive of 6.0 s and 2.4 m in 'odom', x from 0.60 to ")
+        assert lines[1] == (f'`experience learn {bag}` learns it: 10 steps from (1.50, 0.50) m to '
+                            f'(4.00, 0.50) m')
         assert 'poses are taken from odom to map by /tf' in out
-        [line] = err.splitlines()
-        assert line.startswith(f'experience show: {bag} is a bag of another recorder, read as ')
-        assert line.endswith('its topics: /odom (120), /scan (60), /tf (144), /tf_static (1)')
-        out, _ = run('show', bag, '--json', '--odom-topic', '/tf')
-        assert '"goal_cell"' in out
+        assert 'local grids can be made from 60 scans on /scan' in out
+        assert err == ''
+        assert (tmp_path / 'x' / 'drive.png').read_bytes().startswith(b'\x89PNG')
+        about = json.loads(run('show', bag, '--json', '--odom-topic', '/tf').out)
+        assert about['demonstration']['goal_cell'] == [12, 20]
+        assert about['would_be_learnt']
+        assert about['why'] == 'it was named'
+        assert [each['topic'] for each in about['sources']] == ['/odom', '/tf']
+        assert about['topics'][1] == {
+            'topic': '/scan', 'type': 'sensor_msgs/msg/LaserScan', 'messages': 60}
 
     def test_inspect_draws_beside_the_bag(self, tmp_path, run):
         bag = robot_bag(tmp_path / 'tour.bag', ros1=True, odometry=False)
