@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from control_field.drives.breaks import place_text
-from control_field.grid import Grid
+from control_field.grid import Grid, TooLargeError
 from control_field.headings import heading_from_step
 from control_field.learning.compose import Composition
 from control_field.learning.growth import FittedWorkspace
@@ -32,6 +32,8 @@ from episode_store.task_folder import EpisodeFolder, TaskFolder
 from episode_store.workspaces import odd_one_named
 from msgs_bridge.messages.frame_hints import remedy_for_frame
 
+#: Cells that a workspace may come to have for a place where nothing was learnt.
+_MOST_FOR_A_PLACE: Final = 2**20
 #: Places to teach from are at least this many cells apart.
 _APART: Final = 4
 
@@ -254,13 +256,18 @@ class Relearner:
         Raises
         ------
         TooLargeError
-            If no workspace has so many cells.
+            If no workspace has so many cells, or it would be much larger than what was learnt:
+            a place may be wrong.
 
         """
-        if self._workspace is None or not places:
+        grid = self.grid
+        if self._workspace is None or grid is None or not places:
             return self
         larger = self._workspace.with_places(np.array(places, dtype=np.float64)).grid
-        return self if larger is None else self.in_workspace(larger)
+        if larger is None:
+            return self
+        _check_moderate(larger, grid)
+        return self.in_workspace(larger)
 
     def in_workspace(self, grid: Grid) -> 'Relearner':
         """
@@ -297,6 +304,13 @@ class Relearner:
         if not cells:
             return None
         return StartPose(*self._learner.grid.world_from_cell(*cells[min(rank, len(cells) - 1)]))
+
+
+def _check_moderate(larger: Grid, learnt: Grid) -> None:
+    n_cells, n_learnt = (grid.n_rows * grid.n_cols for grid in (larger, learnt))
+    most = max(_MOST_FOR_A_PLACE, 2 * n_learnt)
+    if n_cells > most:
+        raise TooLargeError(f'{larger.size} would hold it, which is more than {most} cells')
 
 
 def relearn(folders: Sequence[EpisodeFolder]) -> tuple[Relearner | None, list[LearntBag]]:

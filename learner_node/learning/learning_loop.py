@@ -4,7 +4,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from functools import partial
 import time
-from typing import Any
+from typing import Any, Final
 
 from control_field.grid import TooLargeError
 from control_field.parameters import Parameters
@@ -23,6 +23,10 @@ from learner_node.reports import (
 from learner_node.session.outputs import Outputs
 from learner_node.session.phases import IN_TRIAL, Phase
 from learner_node.session.session import Session
+
+#: Of a robot that the field is not grown to.
+_TOO_FAR: Final = ('the robot, or a start of start_poses, is too far away from what was learnt: {}. '
+                   'Drive it nearer, or begin another task (-p task:=...)')
 
 
 class LearningLoop:
@@ -97,8 +101,7 @@ class LearningLoop:
         try:
             self._result(future)
         except TooLargeError as error:
-            self._node.say(f'the robot stands too far away from what was learnt: {error}. Drive '
-                           f'it nearer', warns=True)
+            self._node.say(_TOO_FAR.format(error), warns=True)
             return
         self._node.say(f'the robot stands where the field did not reach; it has grown to '
                        f'{self._task_memory.grid.size}')
@@ -171,6 +174,8 @@ class LearningLoop:
     def _learnt(self) -> None:
         """Publish the field, then let the session go on with it."""
         self.publish_field(self._session.series.n_left > 1)
+        if self._task_memory.too_far:
+            self._node.say(_TOO_FAR.format(self._task_memory.too_far), warns=True)
         self._node.describe()
         self._go_on()
         # Aside, after what somebody waits for.

@@ -1,7 +1,6 @@
 """The bags of a task, and what they have taught so far."""
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
 import math
@@ -62,6 +61,8 @@ class TaskMemory:
         Returns where the robot stands, ``(x, y)`` [m]; None if it was not heard of.
     resolution : float, [m]
         Side of the cells that are wanted; 0: that of the bags.
+    too_far : str
+        Why the field has no room for where trials start, or the robot stands; empty if it has.
 
     Raises
     ------
@@ -87,6 +88,7 @@ class TaskMemory:
         self.lattice: Callable[[], Grid] = partial(default_lattice, _SIDE)
         self.robot: Callable[[], tuple[float, float] | None] = lambda: None
         self.resolution = 0.0
+        self.too_far = ''
         self.relearner = self._driven = self._new_fold(parameters)
         #: Whose field is in force, see `memory_identity`.
         self.memory = NOTHING
@@ -247,9 +249,11 @@ class TaskMemory:
     def _settle(self) -> None:
         """Name what was learnt, and make room for it to be driven on."""
         refresh = self.refresh
-        self._driven = self.relearner
-        with suppress(TooLargeError):  # who asks for room again is told
+        self._driven, self.too_far = self.relearner, ''
+        try:
             self.make_room()
+        except TooLargeError as error:
+            self.too_far = str(error)
         self.memory = NOTHING if refresh is None else memory_of(
             self.task.task, refresh.field, refresh.prototypes)
 

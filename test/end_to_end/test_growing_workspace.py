@@ -36,14 +36,14 @@ def world(tmp_path):
 
 
 def show(suite, *steps):
-    """Drive a demonstration by steps ``(x, y)``, [m], from where the robot is; return the answer."""
+    """Drive a demonstration by steps ``(x, y)``, [m], from where the robot is."""
     place = suite.node.odometry.pose.pose.position
     points = [(place.x, place.y)]
     for x, y in steps:
         points.append((points[-1][0] + x, points[-1][1] + y))
     suite.node.ask('learner_node/record_demonstration', True)
     suite.node.drive(Driver(points), lambda share: None)
-    return suite.node.ask('learner_node/record_demonstration', False)
+    suite.node.ask('learner_node/record_demonstration', False)
 
 
 def test_what_grew_while_it_was_taught_and_tried_is_what_the_bags_teach(

@@ -56,6 +56,12 @@ def test_beside_the_edge_there_is_room_for_what_the_robot_sees(fold):
     assert fold.grown_to([(x, y)]).grid.n_rows == grid.n_rows + 8
 
 
+def test_a_place_that_is_likely_wrong_does_not_fill_the_memory(fold):
+    with pytest.raises(TooLargeError, match='would hold it'):
+        fold.grown_to([(400.0, 400.0)])
+    assert fold.grown_to([(400.0, 0.0)]).grid.n_cols > 1600
+
+
 def test_a_robot_on_the_other_side_of_the_earth_is_too_far(fold):
     with pytest.raises(TooLargeError, match='resolution'):
         fold.grown_to([(1e6, 1e6)])

@@ -144,6 +144,7 @@ class TestTaskMemory:
             memory.make_room()
         memory.relearn()
         assert memory.grid == grid
+        assert 'resolution' in memory.too_far
 
     def test_other_cells_than_are_asked_for_are_refused(self, task):
         memory = TaskMemory(task, None, Parameters())
