@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from control_field.parameters import check_fields, parameter
+from control_field.robot.footprint import footprint_from_text
 from control_field.robot.limits import Limits
 from control_field.robot.stop_rules import StopRules
 
@@ -47,6 +48,9 @@ class Settings:
         3.2, 'greatest change of turning rate', unit='rad/s^2', low=0.1, high=50.0)
     robot_radius: float = parameter(
         0.105, 'radius of the body', unit='m', low=0.0, high=2.0)
+    footprint: str = parameter(
+        '', "outline of a body that is no disc, as Nav2's costmaps take it: [[x, y], ...], [m] "
+        'from its middle; empty: the disc of robot_radius')
     arrival_tolerance: float = parameter(
         0.25, 'how far before a centre the next step is decided, in cells', unit='cells',
         low=0.02, high=0.45)
@@ -133,6 +137,7 @@ class Settings:
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
         check_fields(self)
+        footprint_from_text(self.footprint)
 
     @property
     def has_pose_topic(self) -> bool:
@@ -152,7 +157,8 @@ class Settings:
     @property
     def limits(self) -> Limits:
         """Return what the robot's body can do."""
-        return Limits(self.v_max, self.w_max, self.a_max, self.alpha_max, self.robot_radius)
+        return Limits(self.v_max, self.w_max, self.a_max, self.alpha_max, self.robot_radius,
+                      footprint_from_text(self.footprint))
 
     @property
     def rules(self) -> StopRules:

@@ -272,6 +272,29 @@ def _repair(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('bags', nargs='+', type=Path, metavar='BAG_OR_TASK', help=_BAG_OR_TASK)
 
 
+def _robot(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Write a parameter file for your robot, like those of config/robots: body, speeds, '
+        'wheels, where the laser sits. Each value says where it was taken from, or that it is TO '
+        'BE CHECKED.')
+    subparsers = parser.add_subparsers(dest='source', metavar='SOURCE', required=True)
+    urdf = subparsers.add_parser('from-urdf', help='from the description of the robot')
+    urdf.add_argument('file', type=Path, metavar='FILE.urdf',
+                      help='the description; xacro has to be expanded: `xacro FILE > robot.urdf`')
+    urdf.add_argument('--params', action='append', type=Path, default=[], metavar='FILE.yaml',
+                      help='a parameter file of Nav2 or ros2_control as well; may be given again')
+    urdf.add_argument('--laser', metavar='LINK', help='the link whose scans are read')
+    urdf.add_argument('--base-frame', metavar='LINK',
+                      help='the link that odometry is of (base_footprint or base_link)')
+    urdf.add_argument('--packages', action='append', type=Path, default=[], metavar='FOLDER',
+                      help='where the packages of its meshes are; may be given again')
+    nav2 = subparsers.add_parser('from-nav2', help='from parameter files of Nav2 or ros2_control')
+    nav2.add_argument('file', type=Path, metavar='FILE.yaml')
+    nav2.add_argument('params', nargs='*', type=Path, metavar='FILE.yaml', help='more of them')
+    for each in (urdf, nav2):
+        each.add_argument('--output', metavar='OUT.yaml', help='where to write it (the terminal)')
+
+
 def _add_bag(parser: argparse.ArgumentParser) -> None:
     """Add the argument that names a bag, and the option that says where all bags are."""
     parser.add_argument('bag', metavar='TASK/NUMBER',
@@ -345,4 +368,5 @@ COMMANDS: Final = {
     'label': Command('label', 'say that a bag was a success or a failure', _label),
     'trim': Command('trim', 'cut a demonstration to a span of time', _trim),
     'forget': Command('forget', 'take a bag out of the memory; --undo brings it back', _forget),
-    'repair': Command('repair', 'mend recordings that broke off', _repair)}
+    'repair': Command('repair', 'mend recordings that broke off', _repair),
+    'robot': Command('robot', 'write a parameter file for a robot, from its URDF', _robot)}

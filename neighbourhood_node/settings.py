@@ -7,6 +7,7 @@ from typing import Final
 from control_field.grid import default_lattice, Grid
 from control_field.local_grid import is_local_grid_size, MAX_SIDE, SUBDIVISIONS
 from control_field.parameters import check_fields, parameter
+from control_field.robot.footprint import footprint_from_text
 from msgs_bridge.node.workspace_settings import check_workspace, set_workspace, side_of_cells
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.local_grid_from_scan import Body, Extent
@@ -57,7 +58,12 @@ class NeighbourhoodSettings:
     sight_subdivision: int = parameter(
         1, 'finer cells along a side of each cell of the neighbourhood: they show where in a cell '
         'something is; 1, 3 or 5', low=SUBDIVISIONS[0], high=SUBDIVISIONS[-1])
-    robot_radius: float = parameter(0.105, 'radius of the body', unit='m', low=0.0, high=2.0)
+    robot_radius: float = parameter(
+        0.105, 'radius of the disc that fits into a free cell: the body, or what is taken for it',
+        unit='m', low=0.0, high=2.0)
+    footprint: str = parameter(
+        '', 'outline of a body that is no disc: [[x, y], ...], [m] from its middle; returns on it '
+        "are the robot's own; empty: those in the disc of robot_radius are")
     seen_share: float = parameter(
         0.5, 'share of a cell that must be seen before it is called free', low=0.01, high=1.0)
     laser_x: float = parameter(
@@ -93,6 +99,7 @@ class NeighbourhoodSettings:
         """Validate every value against its declaration."""
         check_fields(self)
         check_workspace(self)
+        footprint_from_text(self.footprint)
         if not is_local_grid_size(self.sight_cells):
             raise ValueError(f'sight_cells is {self.sight_cells}, must be odd')
         if self.sight_subdivision not in SUBDIVISIONS:
@@ -124,4 +131,5 @@ class NeighbourhoodSettings:
     @property
     def body(self) -> Body:
         """Return the robot's size, and how far a scan is trusted."""
-        return Body(self.robot_radius, self.accuracy, self.seen_share)
+        return Body(self.robot_radius, self.accuracy, self.seen_share,
+                    footprint_from_text(self.footprint))

@@ -40,6 +40,7 @@ INNER = {
     'experience_cli.commands': 'a module a command, imported when it is called',
     'experience_cli.figures': 'fields, maps, paths and learning, drawn',
     'experience_cli.demo': 'real nodes, taught and tried',
+    'experience_cli.robot': 'URDF and Nav2 read',
     'experience_evaluation.methods': '',
     'episode_store.external': "others' bags",
     'episode_store.rosbag2': '',

@@ -3,9 +3,9 @@
 import math
 from typing import Final
 
-from control_field.robot.collision_monitor import MARGIN, stopping_time
-from control_field.robot.limits import Limits, STANDSTILL, Velocity
-from control_field.robot.obstacle_boxes import distance_to_box, LocalGrid
+from control_field.robot.collision_monitor import gap_between, stopping_time
+from control_field.robot.limits import Limits, MARGIN, STANDSTILL, Velocity
+from control_field.robot.obstacle_boxes import LocalGrid
 
 #: Share of its greatest speed that it backs off with, and how far that is looked ahead, [m].
 _SPEED: Final = 0.5
@@ -32,15 +32,14 @@ def backing_off(
     """
     v = _SPEED * limits.v_max
     x, y, yaw = pose
-    keep = limits.radius + MARGIN + (
-        local_grid.mover_speed * stopping_time(limits.v_max, dt, limits))
-    near = [box for box in local_grid.moving if distance_to_box(x, y, box) < keep]
+    keep = MARGIN + local_grid.mover_speed * stopping_time(limits.v_max, dt, limits)
+    near = [box for box in local_grid.moving if gap_between(pose, box, limits) < keep]
     if not local_grid.backs_off or not near:
         return STANDSTILL
 
     def room(ahead: float) -> float:
-        return min(distance_to_box(x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), box)
-                   for box in near)
+        there = x + ahead * math.cos(yaw), y + ahead * math.sin(yaw), yaw
+        return min(gap_between(there, box, limits) for box in near)
 
     forward, backward = room(_AHEAD), room(-_AHEAD)
     if max(forward, backward) <= room(0.0):

@@ -6,7 +6,7 @@ shows. A command passes as far as it is finite, within the limits of speed and a
 far as the robot's disc, driving its arc and then braking, touches no cell that the local grid
 shows blocked and stays within the nine cells. The robot stands where something reaches into its
 own cell, and where something that moves could reach it before it stands. Turning on the spot moves
-no disc and always passes.
+no disc and always passes; a body with a `Footprint` turns as far as its corners touch nothing.
 """
 
 from collections.abc import Callable
@@ -14,12 +14,13 @@ from enum import StrEnum
 import math
 from typing import Final
 
+from control_field.robot.footprint_sweep import (
+    gap_to_box, is_clear_for, share_of_turn, SHARES)
 from control_field.robot.limits import (
-    Limits, STANDSTILL, Velocity, within_acceleration, within_speed)
-from control_field.robot.obstacle_boxes import distance_to_box, distance_to_edge, LocalGrid
+    Limits, MARGIN, STANDSTILL, Velocity, within_acceleration, within_speed)
+from control_field.robot.obstacle_boxes import (
+    Box, distance_to_box, distance_to_edge, LocalGrid)
 
-#: Distance kept from what is blocked, beyond the body, [m].
-MARGIN: Final = 0.001
 #: Distance between the points at which the arc is looked at, [m].
 SPACING: Final = 0.005
 #: How much of its way must lead straight away from what may reach the robot.
@@ -71,19 +72,48 @@ def clear_of_obstacles(
     """Return the velocity, slowed as far as its braking way needs."""
     v, w = velocity
     if abs(v) < SLOWEST:
-        return (0.0, w), Intervention.NONE
+        return turned((0.0, w), dt, pose, local_grid, limits, Intervention.NONE)
     if not is_within(pose, local_grid):
-        return (0.0, w), Intervention.NO_LOCAL_GRID
+        return turned(velocity, dt, pose, local_grid, limits, Intervention.NO_LOCAL_GRID)
     if local_grid.is_entered:
-        return (0.0, w), Intervention.ENTERED
-    for share in (1.0, 0.5, 0.25):
-        velocity = share * v, w
-        if is_clear(velocity, dt, pose, local_grid, limits) and (
-                is_out_of_reach(velocity, dt, pose, local_grid, limits)):
-            return velocity, Intervention.NONE if share == 1.0 else Intervention.SLOWED
-    if is_clear(velocity, dt, pose, local_grid, limits):
-        return (0.0, w), Intervention.MOVING
-    return (0.0, w), Intervention.BLOCKED
+        return turned(velocity, dt, pose, local_grid, limits, Intervention.ENTERED)
+    for share in SHARES:
+        slower = share * v, w
+        if is_clear(slower, dt, pose, local_grid, limits) and (
+                is_out_of_reach(slower, dt, pose, local_grid, limits)):
+            return slower, Intervention.NONE if share == 1.0 else Intervention.SLOWED
+    moves = is_clear((SHARES[-1] * v, w), dt, pose, local_grid, limits)
+    return turned(velocity, dt, pose, local_grid, limits,
+                  Intervention.MOVING if moves else Intervention.BLOCKED)
+
+
+def turned(
+    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid,
+    limits: Limits, why: Intervention,
+) -> tuple[Velocity, Intervention]:
+    """
+    Return what is left of a velocity on the spot; a disc turns there whatever is around it.
+
+    Parameters
+    ----------
+    velocity : tuple of float, [m/s] and [rad/s]
+        The robot may still roll by its speed.
+    dt, pose, local_grid, limits
+        As for `limit_command`.
+    why : Intervention
+        Why the robot may not drive, or NONE where it is not to.
+
+    """
+    v, w = velocity
+    if limits.footprint is None or abs(w) < SLOWEST:
+        return (0.0, w), why
+    if local_grid.is_entered or not is_within(pose, local_grid):
+        unknown = Intervention.ENTERED if local_grid.is_entered else Intervention.NO_LOCAL_GRID
+        return STANDSTILL, unknown
+    share = share_of_turn(limits.footprint, (v, w), dt, pose, local_grid, limits)
+    if share == 1.0 or why is not Intervention.NONE:
+        return (0.0, share * w), why
+    return (0.0, share * w), Intervention.SLOWED if share else Intervention.BLOCKED
 
 
 #: What slows a velocity down for what is in its way.
@@ -109,7 +139,7 @@ def limit_command(
     pose : tuple of float
         ``(x, y, yaw)``, [m] and [rad].
     local_grid : LocalGrid or None
-        None where there is no local grid: then the robot may only turn.
+        None where there is no local grid: then the robot may only turn, if it is a disc.
     limits : Limits
         What the robot can do.
     slowed : callable
@@ -131,7 +161,8 @@ def limit_command(
     slow = within_speed(command, limits)
     ramped = within_speed(within_acceleration(slow, previous, dt, limits), limits)
     if local_grid is None:
-        return (0.0, ramped[1]), Intervention.NO_LOCAL_GRID
+        turn = 0.0 if limits.footprint is not None else ramped[1]
+        return (0.0, turn), Intervention.NO_LOCAL_GRID
     velocity, reason = slowed(ramped, dt, pose, local_grid, limits)
     if reason is not Intervention.NONE:
         return velocity, reason
@@ -161,10 +192,12 @@ def is_clear(
     limits: Limits,
 ) -> bool:
     """
-    Return whether the disc touches nothing on its arc and braking way.
+    Return whether the body touches nothing on its arc and braking way.
 
-    A disc that overlaps something already (a noisy pose) may move as long as it gets no deeper.
+    One that overlaps something already (a noisy pose) may move as long as it gets no deeper.
     """
+    if limits.footprint is not None:
+        return is_clear_for(limits.footprint, velocity, dt, pose, local_grid, limits)
     v, w = velocity
     x, y, yaw = pose
     way = braking_way(v, dt, limits)
@@ -200,15 +233,23 @@ def is_out_of_reach(
     v, w = velocity
     x, y, yaw = pose
     way, bend = braking_way(v, dt, limits), w / abs(v)
-    keep = limits.radius + MARGIN + local_grid.mover_speed * stopping_time(v, dt, limits)
-    near = [(box, distance) for box in local_grid.moving
-            if (distance := distance_to_box(x, y, box)) < keep + way]
+    keep = MARGIN + local_grid.mover_speed * stopping_time(v, dt, limits)
+    near = [(box, gap) for box in local_grid.moving
+            if (gap := gap_between(pose, box, limits)) < keep + way]
     for share in (0.25, 0.5, 0.75, 1.0) if near else ():
         px, py = _on_arc(x, y, yaw, math.copysign(way * share, v), bend)
+        place = px, py, yaw + bend * way * share
         away = AWAY * way * share if local_grid.backs_off else math.inf
-        if any(distance_to_box(px, py, box) < min(keep, start + away) for box, start in near):
+        if any(gap_between(place, box, limits) < min(keep, start + away) for box, start in near):
             return False
     return True
+
+
+def gap_between(place: tuple[float, float, float], box: Box, limits: Limits) -> float:
+    """Return how far the body at a place is from a box, [m]; negative where they overlap."""
+    if limits.footprint is not None:
+        return gap_to_box(limits.footprint, place, box)
+    return distance_to_box(place[0], place[1], box) - limits.radius
 
 
 def _on_arc(x: float, y: float, yaw: float, s: float, bend: float) -> tuple[float, float]:

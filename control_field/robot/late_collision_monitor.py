@@ -13,9 +13,10 @@ from typing import Final
 
 from control_field.robot.collision_monitor import (
     braking_way, clear_of_obstacles, Intervention, is_out_of_reach, is_within, limit_command,
-    MARGIN, SLOWEST, SPACING)
+    SLOWEST, SPACING, turned)
+from control_field.robot.footprint_sweep import FootprintRoom, ways_to_stop
 from control_field.robot.latency import Lag
-from control_field.robot.limits import Limits, Velocity
+from control_field.robot.limits import Limits, MARGIN, Velocity
 from control_field.robot.obstacle_boxes import Box, distance_to_box, distance_to_edge, LocalGrid
 from control_field.robot.sent_commands import moved, Piece, Place
 
@@ -24,6 +25,10 @@ from control_field.robot.sent_commands import moved, Piece, Place
 SHARES: Final = (
     1.0, 0.92, 0.84, 0.76, 0.68, 0.6, 0.52, 0.45, 0.38, 0.32, 0.26, 0.2, 0.15, 0.1, 0.07, 0.05)
 _CREEPING: Final = 0.01
+#: Those of a body that is no disc, which costs more to look at; and its margin, [m]: it is looked
+#: at in places twice as far apart, or as what is near leaves room.
+_FEW_SHARES: Final = (1.0, 0.7, 0.45, 0.26, 0.15, 0.07)
+_MARGIN: Final = 0.005
 #: How long a command is followed until it is seen that the ones before it were late, [s].
 NOTICED: Final = 0.2
 
@@ -36,7 +41,18 @@ class _Room:
     seen: Box
     edge: float
 
-    def holds(self, x: float, y: float) -> bool:
+    def sweep(self, place: Place, way: list[Piece]) -> Place | None:
+        """Return where a way ends; None if the disc touches something on it."""
+        for v, w, seconds in way:
+            n = max(1, math.ceil(abs(v) * seconds / SPACING))
+            part = (v, w, seconds / n)
+            for _ in range(n):
+                place = moved(place, part)
+                if v and not self._holds(place[0], place[1]):
+                    return None
+        return place
+
+    def _holds(self, x: float, y: float) -> bool:
         return distance_to_edge(x, y, self.seen) >= self.edge and all(
             distance_to_box(x, y, box) >= least for box, least in self.boxes)
 
@@ -50,24 +66,45 @@ def limit_late_command(
         velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid, limits: Limits,
     ) -> tuple[Velocity, Intervention]:
         v, w = velocity
+
+        def turning(why: Intervention) -> tuple[Velocity, Intervention]:
+            return _turned(velocity, dt, pose, local_grid, limits, lag, why)
+
         if abs(v) < SLOWEST:
-            return (0.0, w), Intervention.NONE
+            return turning(Intervention.NONE)
         if not is_within(pose, local_grid):
-            return (0.0, w), Intervention.NO_LOCAL_GRID
+            return turning(Intervention.NO_LOCAL_GRID)
         if local_grid.is_entered:
-            return (0.0, w), Intervention.ENTERED
+            return turning(Intervention.ENTERED)
         share = share_that_is_clear(velocity, dt, pose, local_grid, limits, lag)
         late_by = max((_duration(way) for way in lag.ways), default=0.0)
         if share and not is_out_of_reach(
                 (share * v, w), dt + late_by, pose, local_grid, limits):
-            return (0.0, w), Intervention.MOVING
+            return turning(Intervention.MOVING)
         if share:
             return (share * v, w), Intervention.NONE if share == 1.0 else Intervention.SLOWED
         _, done = clear_of_obstacles(velocity, dt, pose, local_grid, limits)
         near = done is Intervention.BLOCKED
-        return (0.0, w), Intervention.LATE if lag.is_late and not near else Intervention.BLOCKED
+        return turning(
+            Intervention.LATE if lag.is_late and not near else Intervention.BLOCKED)
 
     return limit_command(command, previous, dt, pose, local_grid, limits, slowed)
+
+
+def _turned(
+    velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid, limits: Limits, lag: Lag,
+    why: Intervention,
+) -> tuple[Velocity, Intervention]:
+    """Return what `collision_monitor.turned` returns, on all ways driven since the last pose."""
+    v, w = velocity
+    (_, turn), done = turned((v, w), dt, pose, local_grid, limits, why)
+    if limits.footprint is None or not turn:
+        return (0.0, turn), done
+    share = share_that_is_clear((0.0, turn), dt, pose, local_grid, limits, lag)
+    if share == 1.0:
+        return (0.0, turn), done
+    less = Intervention.SLOWED if share else Intervention.BLOCKED
+    return (0.0, share * turn), less if why is Intervention.NONE else why
 
 
 def share_that_is_clear(
@@ -75,6 +112,8 @@ def share_that_is_clear(
 ) -> float:
     """
     Return the greatest share of a velocity's speed that touches nothing on any way; 0 if none.
+
+    Of a turn on the spot, which only a body that is no disc has to look at, the share of its rate.
 
     Parameters
     ----------
@@ -89,8 +128,8 @@ def share_that_is_clear(
         What it may have driven since.
 
     """
-    v, w = velocity
     cases = list(_cases(dt, lag))
+    v, w = velocity
     farthest = max(_length(way) + abs(v) * holds for way, holds in cases)
     room = _room(place, farthest + braking_way(v, 0.0, limits) + _brakes(lag, limits),
                  local_grid, limits)
@@ -98,19 +137,30 @@ def share_that_is_clear(
         return 1.0
     ends: list[tuple[Place, float]] = []
     for way, holds in cases:
-        end = _sweep(place, way, room)
+        end = room.sweep(place, way)
         if end is None:
             return 0.0
         ends.append((end, holds))
-    brakes = _brakes(lag, limits)
-    for share in SHARES:
-        speed = share * v
-        if share < 0.25 and abs(speed) < _CREEPING:
+    for share in SHARES if limits.footprint is None else _FEW_SHARES:
+        slower = (share * v, w) if v else (0.0, share * w)
+        if v and share < 0.25 and abs(slower[0]) < _CREEPING:
             return 0.0
-        braking = max(brakes, speed * speed / (2.0 * limits.a_max)) / abs(speed)
-        if all(_sweep(end, [(speed, w, holds + braking)], room) for end, holds in ends):
+        stops = _stops(slower, lag, limits)
+        if all(room.sweep(end, [(*slower, holds + longer), *stop]) for end, holds in ends
+               for longer, stop in stops):
             return share
     return 0.0
+
+
+def _stops(velocity: Velocity, lag: Lag, limits: Limits) -> list[tuple[float, list[Piece]]]:
+    """Return how much longer a velocity holds while the robot brakes, and what comes then."""
+    v, _ = velocity
+    brakes = _brakes(lag, limits)
+    if limits.footprint is None:
+        return [(max(brakes, v * v / (2.0 * limits.a_max)) / abs(v), [])]
+    # It may still brake from a greater speed.
+    longer = max(brakes - v * v / (2.0 * limits.a_max), 0.0) / abs(v) if v else 0.0
+    return [(longer, stop) for stop in ways_to_stop(velocity, limits)]
 
 
 def _cases(dt: float, lag: Lag) -> Iterator[tuple[list[Piece], float]]:
@@ -152,8 +202,12 @@ def _length(way: list[Piece]) -> float:
     return sum(abs(v) * seconds for v, _, seconds in way)
 
 
-def _room(place: Place, reach: float, local_grid: LocalGrid, limits: Limits) -> _Room | None:
+def _room(
+    place: Place, reach: float, local_grid: LocalGrid, limits: Limits,
+) -> _Room | FootprintRoom | None:
     """Return what there is within reach; None if that is nothing."""
+    if limits.footprint is not None:
+        return FootprintRoom.around(place, reach, local_grid, limits.footprint, _MARGIN)
     x, y, _ = place
     keep = limits.radius + MARGIN
     near = [(box, min(keep, distance)) for box in local_grid.boxes
@@ -162,15 +216,3 @@ def _room(place: Place, reach: float, local_grid: LocalGrid, limits: Limits) -> 
     if not near and edge >= keep + reach:
         return None
     return _Room(near, local_grid.seen, min(keep, edge))
-
-
-def _sweep(place: Place, way: list[Piece], room: _Room) -> Place | None:
-    """Return where a way ends; None if the disc touches something on it."""
-    for v, w, seconds in way:
-        n = max(1, math.ceil(abs(v) * seconds / SPACING))
-        part = (v, w, seconds / n)
-        for _ in range(n):
-            place = moved(place, part)
-            if v and not room.holds(place[0], place[1]):
-                return None
-    return place

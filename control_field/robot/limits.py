@@ -2,17 +2,22 @@
 
 from dataclasses import dataclass
 import math
+from typing import Final
+
+from control_field.robot.footprint import Footprint
 
 #: Forward speed [m/s] and turning rate [rad/s].
 Velocity = tuple[float, float]
 
 STANDSTILL: Velocity = (0.0, 0.0)
+#: Distance kept from what is blocked, beyond the body, [m].
+MARGIN: Final = 0.001
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
     """
-    Limits of a differential-drive robot with a round body; the defaults are a TurtleBot3 Burger's.
+    Limits of a differential-drive robot; the defaults are a TurtleBot3 Burger's.
 
     Parameters
     ----------
@@ -26,6 +31,8 @@ class Limits:
         Greatest change of turning rate, [rad/s^2].
     radius : float
         Radius of the body, [m].
+    footprint : Footprint, optional
+        Its outline, where it is no disc: then the radius says nothing of where it may drive.
 
     Raises
     ------
@@ -39,6 +46,7 @@ class Limits:
     a_max: float = 2.5
     alpha_max: float = 3.2
     radius: float = 0.105
+    footprint: Footprint | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no limit."""

@@ -118,7 +118,9 @@ class VelocityOutput:
             self.link.on_command(self.velocity, now)
         if reason is not Intervention.NONE:
             self._counts[f'gate {reason}'] += 1
-        self.held = reason.sentence if wanted[0] and not self.velocity[0] else ''
+        is_held = (wanted[0] and not self.velocity[0]) or (
+            wanted[1] and self.velocity == STANDSTILL)
+        self.held = reason.sentence if is_held else ''
         self.is_kept_back = bool(self.held) and reason.is_for_movers
         return reason
 
@@ -145,7 +147,7 @@ class VelocityOutput:
             self._counts['held up'] += 1
             self.velocity = STANDSTILL
             self.held = f'nobody could look after the robot for {self.timing.gap:.2f} s'
-        elif is_driving and before[0]:
+        elif is_driving and (before[0] or (before[1] and self._limits.footprint is not None)):
             self.pass_on(before, pose, observation, GUARD_PERIOD, now)
         if before == self.velocity and not (
                 (is_driving or before == STANDSTILL) and self.link.needs_repeat(now)):

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from control_field.grid import Grid
 from control_field.local_grid import BLOCKED, FREE, middle_of, UNKNOWN
 from control_field.poses import Placement
+from control_field.robot.footprint import Footprint
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.scan import Floats, Scan
 
@@ -34,18 +35,33 @@ class Body:
     Parameters
     ----------
     radius : float, [m]
-        Of the robot's disc; returns within it are the robot's own parts.
+        Of the robot's disc; returns within it are the robot's own parts, unless there is a
+        footprint.
     accuracy : float, [m]
         How far a return may be off along its ray. So near an edge of a cell it is taken to be
         beyond it, where the surface is that it came from.
     seen_share : float, 0 to 1
         Share of a cell that must be seen before it is free.
+    footprint : Footprint, optional
+        The robot's outline; returns on it are its own parts.
 
     """
 
     radius: float
     accuracy: float = 0.02
     seen_share: float = 0.5
+    footprint: Footprint | None = None
+
+    def covers(self, x: Floats, y: Floats, robot: Placement) -> npt.NDArray[np.bool_]:
+        """Return which points, [m], the robot covers that stands somewhere."""
+        x, y = x - robot.x, y - robot.y
+        if self.footprint is None:
+            return np.asarray(np.hypot(x, y) <= self.radius)
+        c, s = math.cos(robot.yaw), math.sin(robot.yaw)
+        ahead, left = c * x + s * y, c * y - s * x
+        on_piece = [np.all([nx * ahead + ny * left <= d for nx, ny, d in piece.sides], axis=0)
+                    for piece in self.footprint.pieces]
+        return np.asarray(np.any(on_piece, axis=0))
 
 
 class Extent(NamedTuple):
@@ -232,7 +248,7 @@ class _Look(NamedTuple):
         ray, off = _ray_of(scan, np.arctan2(along, across))
         is_seen = (ray >= 0) & (distance <= scan.reach[ray])
         is_seen &= distance * off <= spacing
-        is_seen |= np.hypot(x - robot.x, y - robot.y) <= body.radius
+        is_seen |= body.covers(x, y, robot)
         share: Floats = is_seen.reshape(patch.n, n_points, patch.n, n_points).mean(axis=(1, 3))
         return share
 
@@ -241,7 +257,7 @@ class _Look(NamedTuple):
         (scan, robot, eye, body), side = self, patch.side
         low = np.array([patch.x, patch.y])
         points, rays = _returns(scan, eye)
-        own = np.hypot(*(points - (robot.x, robot.y)).T) <= body.radius
+        own = body.covers(points[:, 0], points[:, 1], robot)
         near = ((points > low - side) & (points < low + (patch.n + 1) * side)).all(axis=1) & ~own
         points, rays = points[near], rays[near]
         held = _holds((points - low) / side, rays, min(body.accuracy / side, 0.25), patch.n)

@@ -92,6 +92,25 @@ def test_what_holds_a_person_back_is_said_until_it_is_over():
     assert bench.supervisor.output.held == ''
 
 
+def test_a_long_robot_turns_as_far_as_its_corners_touch_nothing_and_it_is_said():
+    world = np.zeros(GRID.shape, np.int8)
+    world[[4, 6]] = 100
+    bench = Bench(world=world, footprint='[[0.2, 0.08], [-0.2, 0.08], [-0.2, -0.08], '
+                  '[0.2, -0.08]]')
+    for _ in range(30):
+        bench.tick()
+        bench.take(bench.teleop((0.0, 1.0)))
+    assert 0.05 < bench.pose.yaw < 0.4
+    assert bench.velocity == STANDSTILL
+    assert 'blocked or unseen' in bench.supervisor.output.held
+    for _ in range(70):  # until nothing that was sent can still be under way
+        bench.tick()
+        bench.take(bench.teleop(STANDSTILL))
+    bench.take(bench.teleop((0.0, -1.0)))
+    assert bench.velocity[1] < 0.0
+    assert bench.supervisor.output.held == ''
+
+
 @pytest.mark.parametrize(('factor', 'n_poses'), [(5, 1), (1, 1), (1, 4)])
 def test_a_person_gets_no_nearer_with_rare_poses_or_fast_simulated_time(factor, n_poses):
     """A command a DT of the steady clock; time is simulated `factor` times as fast."""

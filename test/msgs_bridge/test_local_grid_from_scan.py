@@ -11,6 +11,7 @@ from sensor_msgs.msg import LaserScan
 from control_field.grid import Grid
 from control_field.local_grid import BLOCKED, FREE, UNKNOWN
 from control_field.poses import Placement
+from control_field.robot.footprint import footprint_from_text
 from msgs_bridge.messages.poses import stamp_from_seconds
 from msgs_bridge.sensing.laser_mount import MAX_TILT, Mount, mount_from_transform
 from msgs_bridge.sensing.local_grid_from_scan import Body, neighbourhood_from_scan
@@ -214,6 +215,16 @@ class TestRanges:
 
     def test_returns_within_the_body_are_its_own_parts(self):
         assert (self.cells([0.1] * 360) != BLOCKED).all()
+
+    def test_what_stands_beside_a_long_body_is_none_of_its_parts(self):
+        body = footprint_from_text('[[0.3, 0.1], [-0.3, 0.1], [-0.3, -0.1], [0.3, -0.1]]')
+        pole = [(CENTRE[0] - 0.02, CENTRE[1] + 0.15, CENTRE[0] + 0.02, CENTRE[1] + 0.2)]
+        for yaw, blocked in ((0.0, True), (math.pi / 2, False)):
+            robot = placed(yaw=yaw)
+            for radius, footprint in ((0.0, body), (0.32, None)):
+                cells = seen(boxes_scan(robot, pole), robot, body=Body(
+                    radius, footprint=footprint))
+                assert (cells[2, 1] == BLOCKED) == (blocked and footprint is not None)
 
     def test_a_scanner_that_looks_ahead_only_knows_nothing_of_what_is_behind(self):
         n = 181

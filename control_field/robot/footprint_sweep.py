@@ -1,0 +1,236 @@
+"""
+Whether a body that is no disc touches anything on its way: the polygon, swept along arcs.
+
+A body is looked at in some places only. Between two of them no point of it moves farther than the
+nearest thing was away, or than twice what is kept as a margin at both: so it touches nothing in
+between either.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+import math
+from typing import Final
+
+from control_field.robot.footprint import Footprint
+from control_field.robot.limits import Limits, MARGIN, Velocity
+from control_field.robot.obstacle_boxes import Box, distance_to_box, LocalGrid
+from control_field.robot.sent_commands import moved, Piece, Place
+
+#: Shares of a velocity that are tried, the greatest first.
+SHARES: Final = (1.0, 0.5, 0.25)
+#: Pieces that a stop is divided into.
+_N_BRAKING: Final = 4
+#: What is slower stands, [m/s] and [rad/s].
+_SLOWEST: Final = 1e-9
+#: By so much a body that overlaps something may seem to get deeper by rounding, [m].
+_ROUNDING: Final = 1e-9
+
+
+def gap_to_box(footprint: Footprint, place: Place, box: Box) -> float:
+    """
+    Return how far a body at a place is from a box, or less, [m].
+
+    Along the axis on which they are farthest apart: exact between a side and a corner, less
+    between two corners; negative by how far one of them has to move where they overlap.
+    """
+    return Placed.at(footprint, place).gap_to(box)
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A footprint somewhere: of each convex piece its sides there, and the box around it."""
+
+    x: float
+    y: float
+    pieces: list[tuple[list[tuple[float, float, float]], Box]]
+
+    @classmethod
+    def at(cls, footprint: Footprint, place: Place) -> 'Placed':
+        """Put a footprint at a place."""
+        x, y, yaw = place
+        c, s = math.cos(yaw), math.sin(yaw)
+        pieces = []
+        for piece in footprint.pieces:
+            xs = [x + c * px - s * py for px, py in piece.corners]
+            ys = [y + s * px + c * py for px, py in piece.corners]
+            pieces.append(([(c * nx - s * ny, s * nx + c * ny, d) for nx, ny, d in piece.sides],
+                           (min(xs), min(ys), max(xs), max(ys))))
+        return cls(x, y, pieces)
+
+    def gap_to(self, box: Box) -> float:
+        """Return how far it is from a box, or less, [m]; negative where they overlap."""
+        low_x, low_y, high_x, high_y = box
+        half_x, half_y = 0.5 * (high_x - low_x), 0.5 * (high_y - low_y)
+        off_x, off_y = low_x + half_x - self.x, low_y + half_y - self.y
+        least = math.inf
+        for sides, (x0, y0, x1, y1) in self.pieces:
+            gap = max(low_x - x1, x0 - high_x, low_y - y1, y0 - high_y)
+            for nx, ny, d in sides:
+                beyond = nx * off_x + ny * off_y - half_x * abs(nx) - half_y * abs(ny) - d
+                if beyond > gap:
+                    gap = beyond
+            if gap < least:
+                least = gap
+        return least
+
+    def depth_in(self, seen: Box) -> float:
+        """Return how deep inside a box it lies, [m]; negative where it reaches out."""
+        return min(min(x0 - seen[0], y0 - seen[1], seen[2] - x1, seen[3] - y1)
+                   for _, (x0, y0, x1, y1) in self.pieces)
+
+
+@dataclass(frozen=True, slots=True)
+class FootprintRoom:
+    """
+    What is near a body, and how near it may come.
+
+    Parameters
+    ----------
+    footprint : Footprint
+    reach : float, [m]
+        Of the footprint: the radius of its circumscribed disc.
+    boxes : list of (box, least gap), [m]
+    seen : box
+    least_depth : float, [m]
+        How deep inside ``seen`` it must stay.
+    margin : float, [m]
+        Kept from what it does not overlap already.
+
+    """
+
+    footprint: Footprint
+    reach: float
+    boxes: list[tuple[Box, float]]
+    seen: Box
+    least_depth: float
+    margin: float
+
+    @classmethod
+    def around(
+        cls, place: Place, way: float, local_grid: LocalGrid, footprint: Footprint,
+        margin: float = MARGIN,
+    ) -> 'FootprintRoom | None':
+        """
+        Return what there is within reach of a way of some length, [m]; None if that is nothing.
+
+        What the body overlaps already, or is too near, it must come no nearer.
+        """
+        x, y, _ = place
+        reach = footprint.circumscribed
+        near = [box for box in local_grid.boxes
+                if distance_to_box(x, y, box) < reach + margin + way]
+        here = Placed.at(footprint, place)
+        depth = here.depth_in(local_grid.seen)
+        if not near and min(x - local_grid.seen[0], y - local_grid.seen[1],
+                            local_grid.seen[2] - x, local_grid.seen[3] - y) >= (
+                                reach + margin + way):
+            return None
+        boxes = [(box, min(margin, here.gap_to(box)) - _ROUNDING) for box in near]
+        return cls(footprint, reach, boxes, local_grid.seen, min(margin, depth) - _ROUNDING,
+                   margin)
+
+    def sweep(self, place: Place, way: list[Piece]) -> Place | None:
+        """Return where a way ends; None if the body touches something on it."""
+        room = self._room_at(place)
+        for v, w, seconds in way:
+            start, at, rate = place, 0.0, abs(v) + self.reach * abs(w)
+            while at < seconds and rate > _SLOWEST:
+                if room is None:
+                    return None
+                at = min(at + max(room, 2.0 * self.margin) / rate, seconds)
+                place = moved(start, (v, w, at))
+                room = self._room_at(place)
+        return place if room is not None else None
+
+    def _room_at(self, place: Place) -> float | None:
+        """Return how far the body may move without touching anything, [m]; None if it does."""
+        here = Placed.at(self.footprint, place)
+        room = here.depth_in(self.seen)
+        if room < self.least_depth:
+            return None
+        for box, least in self.boxes:
+            gap = here.gap_to(box)
+            if gap < least:
+                return None
+            if gap < room:
+                room = gap
+        return room
+
+
+def ways_to_stop(velocity: Velocity, limits: Limits) -> Iterator[list[Piece]]:
+    """
+    Yield ways on which a robot may come to stand: both brakes as they are planned, or one at once.
+
+    Between these lies what a base does that brakes harder than its limits.
+    """
+    v, w = velocity
+    in_v, in_w = abs(v) / limits.a_max, abs(w) / limits.alpha_max
+    seconds = max(in_v, in_w) / _N_BRAKING
+    if seconds <= 0.0:
+        yield []
+        return
+    middles = [(k + 0.5) * seconds for k in range(_N_BRAKING)]
+    yield [(_mean(v, at, in_v, seconds), _mean(w, at, in_w, seconds), seconds) for at in middles]
+    if v and w:
+        yield [(0.0, w, 0.5 * in_w)]
+        yield [(v, 0.0, 0.5 * in_v)]
+
+
+def _mean(value: float, at: float, until: float, seconds: float) -> float:
+    """Return the mean of a value that falls evenly to 0, in a while around a moment."""
+    begin, end = at - 0.5 * seconds, at + 0.5 * seconds
+    if begin >= until:
+        return 0.0
+    left = 1.0 - begin / until
+    if end <= until:
+        return value * (left + 1.0 - end / until) / 2.0
+    return value * left * (until - begin) / (2.0 * seconds)
+
+
+def stopping_way(velocity: Velocity, dt: float, limits: Limits) -> float:
+    """Return how far the robot's middle gets in one step and then braking, [m]."""
+    v = abs(velocity[0])
+    return v * dt + v * v / (2.0 * limits.a_max)
+
+
+def is_clear_for(
+    footprint: Footprint, velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid,
+    limits: Limits,
+) -> bool:
+    """Return whether a body touches nothing in a step and on its ways to stop."""
+    room = FootprintRoom.around(
+        pose, stopping_way(velocity, dt, limits), local_grid, footprint)
+    if room is None:
+        return True
+    end = room.sweep(pose, [(*velocity, dt)])
+    return end is not None and all(
+        room.sweep(end, way) is not None for way in ways_to_stop(velocity, limits))
+
+
+def share_of_turn(
+    footprint: Footprint, velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid,
+    limits: Limits,
+) -> float:
+    """
+    Return the greatest share of a turning rate that touches nothing on the spot; 0 if none.
+
+    Also while the robot still rolls on by the speed that it drives with, until it has braked.
+    """
+    v, w = velocity
+    room = FootprintRoom.around(
+        pose, stopping_way(velocity, 0.0, limits), local_grid, footprint)
+    if room is None:
+        return 1.0
+    for share in SHARES:
+        turn = share * w
+        rolling: list[Piece] = [(0.5 * v, turn, abs(v) / limits.a_max)] if v else []
+        if all(_turns(room, [*before, (0.0, turn, dt)], pose, turn, limits)
+               for before in ([], rolling)):
+            return share
+    return 0.0
+
+
+def _turns(
+    room: FootprintRoom, way: list[Piece], pose: Place, turn: float, limits: Limits,
+) -> bool:
+    return room.sweep(pose, [*way, (0.0, turn, 0.5 * abs(turn) / limits.alpha_max)]) is not None
