@@ -25,8 +25,9 @@ from learner_node.session.phases import IN_TRIAL, Phase
 from learner_node.session.session import Session
 
 #: Of a robot that the field is not grown to.
-_TOO_FAR: Final = ('the robot, or a start of start_poses, is too far away from what was learnt: {}. '
-                   'Drive it nearer, or begin another task (-p task:=...)')
+_TOO_FAR: Final = (
+    'the robot, or a start of start_poses, is too far away from what was learnt: {}. Drive it '
+    'nearer, or begin another task (-p task:=...)')
 
 
 class LearningLoop:

@@ -155,8 +155,8 @@ def test_at_run_time_it_is_refused_with_its_range(
 
 @pytest.mark.parametrize(('module', 'parameter', 'value'), [
     ('sim_node.node', 'rate', 0.0), ('control_field_node.node', 'v_max', -1.0),
-    ('learner_node.node', 'rows', 0), ('teleop_node.node', 'speed', 99.0),
-    ('neighbourhood_node.node', 'rows', 0)])
+    ('learner_node.node', 'rows', -1), ('teleop_node.node', 'speed', 99.0),
+    ('neighbourhood_node.node', 'rows', -1)])
 def test_the_process_says_so_in_one_line_and_ends_with_2(
         quiet_domain, tmp_path, module, parameter, value):
     process = ros_helpers.run(

@@ -82,13 +82,17 @@ class TestRobots:
     def test_both_nodes_have_the_same_workspace_and_body(self, robot):
         local_grid, learner = (parameters(robot, name) for name in (
             'neighbourhood_node', 'learner_node'))
-        assert [local_grid[key] for key in WORKSPACE] == [learner[key] for key in WORKSPACE]
+        assert [local_grid.get(key) for key in WORKSPACE] == [
+            learner.get(key) for key in WORKSPACE]
         controller = parameters(robot, 'control_field_node')
-        assert local_grid['robot_radius'] == controller['robot_radius']
+        assert local_grid['robot_radius'] == controller['robot_radius'] == learner['robot_radius']
+
+    def test_the_workspace_fits_itself(self, robot):
+        assert not NeighbourhoodSettings(**parameters(robot, 'neighbourhood_node')).is_bounded
 
     def test_the_body_fits_into_a_cell_and_the_start_is_a_centre(self, robot):
         local_grid = NeighbourhoodSettings(**parameters(robot, 'neighbourhood_node'))
-        assert 2.0 * local_grid.robot_radius < local_grid.resolution
+        assert 2.0 * local_grid.robot_radius < local_grid.grid.resolution
         cell = local_grid.grid.cell_from_world(0.0, 0.0)
         assert math.hypot(*local_grid.grid.world_from_cell(*cell)) < 1e-9
 
@@ -98,10 +102,10 @@ class TestRobots:
         with process:
             answer = ros_helpers.call(
                 ros_node, GetParameters, '/neighbourhood_node/get_parameters',
-                GetParameters.Request(names=['origin_x', 'robot_radius']))
+                GetParameters.Request(names=['laser_x', 'robot_radius']))
             expected = parameters(robot, 'neighbourhood_node')
             assert [value.double_value for value in answer.values] == [
-                expected['origin_x'], expected['robot_radius']]
+                expected['laser_x'], expected['robot_radius']]
 
 
 def test_launch_reads_it():

@@ -4,6 +4,7 @@ import pytest
 from std_srvs.srv import Trigger
 
 from bridge_helpers import content_of
+from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError
 from learner_node.session.demonstration import LEFT
 from person_helpers import Person, REAL_TIME
@@ -26,5 +27,6 @@ def test_after_a_closed_window_it_ends_as_not_kept_and_can_be_kept(ros_node, tmp
             content_of(tmp_path / 'bags/drive' / bag)
         answer = ros_helpers.call(ros_node, Trigger, 'learner_node/label_success')
         assert answer.success, answer.message
-        cells = content_of(tmp_path / 'bags/drive' / bag).record.cells
-        assert cells[:3].tolist() == [[3, 2], [3, 3], [3, 4]]
+        episode = Episode.at(tmp_path / 'bags/drive' / bag)
+        places = episode.header.grid.world_from_cells(episode.content.record.cells[:3])
+        assert places.tolist() == [[0.625, 0.875], [0.875, 0.875], [1.125, 0.875]]
