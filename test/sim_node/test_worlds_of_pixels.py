@@ -1,4 +1,4 @@
-"""A simulated robot on a map of small pixels: its start, what it runs into, what is shown of it."""
+"""A simulated robot on a map of small pixels: its start, what it meets, what is shown of it."""
 
 from dataclasses import replace
 
@@ -70,7 +70,8 @@ def test_the_robot_runs_into_pixels_and_sees_cells(world_file):
     seen = simulation.local_grid()
     row, col = loaded.world.grid.cell_from_world(3.75, 1.5)
     assert (seen.row, seen.col) == (row, col)
-    np.testing.assert_array_equal(seen.cells[:, 0], loaded.world.occupancy[row - 1:row + 2, col - 1])
+    np.testing.assert_array_equal(
+        seen.cells[:, 0], loaded.world.occupancy[row - 1:row + 2, col - 1])
     assert (seen.cells[:, 2] == 100).all()
     assert seen.fine.shape == (15, 15)
 
