@@ -7,7 +7,7 @@ from control_field.headings import headings_from_vectors
 from control_field.learning.exploration import (
     exploration_field, prices_of_walls, worth_around, worth_in_view, worth_of_look)
 from control_field.learning.grid_world import GridWorld
-from control_field.learning.learner import Learner
+from control_field.learning.learner import explores, Learner
 from control_field.parameters import Parameters
 from control_field.rays import rays_within, visible_cells
 from control_field.robot import policy
@@ -36,13 +36,13 @@ def explore(learner, occupancy, n, spread):
     """Run n trials of a series, each on the field that `explores` says; return their steps."""
     steps = []
     for number in range(n):
-        field = learner.trial_field(learner.explores(spread))
+        field = learner.trial_field(explores(learner.parameters, spread))
         start = START
         if spread:
             starts = learner.next_starts(50, np.random.default_rng(number), field)
             start = next(cell for cell in starts if occupancy[cell] == 0)
         trial = practise(learner, occupancy, [start], 100 + number,
-                         exploring=learner.explores(spread))[0]
+                         exploring=explores(learner.parameters, spread))[0]
         steps.append(trial.n_steps)
     return steps
 
