@@ -91,7 +91,7 @@ class LearnerNode(Node):
         self._task_memory = TaskMemory(task, grid, parameters, starts, self._settings.fresh)
         self._task_memory.speed_max = self._settings.speed_max
         self._task_memory.resolution = self._settings.resolution
-        self._cells = CellsCheck(self._settings)
+        self._cells = CellsCheck(self._settings, lambda: self._peers.resolution())
         self._session = Session(
             self._settings,
             lambda: self._task_memory.next_start(self._settings.starts == 'spread'))

@@ -1,5 +1,7 @@
 """Which cells a workspace that fits itself is made of, and whether local grids lie on them."""
 
+from collections.abc import Callable
+
 from nav_msgs.msg import OccupancyGrid
 
 from control_field.grid import default_lattice, Grid
@@ -17,11 +19,14 @@ class CellsCheck:
     Parameters
     ----------
     settings : Settings
+    said : callable, optional
+        Returns the side of the cells that a simulator, or who makes local grids, says of itself,
+        [m]; 0 if nobody does. A local grid of 9 x 9 may be one of 3 x 3 in finer cells.
 
     """
 
-    def __init__(self, settings: Settings) -> None:
-        self._settings = settings
+    def __init__(self, settings: Settings, said: Callable[[], float] = lambda: 0.0) -> None:
+        self._settings, self._said = settings, said
         self._default = default_lattice(side_of_cells(settings), settings.frame_id)
 
     def lattice(self, local_grid: bytes) -> Grid:
@@ -60,7 +65,8 @@ class CellsCheck:
             return None
         try:
             found = lattice_from_local_grid(
-                message_from_cdr(local_grid, OccupancyGrid), self._default.resolution)
+                message_from_cdr(local_grid, OccupancyGrid),
+                self._settings.resolution or self._said() or self._default.resolution)
         except (ValueError, RuntimeError):
             return None  # its reader says so where it is learnt from
         return found if found.frame_id == self._settings.frame_id else None

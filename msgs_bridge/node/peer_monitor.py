@@ -97,6 +97,11 @@ class PeerTable:
         return next((info.label for info in self._alive(now)
                      if info.role == 'learner' and info.phase == _RECORDING), '')
 
+    def resolution(self, now: float) -> float:
+        """Return the side of the cells of a simulator or a local grid, [m]; 0 if none says."""
+        return next((float(info.workspace['resolution']) for info in self._alive(now)
+                     if info.role in ('sight', 'robot') and info.workspace is not None), 0.0)
+
     def _alive(self, now: float) -> list[NodeInfo]:
         peers = [peer for peer in self._peers.values() if now - peer.last < _PEER_TIMEOUT]
         return [peer.info for peer in peers if not self._is_replaced(peer)]
@@ -175,6 +180,11 @@ class PeerMonitor:
         with self._lock:
             recorder = self._peers.recorder(time.monotonic())
         return _WHILE_RECORDING.format(recorder) if recorder else ''
+
+    def resolution(self) -> float:
+        """Return the side of the cells of a simulator or a local grid, [m]; 0 if none says."""
+        with self._lock:
+            return self._peers.resolution(time.monotonic())
 
     def _on_diagnostics(self, cdr: bytes | int) -> None:
         if isinstance(cdr, int) or len(cdr) > _MAX_BYTES or _MARK not in cdr:

@@ -61,6 +61,13 @@ class TestCells:
         assert lattice.offset_to(Grid(1, 1, lattice.resolution, msg.info.origin.position.x,
                                       msg.info.origin.position.y)) is not None
 
+    def test_finer_cells_of_a_large_robot_are_told_from_small_ones_by_what_nodes_say(self):
+        heard = cdr_from_message(local_grid(Grid(40, 40, 0.5), k=3))
+        assert self.check().lattice(heard).resolution == pytest.approx(0.5 / 3, rel=1e-6)
+        check = CellsCheck(Settings(), lambda: 0.5)
+        assert check.lattice(heard).resolution == 0.5
+        assert not check.problem(heard, None)
+
     def test_what_contradicts_the_resolution_that_is_set_is_said_with_what_to_set(self):
         check, heard = self.check(resolution=0.3), cdr_from_message(local_grid(GRID))
         problem = check.problem(heard, None)

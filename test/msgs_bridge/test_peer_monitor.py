@@ -57,6 +57,16 @@ def test_who_has_gone_silent_counts_no_more():
     assert peers.conflicts(5.0) == []
 
 
+def test_how_large_the_cells_around_are_is_told_by_who_has_some():
+    peers = PeerTable('/learner_node', 'learner')
+    peers.update(said('/other', 2), 0.0)
+    assert peers.resolution(0.0) == 0.0
+    peers.update(NodeInfo('/neighbourhood_node', 'sight', 'a', workspace_from_grid(
+        Grid(1, 1, 0.5), is_fitted=True)), 0.0)
+    assert peers.resolution(1.0) == 0.5
+    assert peers.resolution(9.0) == 0.0
+
+
 def test_ever_new_processes_do_not_fill_the_memory():
     peers = PeerTable('/teleop_node')
     for number in range(1000):
