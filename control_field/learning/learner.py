@@ -261,6 +261,10 @@ def with_old_headings(old: Composition, new: Composition) -> Composition:
     Where the workspace has grown since, the new cells have their new headings.
     """
     grids = old.field.grid, new.field.grid
+    if grids[0] == grids[1]:
+        field = replace(new.field, vx=old.field.vx, vy=old.field.vy,
+                        coherence=old.field.coherence, flags=old.field.flags)
+        return Composition(field, old.prototypes, old.weights, new.reachable, new.planned)
     is_new = moved(np.zeros(grids[0].shape, dtype=np.bool_), *grids, True)
     layers: dict[str, Any] = {name: np.where(is_new, getattr(new.field, name), moved(
         getattr(old.field, name), *grids, 0)) for name in ('vx', 'vy', 'coherence', 'flags')}
