@@ -20,7 +20,10 @@ _STRIDE: Final = 1.0
 #: Strides shorter than this share of the long ones, or than so much, [m], are no motion.
 _SHORT, _STILL = 0.25, 0.02
 #: No floor is steeper, rise by run; a rise on the spot by so much, [m], is no driving.
-_STEEPEST, _LIFT = 0.6, 0.4
+_STEEPEST, _LIFT = 0.5, 0.4
+#: What leans by more than this cosine, or difference of cosines, and climbs by so much, [m], or
+#: such a share of how far it gets, turns about another axis than z.
+_TILT, _HIGH, _STEEP = 0.5, 0.3, 0.1
 #: A share of the way that goes aside, and sines from which on it does.
 _ASIDE, _SIDEWAYS = 0.2, 0.7
 #: Headings that differ by less over a drive, [rad], were not measured.
@@ -58,11 +61,12 @@ def doubts_about_motion(seconds: Floats, motions: Motions, frame_id: str) -> lis
     moved = length > max(_SHORT * float(np.percentile(length, 90)), _STILL)
     if not moved.any():
         return []
-    _check_floor(places, steps[moved], frame_id)
     turn = motions.turn[order]
+    _check_floor(places, steps[moved], turn, frame_id)
     middle = yaw[(first[moved] + last[moved]) // 2]
     return list(filter(None, [
-        _lift(steps[moved]), _upside_down(turn, frame_id), _aside(steps[moved], middle, yaw)]))
+        _lift(steps[moved]), _tipped(seconds[order], turn), _upside_down(turn, frame_id),
+        _aside(steps[moved], middle, yaw)]))
 
 
 def _strides(seconds: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
@@ -74,9 +78,12 @@ def _strides(seconds: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int
     return edges[:-1], edges[1:]
 
 
-def _check_floor(places: Floats, steps: Floats, frame_id: str) -> None:
+def _check_floor(places: Floats, steps: Floats, turn: Floats, frame_id: str) -> None:
+    """Refuse what climbs, the sooner if it turns about other axes than z."""
     rise, run = float(np.abs(steps[:, 2]).sum()), float(np.hypot(*steps[:, :2].T).sum())
-    if rise <= _STEEPEST * run:
+    (wide, deep, high) = np.ptp(places, axis=0)
+    turns_over = _tilts(turn) and high > max(_HIGH, _STEEP * max(wide, deep))
+    if rise <= _STEEPEST * run and not turns_over:
         return
     (x, y, z), (high_x, high_y, high_z) = places.min(axis=0), places.max(axis=0)
     raise BagError(
@@ -95,8 +102,26 @@ def _lift(steps: Floats) -> str:
         f'x and y is learnt, its height is not')
 
 
+def _up(turn: Floats) -> Floats:
+    """Return the cosine between z of the frame and z of what turns in it."""
+    return np.asarray(1.0 - 2.0 * (turn[:, 0] ** 2 + turn[:, 1] ** 2))
+
+
+def _tilts(turn: Floats) -> bool:
+    return bool(np.ptp(np.percentile(_up(turn), (5.0, 95.0))) > _TILT)
+
+
+def _tipped(seconds: Floats, turn: Floats) -> str:
+    """Say from when on a robot leans too far that stood upright at first."""
+    up = _up(turn)
+    if not _tilts(turn) or up[0] < _TILT:
+        return ''
+    return (f'from {seconds[up < _TILT][0]:.1f} s on it leans by more than 60 degrees, as if it '
+            f'had tipped over: its way is learnt all the same; --to leaves out what is no drive')
+
+
 def _upside_down(turn: Floats, frame_id: str) -> str:
-    up = float(np.median(1.0 - 2.0 * (turn[:, 0] ** 2 + turn[:, 1] ** 2)))
+    up = float(np.median(_up(turn)))
     is_named = 'ned' in frame_id.lower().replace('/', '_').split('_')
     return '' if up > -0.5 and not is_named else (
         f'z of {frame_id!r} or of the robot points down, as in NED: x and y are learnt as they '
