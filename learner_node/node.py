@@ -91,7 +91,6 @@ class LearnerNode(Node):
         self._task_memory = TaskMemory(task, grid, parameters, starts, self._settings.fresh)
         self._task_memory.speed_max = self._settings.speed_max
         self._task_memory.resolution = self._settings.resolution
-        self._cells = CellsCheck(self._settings, lambda: self._peers.resolution())
         self._session = Session(
             self._settings,
             lambda: self._task_memory.next_start(self._settings.starts == 'spread'))
@@ -102,6 +101,7 @@ class LearnerNode(Node):
         self._named: dict[str, str] = {}
         self._room_watch = RoomWatch(self._task_memory.has_room)
         self._peers, self._field_monitor = PeerMonitor(self, 'learner'), FieldMonitor()
+        self._cells = CellsCheck(self._settings, self._peers.resolution)
         self.describe()
         self._session.state.why_not = self._why_not
         self._make_topics()
