@@ -1,6 +1,7 @@
 """What is true around a cell: a part of the map, as finely as one likes, with what moves in it."""
 
 from collections.abc import Iterable
+from itertools import product
 import math
 from typing import Final
 
@@ -23,8 +24,9 @@ def true_window(
     Return the true state of the cells around one, with what moves; outside the world is blocked.
 
     Where the cells are made of pixels, parts show where in a blocked cell these are. The parts of
-    a free cell are free: what stands in its corners is in nobody's way. In the cell in the middle
-    the robot is, whatever stands there beside it: it is free, and its parts are what they are.
+    a free cell are free: what stands in its corners is in nobody's way.
+    In the cell in the middle the robot is, whatever stands there beside it: it is free, and its
+    parts are what they are.
 
     Parameters
     ----------
@@ -44,50 +46,71 @@ def true_window(
         0 free, 100 blocked; row 0 at the lowest y.
 
     """
-    window = _cells(world, row, col, reach)
+    side = 2 * reach + 1
+    window = _cut(world.occupancy, row - reach, col - reach, (side, side))
     grid, part = world.grid, world.grid.resolution / fine
     corner = (grid.origin_x + (col - reach) * grid.resolution,
               grid.origin_y + (row - reach) * grid.resolution)
+    if world.drawn is not None:
+        window[reach, reach] = FREE
     if fine > 1:
         window = window.repeat(fine, axis=0).repeat(fine, axis=1)
-    if world.drawn is not None:
-        middle = slice(reach * fine, (reach + 1) * fine)
-        window[middle, middle] = FREE
-        if fine > 1:
-            shown = _parts(world.drawn, corner, part, len(window))
-            some = cells_from_fine(shown, fine).repeat(fine, axis=0).repeat(fine, axis=1)
-            window[(shown == FREE) & (some == BLOCKED)] = FREE
-            window[middle, middle] = shown[middle, middle]
+        if world.drawn is not None:
+            _show_pixels(window, world.drawn, corner, part, fine)
     for disc in discs:
         if disc is not None:
             occupy(window, disc, corner, part)
     return window
 
 
-def _cells(world: World, row: int, col: int, reach: int) -> npt.NDArray[np.int8]:
-    """Return the cells around one; outside the world is blocked."""
-    side = 2 * reach + 1
-    window = np.full((side, side), BLOCKED, dtype=np.int8)
-    rows, cols = world.grid.shape
-    low, left = row - reach, col - reach
-    bottom, top = max(low, 0), min(low + side, rows)
-    first, last = max(left, 0), min(left + side, cols)
+def _cut(
+    occupancy: npt.NDArray[np.int8], low: int, left: int, shape: tuple[int, int],
+) -> npt.NDArray[np.int8]:
+    """Cut a window out of a map; outside of it is blocked."""
+    window = np.full(shape, BLOCKED, dtype=np.int8)
+    rows, cols = occupancy.shape
+    bottom, top = max(low, 0), min(low + shape[0], rows)
+    first, last = max(left, 0), min(left + shape[1], cols)
     if bottom < top and first < last:
         window[bottom - low:top - low, first - left:last - left] = (
-            world.occupancy[bottom:top, first:last])
+            occupancy[bottom:top, first:last])
     return window
+
+
+def _show_pixels(
+    window: npt.NDArray[np.int8], pixels: Raster, corner: tuple[float, float], part: float,
+    fine: int,
+) -> None:
+    """
+    Leave of blocked cells those parts blocked in which a pixel is; in place.
+
+    Where none is, something beside a cell blocks it, which is shown there: of the cells around the
+    robot's the part that is farthest from it is left.
+    """
+    shown = _parts(pixels, corner, part, len(window))
+    reach = len(window) // fine // 2
+    for i, j in product((-1, 0, 1), repeat=2):
+        low, left = (reach + i) * fine, (reach + j) * fine
+        cell = slice(low, low + fine), slice(left, left + fine)
+        if (i, j) != (0, 0) and window[cell].any() and not shown[cell].any():
+            shown[low + (i + 1) * (fine - 1) // 2, left + (j + 1) * (fine - 1) // 2] = BLOCKED
+    some = cells_from_fine(shown, fine).repeat(fine, axis=0).repeat(fine, axis=1)
+    window[(shown == FREE) & (some == BLOCKED)] = FREE
+    middle = slice(reach * fine, (reach + 1) * fine)
+    window[middle, middle] = shown[middle, middle]
 
 
 def _parts(
     pixels: Raster, corner: tuple[float, float], part: float, n: int,
 ) -> npt.NDArray[np.int8]:
     """Return which of n x n parts of a side from a corner on have a blocked pixel in them."""
+    size = pixels.grid.resolution
     (first_col, end_col), (first_row, end_row) = (
-        _overlapped(low - start, part, n, pixels.grid.resolution, n_pixels)
-        for low, start, n_pixels in zip(
-            corner, pixels.extent[:2], pixels.grid.shape[::-1], strict=True))
-    bottom, left = first_row[0], first_col[0]
-    patch = pixels.occupancy[bottom:end_row[-1], left:end_col[-1]] != FREE
+        _overlapped((low - start) / size, part / size, n)
+        for low, start in zip(corner, pixels.extent[:2], strict=True))
+    bottom, left = int(first_row[0]), int(first_col[0])
+    patch = _cut(pixels.occupancy, bottom, left,
+                 (int(end_row[-1]) - bottom, int(end_col[-1]) - left)) != FREE
     sums = np.zeros((patch.shape[0] + 1, patch.shape[1] + 1), dtype=np.int32)
     np.cumsum(np.cumsum(patch, axis=0), axis=1, out=sums[1:, 1:])
     along = sums[end_row - bottom] - sums[first_row - bottom]
@@ -96,13 +119,12 @@ def _parts(
 
 
 def _overlapped(
-    low: float, part: float, n_parts: int, size: float, n_pixels: int,
+    low: float, part: float, n_parts: int,
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Return the first pixel and one past the last that each of a row of parts has a share of."""
-    edges = (low + np.arange(n_parts + 1) * part) / size
-    first, end = np.floor(edges[:-1] + _TOUCH), np.ceil(edges[1:] - _TOUCH)
-    first = np.clip(first, 0, n_pixels).astype(np.int64)
-    return first, np.maximum(np.clip(end, 0, n_pixels).astype(np.int64), first)
+    edges = low + np.arange(n_parts + 1) * part
+    first = np.floor(edges[:-1] + _TOUCH).astype(np.int64)
+    return first, np.maximum(np.ceil(edges[1:] - _TOUCH).astype(np.int64), first + 1)
 
 
 def occupy(

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import numpy.typing as npt
 
-from control_field.grid import cell_side, Grid
+from control_field.grid import cell_side, CLEARANCE, Grid
 from control_field.local_grid import FREE
 from world_maps.errors import WorldError
 from world_maps.image_alone import header_beside, IMAGES, read_image
@@ -207,9 +207,10 @@ def _world_of(
     if is_pixel and holds_it:
         return World(drawn.grid, drawn.occupancy, name, notes, robot_radius=radius)
     grid = drawn.grid if is_pixel else robot_grid(drawn.grid, wanted)
-    if wanted < 2.0 * radius:
-        note = (f'{name}: cells of {wanted:g} m do not hold a robot of radius {radius:g} m: with '
-                f'resolution {cell_side(radius):g} they would')
+    if wanted < radius + CLEARANCE:
+        note = (f'{name}: in cells of {wanted:g} m the collision monitor holds a robot of radius '
+                f'{radius:g} m, which it does not see around: take cells of '
+                f'{math.ceil((radius + CLEARANCE) / 0.01) * 0.01:g} m or more')
         notes = (*notes, note)
     return World(grid, robot_cells(drawn, grid, radius), name, notes, drawn, radius)
 

@@ -108,6 +108,16 @@ def test_a_wide_and_a_finer_neighbourhood_round_trip(grid, reach, k, seed, data)
     assert alone.row == alone.col == len(alone.cells) // 2
 
 
+@pytest.mark.parametrize(('n', 'resolution', 'radius', 'side'), [
+    (15, 0.05, 0.105, 0.25), (15, 0.25, 0.105, 0.25), (9, 0.5 / 3, 0.22, 0.5),
+    (15, 0.05, 0.22, 0.25), (3, 0.5, 0.105, 0.5)])
+def test_parts_make_up_cells_of_the_robots_size(n, resolution, radius, side):
+    msg = map_from_occupancy(np.zeros((n, n), np.int8), Grid(n, n, resolution, -1.0, 2.0))
+    cells = cells_of_local_grid(msg, radius)
+    assert cells.resolution == pytest.approx(side)
+    assert cells.n_rows == round(n * resolution / side)
+
+
 @pytest.mark.parametrize(('n', 'k', 'sentence'), [
     (63, 1, 'size is 63 x 63, must be square, of an odd number of cells from 3 to 61'),
     (4, 1, 'size is 4 x 4'), (1, 1, 'size is 1 x 1'), (2, 1, 'size is 2 x 2'),

@@ -66,7 +66,7 @@ class TestLoading:
         assert world.grid == world.pixels.grid
         np.testing.assert_array_equal(world.occupancy[:3], 100)
         [note] = world.notes
-        assert 'with resolution 0.25 they would' in note
+        assert 'take cells of 0.13 m or more' in note
 
     def test_pixels_that_hold_the_robot_are_its_cells(self, tmp_path):
         pixels = Raster(Grid(3, 4, 0.25, 1.0, -2.0), np.zeros((3, 4)))
@@ -195,6 +195,28 @@ def test_parts_show_where_in_a_blocked_cell_something_is():
     assert world.occupancy[cell] == 100
     # The middle part is from 0.975 to 1.025 m: the pixel has a share of it, and of three more.
     np.testing.assert_array_equal(np.argwhere(parts), [[2, 2], [2, 3], [3, 2], [3, 3]])
+
+
+@given(share=st.floats(0.0, 0.03), seed=st.integers(0, 99), col=st.integers(0, 12))
+@settings(max_examples=20)
+def test_whoever_fits_in_the_pixels_is_clear_of_the_parts_of_smaller_cells(share, seed, col):
+    pixels = room()
+    noise = np.random.default_rng(seed).random(pixels.grid.shape) < share
+    world = world_of(Raster(pixels.grid, np.where(noise, 100, pixels.occupancy)), 0.22, 0.25)
+    for row in range(world.grid.n_rows):
+        if world.occupancy[row, col] == 0:
+            x, y = world.grid.world_from_cell(row, col)
+            parts = true_window(world, (), row, col, 1, 5)
+            near = World(Grid(15, 15, 0.05, x - 0.375, y - 0.375), parts)
+            # A part is blocked by a pixel that it has the least share of.
+            assert Clearance(near, 0.24 - 0.05 * 2**0.5).at(x, y) >= -1e-9
+
+
+def test_a_cell_that_something_beside_it_blocks_shows_it_far_from_the_robot():
+    world = world_of(room(), 0.22, 0.25)
+    assert world.occupancy[1, 4] == 100  # from 0.125 to 0.375 m in y, free of pixels
+    parts = true_window(world, (), 2, 4, 1, 5)
+    np.testing.assert_array_equal(np.argwhere(parts[:5, 5:10]), [[0, 2]])
 
 
 def test_the_robots_own_cell_is_free_but_for_its_parts():
