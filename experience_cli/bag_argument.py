@@ -1,6 +1,7 @@
 """Which bags a person means: ``task1/0003``, the path of a bag's folder, or that of a task."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 import re
@@ -52,13 +53,26 @@ def task_of(text: str, bags: Path | None) -> tuple[TaskFolder, int, str]:
                         f'demonstration first, `experience learn {shlex.quote(text)} --into '
                         f'{BAGS}/TASK`')
     if match is None or not path.parent.name:
-        raise UserError(f'{text!r} names no bag, must be like task1/0003')
+        raise UserError(f'{text!r} names no bag, must be like task1/0003{_what_it_is(Path(text))}')
     task, folder = path.parent.name, path.parent.parent
     if folder == Path():
         folder = bags or BAGS
     elif bags is not None and folder.resolve() != bags.resolve():
         raise UserError(f'{text} lies outside {bags}')
     return TaskFolder(folder, check_task_name(task)), int(match[1]), match[2] or ''
+
+
+def _what_it_is(path: Path) -> str:
+    """Say what there is in place of a bag, as the end of a sentence."""
+    with suppress(BagError, OSError):
+        if path.is_dir():
+            task = task_folder(path)
+            first = next(iter(task.episodes()), None) if task is not None else None
+            return (f'; it is a task, such as {path}/{first.number:04d} is one of its bags'
+                    if first is not None else '; no .mcap, .db3 or .bag file is in that folder')
+        if path.exists():
+            return '; that file is no .mcap, .db3 or .bag'
+    return '' if path.parent == Path() else '; there is no such file or folder'
 
 
 def _is_there_and_external(path: Path) -> bool:

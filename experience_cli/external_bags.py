@@ -109,16 +109,19 @@ def check_one_cut(arguments: argparse.Namespace) -> None:
 
 
 @contextmanager
-def remedy_named() -> Iterator[None]:
-    """Add the options that would help to an error about a frame or a workspace."""
+def remedy_named(arguments: argparse.Namespace) -> Iterator[None]:
+    """Add what would help to an error about a frame or a workspace."""
     try:
         yield
     except OutsideDriveError as error:
         raise BagError(f'{error}; without --rows, --cols, --origin, --like and an --into of '
                        f'another workspace it is learnt in one that fits it') from None
     except OtherFrameError as error:
-        raise BagError(f'{error}; if that is the right one, learn it with --frame '
-                       f'{error.frame}') from None
+        # Without --frame it is that of the task, or of the bag before.
+        remedy = ('all bags of a task are of one frame: learn it alone, or keep it in a task of '
+                  'its own' if arguments.frame is None else 'if that is the right one, learn it '
+                  f'with --frame {error.frame}')
+        raise BagError(f'{error}; {remedy}') from None
 
 
 def demo_header(
@@ -220,7 +223,7 @@ def import_all(arguments: argparse.Namespace) -> list[tuple[ExternalDrive, Episo
         header, workspace = demo_header(arguments, task)
         # All of them before the first is kept: half of them is not what was asked for.
         reading, drives = reading_of(arguments), list[ExternalDrive]()
-        with remedy_named():
+        with remedy_named(arguments):
             for path in arguments.bags:
                 drives.append(check_drive(there(path), workspace, reading, header.speed_max))
                 # All of a task are of one frame.
