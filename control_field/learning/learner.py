@@ -10,9 +10,10 @@ import numpy.typing as npt
 from control_field.grid import Grid
 from control_field.learning.certificate import Certificate, certify
 from control_field.learning.compose import compose, compose_shown, Composition
-from control_field.learning.exploration import exploration_field, worth_of_look
+from control_field.learning.exploration import exploration_field, worth_around, worth_of_look
 from control_field.learning.memory import Memory
 from control_field.learning.starts import best_cells, information_gain
+from control_field.local_grid import FREE
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Prototypes, Trial
 from control_field.robot.policy import rules_of
@@ -77,8 +78,9 @@ class Learner:
         The workspace to begin with.
     parameters : Parameters
     fitted : bool
-        Whether the workspace fits itself: then much of it was never seen, and trials and further
-        demonstrations start where the ground is known to be free.
+        Whether the workspace fits itself: then much of it was never seen and lies behind walls.
+        So trials start where the ground is known to be free, further demonstrations there or in
+        the next cell.
 
     """
 
@@ -206,7 +208,7 @@ class Learner:
         if self.parameters.profile == 'full':
             cells = best_cells(information_gain(
                 field, driven or field, worth_of_look(self.memory),
-                rules_of(self.parameters), self.fitted), n)
+                rules_of(self.parameters), self._beside_known(0)), n)
         free = np.argwhere((field.known == 0) & self._current().composition.reachable)
         # As many more as may be among the cells already, or the goal.
         picked = free[rng.permutation(len(free))[:n + 1]]
@@ -219,7 +221,7 @@ class Learner:
         field = self._current().field
         unseen = np.where(field.known < 0, 1.0, 0.0)
         value = information_gain(
-            field, field, unseen, rules_of(self.parameters), self.fitted)
+            field, field, unseen, rules_of(self.parameters), self._beside_known(1))
         for row, col in self._current().certificate.sinks:
             if field.known[row, col] == 0:
                 value[row, col] += field.known.size
@@ -247,6 +249,13 @@ class Learner:
                 self.refresh, field=made.field, prototypes=made.prototypes, composition=made,
                 certificate=other._certify(made))
         return other
+
+    def _beside_known(self, reach: int) -> npt.NDArray[np.bool_] | None:
+        """Mark what is so near to known free ground, [cells]; None if the workspace is given."""
+        if not self.fitted:
+            return None
+        is_free = (self._current().field.known == FREE).astype(np.float64)
+        return np.asarray(worth_around(is_free, reach) > 0.5)
 
     def _current(self) -> Refresh:
         if self.refresh is None:

@@ -6,7 +6,7 @@ import numpy.typing as npt
 from control_field.headings import headings_from_vectors
 from control_field.kernels import compiled
 from control_field.kernels.steps import StepRules
-from control_field.local_grid import BLOCKED, FREE
+from control_field.local_grid import BLOCKED
 from control_field.records import ControlField
 
 #: Judge at most this many starts, spread evenly over the workspace.
@@ -15,7 +15,7 @@ _MOST_CANDIDATES = 4096
 
 def information_gain(
     field: ControlField, driven: ControlField, worth: npt.NDArray[np.float64],
-    rules: StepRules, only_known: bool = False,
+    rules: StepRules, among: npt.NDArray[np.bool_] | None = None,
 ) -> npt.NDArray[np.float64]:
     """
     Return how much a trial from each cell would show that is worth a look.
@@ -35,8 +35,8 @@ def information_gain(
     worth : ndarray of float64, shape (n_rows, n_cols)
         What a look at each cell is worth, 0 for nothing.
     rules : StepRules
-    only_known : bool
-        Whether a trial may start only where the ground is known to be free.
+    among : ndarray of bool, shape (n_rows, n_cols), optional
+        The only cells that it may begin in.
 
     Returns
     -------
@@ -50,12 +50,13 @@ def information_gain(
         headings, state, crossing = _flow(driven, rules)
         value = np.where(driven.known > 0, worth * crossing, value)
     judged = np.zeros(state.shape, dtype=np.bool_)
-    if only_known:
-        free = np.flatnonzero((state == 1) & (field.known == FREE))
-        judged.reshape(-1)[free[::max(-(-len(free) // _MOST_CANDIDATES), 1)]] = True
-    else:
+    possible = (state == 1) & (field.known != BLOCKED)
+    if among is None:
         judged.reshape(-1)[::-(-state.size // _MOST_CANDIDATES)] = True
-        judged &= (state == 1) & (field.known != BLOCKED)
+        judged &= possible
+    else:
+        places = np.flatnonzero(possible & among)
+        judged.reshape(-1)[places[::max(-(-len(places) // _MOST_CANDIDATES), 1)]] = True
     gain: npt.NDArray[np.float64] = compiled.seen_along(
         headings, judged, value, *field.goal)
     return gain

@@ -1,5 +1,8 @@
 """The picture of what was learnt: the field, the remembered map, and the newest drive."""
 
+from textwrap import wrap
+from typing import Final
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 import numpy as np
@@ -9,6 +12,11 @@ from episode_store.episode import Episode
 from episode_store.relearn import LearntBag, Relearner
 from experience_cli.demo.report import driven_poses
 from experience_cli.figures import drawing
+
+#: A workspace so many times as wide as it is high is drawn in two rows.
+_LONG: Final = 2
+#: So many letters stand in a line above both.
+_LETTERS: Final = 130
 
 
 def inspection_figure(learnt_bag: LearntBag, relearner: Relearner) -> Figure:
@@ -27,7 +35,9 @@ def inspection_figure(learnt_bag: LearntBag, relearner: Relearner) -> Figure:
     assert refresh is not None
     grid = refresh.field.grid
     figure = drawing.new_figure(13.0, 8.0)
-    left, right = figure.subplots(1, 2)
+    # A long way along x has room below another one only.
+    is_long = grid.n_cols > _LONG * grid.n_rows
+    left, right = figure.subplots(*((2, 1) if is_long else (1, 2)))
     newest = learnt_bag.folder
     drawing.draw_frame(left, grid, f'Field after {newest.name} ({newest.kind})')
     drawing.draw_frame(right, grid, 'Remembered map and prototypes')
@@ -42,7 +52,8 @@ def inspection_figure(learnt_bag: LearntBag, relearner: Relearner) -> Figure:
         drawing.draw_goal(axes, refresh.field)
     drawing.draw_legend(figure)
     certificate = refresh.certificate
-    figure.suptitle(f'{certificate.sentence()}\n{certificate.numbers()}', fontsize=10.5)
+    numbers = '\n'.join(wrap(certificate.numbers(), _LETTERS))
+    figure.suptitle(f'{certificate.sentence()}\n{numbers}', fontsize=10.5)
     return figure
 
 

@@ -203,7 +203,7 @@ def test_headings_that_were_better_are_kept_where_they_were_when_the_workspace_g
     assert learner.refresh.field.grid == grid
 
 
-def test_trials_of_a_workspace_that_fits_start_where_the_ground_is_known():
+def test_in_a_workspace_that_fits_trials_start_where_the_ground_is_known_teaching_beside():
     occupancy = np.zeros((12, 12), np.int8)
     cells = segment((2, 2), (2, 9))
     for fitted in (False, True):
@@ -214,4 +214,7 @@ def test_trials_of_a_workspace_that_fits_start_where_the_ground_is_known():
         places = learner.teach_here(40)
         assert starts
         assert places
-        assert all(known[cell] == 0 for cell in starts + places) == fitted
+        assert all(known[cell] == 0 for cell in starts) == fitted
+        beside = [known[max(row - 1, 0):row + 2, max(col - 1, 0):col + 2] for row, col in places]
+        assert all((around == 0).any() for around in beside) == fitted
+        assert any(known[cell] < 0 for cell in places)
