@@ -173,8 +173,8 @@ def conflicts(infos: Iterable[NodeInfo]) -> list[Conflict]:
         by_role[info.role].append(info)
     found = [_met(role, those) for role, those in by_role.items() if len(those) > 1]
     for first, second in (('learner', 'robot'), ('learner', 'sight'), ('robot', 'sight')):
-        if first == 'robot' and by_role['learner']:
-            continue
+        if first == 'robot' and any(info.workspace for info in by_role['learner']):
+            continue  # both are compared with it
         found += [conflict for one, other in itertools.product(by_role[first], by_role[second])
                   for conflict in _of_workspaces(one, other)]
     found += [conflict for one, other in itertools.product(

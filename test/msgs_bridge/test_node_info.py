@@ -133,6 +133,15 @@ def test_other_cells_than_those_of_what_was_learnt_are_named_with_what_to_set(th
     assert problem.prevents == {Operation.TEACH, Operation.DRIVE}
 
 
+def test_beside_a_learner_that_has_no_cells_yet_simulator_and_local_grid_are_compared():
+    learner = said('/learner_node', 'learner', parameters=Parameters(), number=3)
+    others = [said('/sim_node', 'robot', grid=GRID),
+              fitting('/neighbourhood_node', 'sight', Grid(1, 1, 0.5), 2)]
+    [problem] = conflicts([learner, *others])
+    assert 'neighbourhood_node and sim_node have different cells' in problem.text
+    assert not conflicts([learner, others[0], fitting('/n', 'sight', Grid(1, 1, 0.25), 2)])
+
+
 def test_a_local_grid_without_bounds_must_have_the_cells_of_the_simulator():
     [problem] = conflicts([said('/sim_node', 'robot', grid=Grid(20, 20, 0.5)),
                            fitting('/neighbourhood_node', 'sight', Grid(1, 1, 0.25))])
