@@ -8,6 +8,7 @@ import numpy.typing as npt
 from control_field.drives.dead_reckoning import Motion
 from control_field.drives.loops import Loop, loops_of, sentence_from_loops
 from control_field.drives.plausibility import DriveLimits, SPEED_MAX, whole_drive
+from control_field.drives.tight_end import n_before_tight_end, sentence_from_tight_end
 from control_field.drives.workspace import check_inside, check_near
 from control_field.grid import Grid
 from control_field.records import Demonstration
@@ -184,18 +185,24 @@ def demonstration_from_poses(
     entered = _entries(grid, xy, raw)
     path, at, filled = _connected(raw[entered], stamps[entered])
     cells = np.array(path, dtype=np.int32).reshape(-1, 2)
+    there = seen_from(local_grid_stamps, local_grid_cells, stamps, raw)
+    n_free = n_before_tight_end(
+        cells, at, local_grid_stamps[there],
+        None if local_grid_cells is None else local_grid_cells[there], local_grid_blocked[there])
+    cuts = drive.sentences()
+    if n_free < len(cells):
+        cuts.append(sentence_from_tight_end(grid, path[n_free - 1], path[-1]))
+        cells, at, filled, path = cells[:n_free], at[:n_free], filled[:n_free], path[:n_free]
     report = DemonstrationReport(
         n_poses, n_outside, n_idle[0], n_idle[1], n_standing, int(filled.sum()),
         len(path) - len(set(path)), len(path), begins,
-        loops_of(cells, at, grid.world_from_cells(cells)), tuple(drive.sentences()),
-        drive.missing_evidence)
+        loops_of(cells, at, grid.world_from_cells(cells)), tuple(cuts), drive.missing_evidence)
     if len(path) < 2:
         reach = float(np.hypot(*(xy - xy[:1]).T).max(initial=0.0))
         raise TooShortError(
             f'nothing to learn from this drive: it gets {reach:.2f} m away from where it began, '
             f'and leads through {counted(len(path), "cell")} of {grid.resolution:g} m ({report}); '
             f'drive at least from one cell into the next', reach)
-    there = seen_from(local_grid_stamps, local_grid_cells, stamps, raw)
     blocked, unknown = _local_grids(
         at, local_grid_stamps[there], local_grid_blocked[there], local_grid_unknown[there])
     blocked[filled], unknown[filled] = 0, 255
@@ -290,7 +297,7 @@ def seen_from(
         Their cells.
 
     """
-    if local_grid_cells is None or not len(local_grid_stamps):
+    if local_grid_cells is None or not len(local_grid_stamps) or len(stamps) < 2:
         return np.ones(len(local_grid_stamps), dtype=np.bool_)
     after = np.clip(np.searchsorted(stamps, local_grid_stamps), 1, len(stamps) - 1)
     is_before = local_grid_stamps - stamps[after - 1] <= stamps[after] - local_grid_stamps
