@@ -64,7 +64,7 @@ def arguments() -> list[DeclareLaunchArgument]:
         DeclareLaunchArgument(
             'robot', default_value='turtlebot3_burger',
             choices=['turtlebot3_burger', 'turtlebot3_waffle', 'turtlebot4'],
-            description='which file of config/robots tells of body, laser and workspace'),
+            description='which file of config/robots tells of body and laser'),
         DeclareLaunchArgument(
             'params_file',
             default_value=PathJoinSubstitution([
