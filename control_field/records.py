@@ -131,6 +131,8 @@ class Demonstration:
 
     def shifted(self, rows: int, cols: int) -> 'Demonstration':
         """Return it with all of its cells so many rows and columns farther up."""
+        if not rows and not cols:
+            return self
         return replace(self, cells=(self.cells + np.array([rows, cols])).astype(np.int32),
                        local_grids=_shifted(self.local_grids, rows, cols))
 
@@ -168,6 +170,8 @@ class Trial:
 
     def shifted(self, rows: int, cols: int) -> 'Trial':
         """Return it with all of its cells so many rows and columns farther up."""
+        if not rows and not cols:
+            return self
         decisions = self.decisions.copy()
         for name, n in (('row', rows), ('next_row', rows), ('col', cols), ('next_col', cols)):
             decisions[name] += n
