@@ -24,9 +24,8 @@ def true_window(
     Return the true state of the cells around one, with what moves; outside the world is blocked.
 
     Where the cells are made of pixels, parts show where in a blocked cell these are. The parts of
-    a free cell are free: what stands in its corners is in nobody's way.
-    In the cell in the middle the robot is, whatever stands there beside it: it is free, and its
-    parts are what they are.
+    a free cell are free: what stands in its corners is in nobody's way. In the cell in the middle
+    the robot is, whatever stands there beside it: it is free, but for its parts.
 
     Parameters
     ----------
@@ -51,12 +50,12 @@ def true_window(
     grid, part = world.grid, world.grid.resolution / fine
     corner = (grid.origin_x + (col - reach) * grid.resolution,
               grid.origin_y + (row - reach) * grid.resolution)
-    if world.drawn is not None:
-        window[reach, reach] = FREE
-    if fine > 1:
+    if world.drawn is None:
         window = window.repeat(fine, axis=0).repeat(fine, axis=1)
-        if world.drawn is not None:
-            _show_pixels(window, world.drawn, corner, part, fine)
+    elif fine == 1:
+        window[reach, reach] = FREE
+    else:
+        window = _in_parts(world, window, (row - reach, col - reach), corner, fine)
     for disc in discs:
         if disc is not None:
             occupy(window, disc, corner, part)
@@ -77,27 +76,37 @@ def _cut(
     return window
 
 
-def _show_pixels(
-    window: npt.NDArray[np.int8], pixels: Raster, corner: tuple[float, float], part: float,
-    fine: int,
-) -> None:
+def _in_parts(
+    world: World, cells: npt.NDArray[np.int8], low: tuple[int, int],
+    corner: tuple[float, float], fine: int,
+) -> npt.NDArray[np.int8]:
     """
-    Leave of blocked cells those parts blocked in which a pixel is; in place.
+    Return cells in parts: of a blocked one those are in which a pixel is, of the others none.
 
-    Where none is, something beside a cell blocks it, which is shown there: of the cells around the
-    robot's the part that is farthest from it is left.
+    Where no pixel is in it, something beside a cell blocks it, which is shown there. Of the cells
+    around the robot's that part is left then that is farthest from where a robot may be. All that
+    depends on the map alone: what is shown does not move when the robot does.
     """
-    shown = _parts(pixels, corner, part, len(window))
-    reach = len(window) // fine // 2
-    for i, j in product((-1, 0, 1), repeat=2):
-        low, left = (reach + i) * fine, (reach + j) * fine
-        cell = slice(low, low + fine), slice(left, left + fine)
-        if (i, j) != (0, 0) and window[cell].any() and not shown[cell].any():
-            shown[low + (i + 1) * (fine - 1) // 2, left + (j + 1) * (fine - 1) // 2] = BLOCKED
-    some = cells_from_fine(shown, fine).repeat(fine, axis=0).repeat(fine, axis=1)
-    window[(shown == FREE) & (some == BLOCKED)] = FREE
-    middle = slice(reach * fine, (reach + 1) * fine)
-    window[middle, middle] = shown[middle, middle]
+    blocked = cells.repeat(fine, axis=0).repeat(fine, axis=1)
+    shown = np.minimum(_parts(
+        world.pixels, corner, world.grid.resolution / fine, len(blocked)), blocked)
+    reach = len(cells) // 2
+    for i, j in product((reach - 1, reach, reach + 1), repeat=2):
+        part = shown[i * fine:(i + 1) * fine, j * fine:(j + 1) * fine]
+        if cells[i, j] != FREE and (i, j) != (reach, reach) and not part.any():
+            part[_part_in_nobodys_way(world, low[0] + i, low[1] + j, fine)] = BLOCKED
+    none = cells_from_fine(shown, fine) == FREE
+    none[reach - 1:reach + 2, reach - 1:reach + 2] = False
+    return np.where(none.repeat(fine, axis=0).repeat(fine, axis=1), blocked, shown)
+
+
+def _part_in_nobodys_way(world: World, row: int, col: int, fine: int) -> tuple[int, int]:
+    """Return the part of a cell that is farthest from the centres of the free cells around it."""
+    free = np.argwhere(_cut(world.occupancy, row - 1, col - 1, (3, 3)) == FREE) - 1.0
+    middles = (np.indices((fine, fine)) + 0.5) / fine - 0.5
+    away = np.hypot(*(middles[..., np.newaxis] - free.T[:, np.newaxis, np.newaxis]))
+    i, j = divmod(int(away.min(axis=2, initial=fine).argmax()), fine)
+    return i, j
 
 
 def _parts(

@@ -212,11 +212,28 @@ def test_whoever_fits_in_the_pixels_is_clear_of_the_parts_of_smaller_cells(share
             assert Clearance(near, 0.24 - 0.05 * 2**0.5).at(x, y) >= -1e-9
 
 
-def test_a_cell_that_something_beside_it_blocks_shows_it_far_from_the_robot():
+def test_a_cell_that_something_beside_it_blocks_shows_it_far_from_where_a_robot_may_be():
     world = world_of(room(), 0.22, 0.25)
     assert world.occupancy[1, 4] == 100  # from 0.125 to 0.375 m in y, free of pixels
-    parts = true_window(world, (), 2, 4, 1, 5)
-    np.testing.assert_array_equal(np.argwhere(parts[:5, 5:10]), [[0, 2]])
+    for col in (3, 4, 5):  # from wherever it is seen
+        parts = true_window(world, (), 2, col, 1, 5)[:5, 5 * (5 - col):5 * (6 - col)]
+        np.testing.assert_array_equal(np.argwhere(parts), [[0, 0]])
+    assert true_window(world, (), 1, 4, 1, 5)[5:10, 5:10].sum() == 0
+
+
+def test_what_is_shown_of_pixels_does_not_move_when_the_robot_does():
+    noise = np.random.default_rng(5).random((40, 60)) < 0.02
+    world = world_of(Raster(Grid(40, 60, 0.05), np.where(noise, 100, room().occupancy)))
+    rows, cols = world.grid.shape
+    seen = {cell: true_window(world, (), *cell, 1, 5) for cell in np.ndindex(rows, cols)}
+    for row, col in np.ndindex(rows, cols - 1):
+        here, there = seen[row, col][:, 5:], seen[row, col + 1][:, :10]
+        for own, other, end in ((here, there, 0), (there, here, 5)):
+            parts = own[5:10, end:end + 5], other[5:10, end:end + 5]
+            # But for what stands beside the robot's own cell alone.
+            assert (parts[0] == parts[1]).all() or not parts[0].any()
+        np.testing.assert_array_equal(here[[*range(5), *range(10, 15)]],
+                                      there[[*range(5), *range(10, 15)]])
 
 
 def test_the_robots_own_cell_is_free_but_for_its_parts():
