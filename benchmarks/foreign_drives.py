@@ -191,7 +191,7 @@ def hills(bag: BagWriter, rng: Rng) -> Floats:
     return poses.xy
 
 
-def legs(poses: Poses, _: Rng) -> Poses:
+def walking(poses: Poses, _: Rng) -> Poses:
     """Sway as what walks does."""
     sway = 0.03 * np.sin(8.0 * poses.stamps)
     aside = np.stack([-np.sin(poses.yaw), np.cos(poses.yaw)], axis=1)
@@ -325,7 +325,7 @@ KINDS: Final[dict[str, Kind]] = {
     'one pose far off': Kind(_spike, says='far off'),
     'sideways': Kind(odometry(sideways), says='sideways'),
     'camera axes': Kind(optical, True, '--frame'), 'north, east, down': Kind(ned, says='NED'),
-    'hills': Kind(hills), 'legs': Kind(odometry(legs)),
+    'hills': Kind(hills), 'on legs': Kind(odometry(walking)),
     'drone': Kind(flight, None), 'arm': Kind(gripper, True, '--odom-topic'),
     'two robots': Kind(two_robots, True, '--odom-topic'), 'no poses': Kind(no_poses, True, 'none')}
 

@@ -21,6 +21,8 @@ _MARGIN = 0.2
 _STILL = 0.02
 #: Slower than this is standing still, [cells/s]; a speed, whatever the rate of the poses.
 _STANDING = 0.01
+#: Between places so many cells apart, or fewer, the way is filled in diagonally first.
+_SHORT = 3
 #: Poses looked at in one go when the next cell is searched.
 _BLOCK = 256
 
@@ -267,16 +269,25 @@ def _connected(
     at: list[float] = []
     filled: list[bool] = []
     for (row, col), stamp in zip(cells.tolist(), stamps.tolist(), strict=True):
-        while path and max(abs(row - path[-1][0]), abs(col - path[-1][1])) > 1:
-            last = path[-1]
-            path.append((last[0] + int(np.sign(row - last[0])),
-                         last[1] + int(np.sign(col - last[1]))))
+        last = path[-1] if path else (row, col)
+        rows, cols = row - last[0], col - last[1]
+        n_steps = max(abs(rows), abs(cols))
+        for k in range(1, n_steps):
+            path.append((last[0] + _share(rows, k, n_steps), last[1] + _share(cols, k, n_steps)))
             at.append(stamp)
             filled.append(True)
         path.append((row, col))
         at.append(stamp)
         filled.append(False)
     return path, np.array(at), np.array(filled, dtype=np.bool_)
+
+
+def _share(much: int, step: int, n_steps: int) -> int:
+    """Return how far one of some steps leads in a row or column."""
+    whole = abs(much)
+    share = min(step, whole) if n_steps <= _SHORT else (
+        2 * whole * step + n_steps) // (2 * n_steps)
+    return share if much > 0 else -share
 
 
 def seen_from(

@@ -132,6 +132,16 @@ def test_jitter_on_an_edge_is_no_step():
     assert len(cells_of(learn(xy)[0])) <= 8
 
 
+@pytest.mark.parametrize(('to', 'beside'), [((6, 13), 1), ((3, 13), 0), ((12, 11), 1)], ids=str)
+def test_what_is_filled_in_over_many_cells_lies_on_the_straight_line(to, beside):
+    ends = np.array([(3, 2), to])
+    cells = np.array(cells_of(learn(GRID.world_from_cells(ends), 3.0)[0]))
+    line = np.array([ends[0] + share * (ends[1] - ends[0]) for share in np.linspace(0, 1, 101)])
+    off = np.hypot(*(cells[:, np.newaxis] - line).transpose(2, 0, 1)).min(axis=1)
+    assert off.max() <= 0.51 * beside + 0.1
+    assert np.abs(np.diff(cells, axis=0)).max() == 1
+
+
 def test_sparse_poses_are_filled_with_straight_steps_that_nothing_was_seen_from():
     corners = [(3, 2), (3, 4), (5, 7), (7, 10), (7, 12)]
     local_grids = np.array([0.0]), np.array([7], np.uint8), np.array([0], np.uint8)
