@@ -176,9 +176,9 @@ def load_pixels(
 
 
 def _read(path: Path, resolution: float | None) -> MapFile:
-    if path.suffix == '.map':
+    if path.suffix.lower() == '.map':
         return MapFile(read_moving_ai(path), 1.0)
-    if path.suffix in ('.yaml', '.yml'):
+    if path.suffix.lower() in ('.yaml', '.yml'):
         return read_map_server(path)
     if _says_no_scale(path):
         return read_image(path, resolution)
@@ -275,14 +275,14 @@ def config_file(name: str, folder: str, suffixes: tuple[str, ...]) -> Path:
 
     """
     path = Path(name)
-    if path.suffix in suffixes or os.sep in name:
+    if path.suffix.lower() in suffixes or os.sep in name:
         return path
     folders = config_folders(folder)
     for where in folders:
         if (where / f'{name}.yaml').is_file():
             return where / f'{name}.yaml'
     known = sorted({file.stem for where in folders for file in where.glob('*.yaml')})
-    kinds = ' or '.join(suffix for suffix in suffixes if suffix != '.yml')
+    kinds = ' or '.join(suffix for suffix in suffixes[:4] if suffix != '.yml')
     raise WorldError(path, f'there is no file of that name in config/{folder}, give the path of a '
                            f'{kinds} file or one of: {", ".join(known) or "(none installed)"}')
 
