@@ -241,7 +241,12 @@ class LearnerNode(Node):
         problem = self._peers.why_not(operation)
         if problem or operation is not Operation.TEACH or self._settings.grid is not None:
             return problem
-        return self._cells.problem(self._dispatcher.local_grid, self._task_memory.learnt_grid)
+        heard, learnt = self._dispatcher.local_grid, self._task_memory.learnt_grid
+        topic = self.resolve_topic_name('neighbourhood')
+        if not heard and learnt is None and self.count_publishers(topic):
+            return (f'nothing has arrived on {topic} yet, whose cells it is to have: wait a '
+                    f'moment, or see what its publisher says')
+        return self._cells.problem(heard, learnt)
 
     def describe(self) -> None:
         """Tell the peers the workspace and the parameters of the method."""
