@@ -1,4 +1,4 @@
-"""Controller and simulator on a map of small pixels, without ROS: nothing holds, nothing is hit."""
+"""Controller and simulator on a map of small pixels, without ROS: nothing holds or is hit."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,6 @@ from control_field_node.supervisor import Supervisor
 from experience_evaluation.teachers import demonstrate
 from msgs_bridge.messages.neighbourhoods import Neighbourhood
 from msgs_bridge.messages.poses import Pose
-from sim_node.robot import Placement
 from sim_node.settings import SimSettings
 from sim_node.simulation import Simulation
 from world_maps.raster import Raster
