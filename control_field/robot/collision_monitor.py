@@ -15,7 +15,7 @@ import math
 from typing import Final
 
 from control_field.robot.footprint_sweep import (
-    gap_to_box, is_clear_for, share_of_turn, SHARES)
+    gap_to_box, is_clear_for, SHARES, velocities_to_try)
 from control_field.robot.limits import (
     Limits, MARGIN, STANDSTILL, Velocity, within_acceleration, within_speed)
 from control_field.robot.obstacle_boxes import (
@@ -66,59 +66,77 @@ _SENTENCES: Final = {
 
 
 def clear_of_obstacles(
-    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid,
-    limits: Limits,
+    velocity: Velocity, previous: Velocity, dt: float, pose: tuple[float, float, float],
+    local_grid: LocalGrid, limits: Limits,
 ) -> tuple[Velocity, Intervention]:
     """Return the velocity, slowed as far as its braking way needs."""
+    if limits.footprint is not None:
+        footprint = limits.footprint
+        return body_clear_of_obstacles(
+            velocity, previous, dt, pose, local_grid, limits,
+            lambda slower: is_clear_for(
+                footprint, slower, previous, dt, pose, local_grid, limits))
     v, w = velocity
     if abs(v) < SLOWEST:
-        return turned((0.0, w), dt, pose, local_grid, limits, Intervention.NONE)
+        return (0.0, w), Intervention.NONE
     if not is_within(pose, local_grid):
-        return turned(velocity, dt, pose, local_grid, limits, Intervention.NO_LOCAL_GRID)
+        return (0.0, w), Intervention.NO_LOCAL_GRID
     if local_grid.is_entered:
-        return turned(velocity, dt, pose, local_grid, limits, Intervention.ENTERED)
+        return (0.0, w), Intervention.ENTERED
     for share in SHARES:
         slower = share * v, w
         if is_clear(slower, dt, pose, local_grid, limits) and (
                 is_out_of_reach(slower, dt, pose, local_grid, limits)):
             return slower, Intervention.NONE if share == 1.0 else Intervention.SLOWED
-    moves = is_clear((SHARES[-1] * v, w), dt, pose, local_grid, limits)
-    return turned(velocity, dt, pose, local_grid, limits,
-                  Intervention.MOVING if moves else Intervention.BLOCKED)
+    if is_clear((SHARES[-1] * v, w), dt, pose, local_grid, limits):
+        return (0.0, w), Intervention.MOVING
+    return (0.0, w), Intervention.BLOCKED
 
 
-def turned(
-    velocity: Velocity, dt: float, pose: tuple[float, float, float], local_grid: LocalGrid,
-    limits: Limits, why: Intervention,
+def body_clear_of_obstacles(
+    velocity: Velocity, previous: Velocity, dt: float, pose: tuple[float, float, float],
+    local_grid: LocalGrid, limits: Limits, is_clear: Callable[[Velocity], bool],
+    late_by: float = 0.0,
 ) -> tuple[Velocity, Intervention]:
     """
-    Return what is left of a velocity on the spot; a disc turns there whatever is around it.
+    Return what `clear_of_obstacles` does, for a body with a footprint.
+
+    Nothing is changed faster than the limits of acceleration allow, standing still included, but
+    where even that would touch something.
 
     Parameters
     ----------
-    velocity : tuple of float, [m/s] and [rad/s]
-        The robot may still roll by its speed.
-    dt, pose, local_grid, limits
-        As for `limit_command`.
-    why : Intervention
-        Why the robot may not drive, or NONE where it is not to.
+    velocity, previous, dt, pose, local_grid, limits
+        As for `limit_command`; the velocity is within the acceleration.
+    is_clear : callable
+        Whether a velocity, and stopping after it, touches nothing.
+    late_by : float, [s]
+        How old the pose is.
 
     """
-    v, w = velocity
-    if limits.footprint is None or abs(w) < SLOWEST:
-        return (0.0, w), why
-    if local_grid.is_entered or not is_within(pose, local_grid):
-        unknown = Intervention.ENTERED if local_grid.is_entered else Intervention.NO_LOCAL_GRID
-        return STANDSTILL, unknown
-    share = share_of_turn(limits.footprint, (v, w), dt, pose, local_grid, limits)
-    if share == 1.0 or why is not Intervention.NONE:
-        return (0.0, share * w), why
-    return (0.0, share * w), Intervention.SLOWED if share else Intervention.BLOCKED
+    braking = within_acceleration(STANDSTILL, previous, dt, limits)
+    if not is_within(pose, local_grid):
+        return braking, Intervention.NO_LOCAL_GRID
+    if local_grid.is_entered:
+        return braking, Intervention.ENTERED
+    why = Intervention.BLOCKED
+    for slower, drives in velocities_to_try(velocity, braking):
+        if not is_clear(slower):
+            continue
+        if abs(slower[0]) >= SLOWEST and slower[0] != braking[0] and not is_out_of_reach(
+                slower, dt + late_by, pose, local_grid, limits):
+            why = Intervention.MOVING
+            continue
+        if slower == velocity:
+            return slower, Intervention.NONE
+        return slower, Intervention.SLOWED if drives or abs(velocity[0]) < SLOWEST else why
+    return braking if is_clear(braking) else STANDSTILL, why
 
 
 #: What slows a velocity down for what is in its way.
-Slowing = Callable[[Velocity, float, tuple[float, float, float], LocalGrid, Limits],
-                   tuple[Velocity, Intervention]]
+Slowing = Callable[
+    [Velocity, Velocity, float, tuple[float, float, float], LocalGrid, Limits],
+    tuple[Velocity, Intervention]]
 
 
 def limit_command(
@@ -151,7 +169,7 @@ def limit_command(
     velocity : tuple of float
         Within the limits of speed, and within those of acceleration unless the reason is
         ``BLOCKED``, ``SLOWED``, ``ENTERED``, ``MOVING``, ``LATE``, ``NO_LOCAL_GRID`` or
-        ``NOT_FINITE``: those brake at once.
+        ``NOT_FINITE``: those brake at once, but a body with a footprint.
     reason : Intervention
 
     """
@@ -163,7 +181,7 @@ def limit_command(
     if local_grid is None:
         turn = 0.0 if limits.footprint is not None else ramped[1]
         return (0.0, turn), Intervention.NO_LOCAL_GRID
-    velocity, reason = slowed(ramped, dt, pose, local_grid, limits)
+    velocity, reason = slowed(ramped, previous, dt, pose, local_grid, limits)
     if reason is not Intervention.NONE:
         return velocity, reason
     if ramped != slow:
@@ -192,12 +210,10 @@ def is_clear(
     limits: Limits,
 ) -> bool:
     """
-    Return whether the body touches nothing on its arc and braking way.
+    Return whether the disc touches nothing on its arc and braking way.
 
-    One that overlaps something already (a noisy pose) may move as long as it gets no deeper.
+    A disc that overlaps something already (a noisy pose) may move as long as it gets no deeper.
     """
-    if limits.footprint is not None:
-        return is_clear_for(limits.footprint, velocity, dt, pose, local_grid, limits)
     v, w = velocity
     x, y, yaw = pose
     way = braking_way(v, dt, limits)

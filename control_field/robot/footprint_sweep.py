@@ -12,7 +12,8 @@ import math
 from typing import Final
 
 from control_field.robot.footprint import Footprint
-from control_field.robot.limits import Limits, MARGIN, Velocity
+from control_field.robot.limits import (
+    Limits, MARGIN, STANDSTILL, Velocity, within_acceleration)
 from control_field.robot.obstacle_boxes import Box, distance_to_box, LocalGrid
 from control_field.robot.sent_commands import moved, Piece, Place
 
@@ -157,11 +158,12 @@ class FootprintRoom:
         return room
 
 
-def ways_to_stop(velocity: Velocity, limits: Limits) -> Iterator[list[Piece]]:
+def ways_to_stop(velocity: Velocity, dt: float, limits: Limits) -> Iterator[list[Piece]]:
     """
-    Yield ways on which a robot may come to stand: both brakes as they are planned, or one at once.
+    Yield ways on which a robot may come to stand that is told to brake by its limits.
 
-    Between these lies what a base does that brakes harder than its limits.
+    Step by step, as it is told to; evenly; with its speed gone at once, or its turn. Between these
+    lies what a base does that brakes harder than its limits.
     """
     v, w = velocity
     in_v, in_w = abs(v) / limits.a_max, abs(w) / limits.alpha_max
@@ -171,9 +173,15 @@ def ways_to_stop(velocity: Velocity, limits: Limits) -> Iterator[list[Piece]]:
         return
     middles = [(k + 0.5) * seconds for k in range(_N_BRAKING)]
     yield [(_mean(v, at, in_v, seconds), _mean(w, at, in_w, seconds), seconds) for at in middles]
-    if v and w:
-        yield [(0.0, w, 0.5 * in_w)]
-        yield [(v, 0.0, 0.5 * in_v)]
+    if not v or not w:
+        return
+    yield [(0.0, w, 0.5 * in_w)]
+    yield [(v, 0.0, 0.5 * in_v)]
+    steps, slower = [], within_acceleration(STANDSTILL, velocity, dt, limits)
+    while slower != STANDSTILL and dt > seconds / _N_BRAKING:
+        steps.append((*slower, dt))
+        slower = within_acceleration(STANDSTILL, slower, dt, limits)
+    yield steps
 
 
 def _mean(value: float, at: float, until: float, seconds: float) -> float:
@@ -187,50 +195,45 @@ def _mean(value: float, at: float, until: float, seconds: float) -> float:
     return value * left * (until - begin) / (2.0 * seconds)
 
 
-def stopping_way(velocity: Velocity, dt: float, limits: Limits) -> float:
-    """Return how far the robot's middle gets in one step and then braking, [m]."""
-    v = abs(velocity[0])
-    return v * dt + v * v / (2.0 * limits.a_max)
+def velocities_to_try(
+    wanted: Velocity, braking: Velocity,
+) -> Iterator[tuple[Velocity, bool]]:
+    """
+    Yield velocities from the wanted one down to braking, and whether the robot drives on by it.
+
+    All are within the acceleration: what a robot is told that it does at once, and where it comes
+    to stand can be told beforehand.
+    """
+    (v, w), (slow, straight) = wanted, braking
+    for share in SHARES:
+        if share == 1.0 or v != slow:
+            yield (slow + share * (v - slow), w), True
+    for share in SHARES:
+        if w != straight:
+            yield (slow, straight + share * (w - straight)), False
 
 
 def is_clear_for(
-    footprint: Footprint, velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid,
-    limits: Limits,
+    footprint: Footprint, velocity: Velocity, previous: Velocity, dt: float, pose: Place,
+    local_grid: LocalGrid, limits: Limits,
 ) -> bool:
-    """Return whether a body touches nothing in a step and on its ways to stop."""
+    """
+    Return whether a body touches nothing in a step and on its ways to stop after it.
+
+    Also where the base takes the step to come from the speed before to this one, or from the turn.
+    """
+    (v, w), (v_before, w_before) = velocity, previous
+    fastest = max(abs(v), abs(v_before))
     room = FootprintRoom.around(
-        pose, stopping_way(velocity, dt, limits), local_grid, footprint)
+        pose, fastest * dt + fastest * fastest / (2.0 * limits.a_max), local_grid, footprint)
     if room is None:
         return True
-    end = room.sweep(pose, [(*velocity, dt)])
-    return end is not None and all(
-        room.sweep(end, way) is not None for way in ways_to_stop(velocity, limits))
-
-
-def share_of_turn(
-    footprint: Footprint, velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid,
-    limits: Limits,
-) -> float:
-    """
-    Return the greatest share of a turning rate that touches nothing on the spot; 0 if none.
-
-    Also while the robot still rolls on by the speed that it drives with, until it has braked.
-    """
-    v, w = velocity
-    room = FootprintRoom.around(
-        pose, stopping_way(velocity, 0.0, limits), local_grid, footprint)
-    if room is None:
-        return 1.0
-    for share in SHARES:
-        turn = share * w
-        rolling: list[Piece] = [(0.5 * v, turn, abs(v) / limits.a_max)] if v else []
-        if all(_turns(room, [*before, (0.0, turn, dt)], pose, turn, limits)
-               for before in ([], rolling)):
-            return share
-    return 0.0
-
-
-def _turns(
-    room: FootprintRoom, way: list[Piece], pose: Place, turn: float, limits: Limits,
-) -> bool:
-    return room.sweep(pose, [*way, (0.0, turn, 0.5 * abs(turn) / limits.alpha_max)]) is not None
+    stops = list(ways_to_stop(velocity, dt, limits))
+    steps = dict.fromkeys((a, b, dt) for a in (v, 0.5 * (v + v_before))
+                          for b in (w, 0.5 * (w + w_before)))
+    for k, step in enumerate(steps):
+        end = room.sweep(pose, [step])
+        if end is None or any(room.sweep(end, way) is None
+                              for way in (stops[:1] if k else stops)):
+            return False
+    return True

@@ -12,8 +12,8 @@ import math
 from typing import Final
 
 from control_field.robot.collision_monitor import (
-    braking_way, clear_of_obstacles, Intervention, is_out_of_reach, is_within, limit_command,
-    SLOWEST, SPACING, turned)
+    body_clear_of_obstacles, braking_way, clear_of_obstacles, Intervention, is_out_of_reach, is_within, limit_command,
+    SLOWEST, SPACING)
 from control_field.robot.footprint_sweep import FootprintRoom, ways_to_stop
 from control_field.robot.latency import Lag
 from control_field.robot.limits import Limits, MARGIN, Velocity
@@ -25,9 +25,8 @@ from control_field.robot.sent_commands import moved, Piece, Place
 SHARES: Final = (
     1.0, 0.92, 0.84, 0.76, 0.68, 0.6, 0.52, 0.45, 0.38, 0.32, 0.26, 0.2, 0.15, 0.1, 0.07, 0.05)
 _CREEPING: Final = 0.01
-#: Those of a body that is no disc, which costs more to look at; and its margin, [m]: it is looked
-#: at in places twice as far apart, or as what is near leaves room.
-_FEW_SHARES: Final = (1.0, 0.7, 0.45, 0.26, 0.15, 0.07)
+#: What a body with a footprint keeps, [m]: it is looked at in places twice as far apart, or as what
+#: is near leaves room.
 _MARGIN: Final = 0.005
 #: How long a command is followed until it is seen that the ones before it were late, [s].
 NOTICED: Final = 0.2
@@ -62,49 +61,54 @@ def limit_late_command(
     limits: Limits, lag: Lag,
 ) -> tuple[Velocity, Intervention]:
     """Return what `limit_command` returns, for a pose that is old by what ``lag`` says."""
+    late_by = max((_duration(way) for way in lag.ways), default=0.0)
+
     def slowed(
-        velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid, limits: Limits,
+        velocity: Velocity, previous: Velocity, dt: float, pose: Place, local_grid: LocalGrid,
+        limits: Limits,
     ) -> tuple[Velocity, Intervention]:
+        if limits.footprint is not None:
+            return body_clear_of_obstacles(
+                velocity, previous, dt, pose, local_grid, limits,
+                lambda slower: _is_clear_for(slower, dt, pose, local_grid, limits, lag), late_by)
         v, w = velocity
-
-        def turning(why: Intervention) -> tuple[Velocity, Intervention]:
-            return _turned(velocity, dt, pose, local_grid, limits, lag, why)
-
         if abs(v) < SLOWEST:
-            return turning(Intervention.NONE)
+            return (0.0, w), Intervention.NONE
         if not is_within(pose, local_grid):
-            return turning(Intervention.NO_LOCAL_GRID)
+            return (0.0, w), Intervention.NO_LOCAL_GRID
         if local_grid.is_entered:
-            return turning(Intervention.ENTERED)
+            return (0.0, w), Intervention.ENTERED
         share = share_that_is_clear(velocity, dt, pose, local_grid, limits, lag)
-        late_by = max((_duration(way) for way in lag.ways), default=0.0)
         if share and not is_out_of_reach(
                 (share * v, w), dt + late_by, pose, local_grid, limits):
-            return turning(Intervention.MOVING)
+            return (0.0, w), Intervention.MOVING
         if share:
             return (share * v, w), Intervention.NONE if share == 1.0 else Intervention.SLOWED
-        _, done = clear_of_obstacles(velocity, dt, pose, local_grid, limits)
+        _, done = clear_of_obstacles(velocity, previous, dt, pose, local_grid, limits)
         near = done is Intervention.BLOCKED
-        return turning(
-            Intervention.LATE if lag.is_late and not near else Intervention.BLOCKED)
+        return (0.0, w), Intervention.LATE if lag.is_late and not near else Intervention.BLOCKED
 
     return limit_command(command, previous, dt, pose, local_grid, limits, slowed)
 
 
-def _turned(
-    velocity: Velocity, dt: float, pose: Place, local_grid: LocalGrid, limits: Limits, lag: Lag,
-    why: Intervention,
-) -> tuple[Velocity, Intervention]:
-    """Return what `collision_monitor.turned` returns, on all ways driven since the last pose."""
-    v, w = velocity
-    (_, turn), done = turned((v, w), dt, pose, local_grid, limits, why)
-    if limits.footprint is None or not turn:
-        return (0.0, turn), done
-    share = share_that_is_clear((0.0, turn), dt, pose, local_grid, limits, lag)
-    if share == 1.0:
-        return (0.0, turn), done
-    less = Intervention.SLOWED if share else Intervention.BLOCKED
-    return (0.0, share * turn), less if why is Intervention.NONE else why
+def _is_clear_for(
+    velocity: Velocity, dt: float, place: Place, local_grid: LocalGrid, limits: Limits, lag: Lag,
+) -> bool:
+    """Return whether a body with a footprint touches nothing on any way, nor on those to stop."""
+    assert limits.footprint is not None
+    v, _ = velocity
+    cases, brakes = list(_cases(dt, lag)), _brakes(lag, limits)
+    farthest = max(_length(way) + abs(v) * holds for way, holds in cases)
+    room = FootprintRoom.around(
+        place, farthest + braking_way(v, 0.0, limits) + brakes, local_grid, limits.footprint,
+        _MARGIN)
+    if room is None:
+        return True
+    # It may still brake from a greater speed.
+    longer = max(brakes - braking_way(v, 0.0, limits), 0.0) / abs(v) if v else 0.0
+    stops = list(ways_to_stop(velocity, dt, limits))
+    return all(room.sweep(place, [*way, (*velocity, holds + longer), *stop]) is not None
+               for way, holds in cases for stop in stops)
 
 
 def share_that_is_clear(
@@ -112,8 +116,6 @@ def share_that_is_clear(
 ) -> float:
     """
     Return the greatest share of a velocity's speed that touches nothing on any way; 0 if none.
-
-    Of a turn on the spot, which only a body that is no disc has to look at, the share of its rate.
 
     Parameters
     ----------
@@ -141,26 +143,15 @@ def share_that_is_clear(
         if end is None:
             return 0.0
         ends.append((end, holds))
-    for share in SHARES if limits.footprint is None else _FEW_SHARES:
-        slower = (share * v, w) if v else (0.0, share * w)
-        if v and share < 0.25 and abs(slower[0]) < _CREEPING:
+    brakes = _brakes(lag, limits)
+    for share in SHARES:
+        speed = share * v
+        if share < 0.25 and abs(speed) < _CREEPING:
             return 0.0
-        stops = _stops(slower, lag, limits)
-        if all(room.sweep(end, [(*slower, holds + longer), *stop]) for end, holds in ends
-               for longer, stop in stops):
+        braking = max(brakes, speed * speed / (2.0 * limits.a_max)) / abs(speed)
+        if all(room.sweep(end, [(speed, w, holds + braking)]) for end, holds in ends):
             return share
     return 0.0
-
-
-def _stops(velocity: Velocity, lag: Lag, limits: Limits) -> list[tuple[float, list[Piece]]]:
-    """Return how much longer a velocity holds while the robot brakes, and what comes then."""
-    v, _ = velocity
-    brakes = _brakes(lag, limits)
-    if limits.footprint is None:
-        return [(max(brakes, v * v / (2.0 * limits.a_max)) / abs(v), [])]
-    # It may still brake from a greater speed.
-    longer = max(brakes - v * v / (2.0 * limits.a_max), 0.0) / abs(v) if v else 0.0
-    return [(longer, stop) for stop in ways_to_stop(velocity, limits)]
 
 
 def _cases(dt: float, lag: Lag) -> Iterator[tuple[list[Piece], float]]:
@@ -202,12 +193,8 @@ def _length(way: list[Piece]) -> float:
     return sum(abs(v) * seconds for v, _, seconds in way)
 
 
-def _room(
-    place: Place, reach: float, local_grid: LocalGrid, limits: Limits,
-) -> _Room | FootprintRoom | None:
+def _room(place: Place, reach: float, local_grid: LocalGrid, limits: Limits) -> _Room | None:
     """Return what there is within reach; None if that is nothing."""
-    if limits.footprint is not None:
-        return FootprintRoom.around(place, reach, local_grid, limits.footprint, _MARGIN)
     x, y, _ = place
     keep = limits.radius + MARGIN
     near = [(box, min(keep, distance)) for box in local_grid.boxes
