@@ -1,5 +1,5 @@
 """
-Start local grid, controller and learner on a TurtleBot that has been brought up.
+Start local grid, controller and learner on a robot that has been brought up.
 
 `ros2 launch experience_controller turtlebot.launch.py robot:=turtlebot3_burger task:=kitchen`, and
 in a terminal of its own `ros2 run experience_controller teleop_node` with the robot's parameters.
@@ -63,28 +63,29 @@ def arguments() -> list[DeclareLaunchArgument]:
     return [
         DeclareLaunchArgument(
             'robot', default_value='turtlebot3_burger',
-            choices=['turtlebot3_burger', 'turtlebot3_waffle', 'turtlebot4'],
+            choices=['turtlebot3_burger', 'turtlebot3_waffle', 'turtlebot4', 'turtlebot4_lite',
+                     'create3', 'jackal', 'rosbot', 'mir100'],
             description='which file of config/robots tells of body and laser'),
         DeclareLaunchArgument(
             'params_file',
             default_value=PathJoinSubstitution([
                 FindPackageShare(PACKAGE), 'config', 'robots',
                 PythonExpression(["'", LaunchConfiguration('robot'), ".yaml'"])]),
-            description='a file of your own like those, instead'),
+            description='a file of your own like those, instead; `experience robot` writes one'),
         DeclareLaunchArgument(
             'pose_topic', default_value='',
-            description='pose of a localisation, such as amcl_pose; empty: odometry is taken at '
-                        'its word'),
+            description='pose of a localisation, such as amcl_pose, or /tf for its transform; '
+                        'empty: odometry is taken at its word'),
         DeclareLaunchArgument(
             'frame_id', default_value=either('map', 'odom'),
             description='frame of the workspace: that of the localisation, or of odometry'),
         DeclareLaunchArgument('odom', default_value='odom', description="the wheels' odometry"),
         DeclareLaunchArgument('namespace', default_value='', description='of the robot'),
-        # A TurtleBot3 on Jazzy reads TwistStamped, the base of a TurtleBot 4 reads Twist.
+        # A TurtleBot3 on Jazzy reads TwistStamped; of the others it is told here if theirs does.
         DeclareLaunchArgument(
             'enable_stamped_cmd_vel',
             default_value=PythonExpression(["'", LaunchConfiguration('robot'),
-                                            "' != 'turtlebot4'"]),
+                                            "'.startswith('turtlebot3')"]),
             description='whether the robot reads cmd_vel as TwistStamped instead of Twist'),
         DeclareLaunchArgument('source', default_value='scan', choices=['scan', 'costmap'],
                               description='what the neighbourhood is made from'),

@@ -39,7 +39,9 @@ class LocalisedSettings:
     """
 
     pose_topic: str = parameter(
-        'amcl_pose', 'PoseWithCovarianceStamped of the localisation')
+        'amcl_pose', 'PoseWithCovarianceStamped of the localisation; /tf: the transform from '
+        'frame_id to the frame of odometry, as AMCL and slam_toolbox publish it (where tf2_msgs '
+        'is installed)')
     frame_id: str = parameter(
         'map', 'frame of the localisation, and of what is published: the frame_id of learner_node '
         'and neighbourhood_node')
@@ -85,6 +87,8 @@ class LocalisedOdometry:
         self.settings = settings
         #: What was wrong with the newest odometry and the newest pose; empty if nothing was.
         self.odometry_refusal = self.pose_refusal = ''
+        #: How often, and how far the last time, [m], the localisation found the robot elsewhere.
+        self.n_leaps, self.last_leap = 0, 0.0
         self._begin_anew()
 
     def _begin_anew(self) -> None:
@@ -95,6 +99,11 @@ class LocalisedOdometry:
         self._seen: Placement | None = None
         #: Stamp of that pose, and how far the wheels had driven by then.
         self._seen_at, self._seen_after = -math.inf, 0.0
+
+    @property
+    def odometry_frame(self) -> str:
+        """Return the frame of the newest odometry, empty if there is none."""
+        return self._kept[-1][0].frame_id if self._kept else ''
 
     @property
     def problem(self) -> str:
@@ -111,8 +120,8 @@ class LocalisedOdometry:
             return f'poses arrive on {topic} but do not count: {self.pose_refusal}'
         if self._seen is None:
             since = ' since odometry was reset' * math.isfinite(self._seen_at)
-            return f'no pose has arrived on {topic}{since} ({_REMEDY})'
-        return (f'no pose has arrived on {topic} for {driven:.1f} m, must be one every '
+            return f'no {_word(topic)} has arrived on {topic}{since} ({_REMEDY})'
+        return (f'no {_word(topic)} has arrived on {topic} for {driven:.1f} m, must be one every '
                 f'{self.settings.trusted_distance:g} m')
 
     def on_pose(self, pose: Pose) -> None:
@@ -138,6 +147,30 @@ class LocalisedOdometry:
         if pose.stamp > self._seen_at:
             self._seen = _place(pose).compose(_ORIGIN.seen_from(_place(then)))
             self._seen_at, self._seen_after = pose.stamp, driven
+
+    def on_origin(self, stamp: float, origin: Placement) -> None:
+        """
+        Take in where odometry begins in the map, as `/tf` says.
+
+        Parameters
+        ----------
+        stamp : float, [s]
+            Of the transform; localisations date it ahead, so it is not compared with odometry. One
+            older than the last is passed over; one at 0 is fixed and holds for ever.
+        origin : Placement
+
+        Raises
+        ------
+        ValueError
+            If there is no odometry.
+
+        """
+        if not self._kept:
+            raise ValueError(f'{self.settings.pose_topic}: {self.problem}')
+        if stamp and stamp <= self._seen_at:
+            return
+        self._seen, self._seen_after = origin, self._kept[-1][1] if stamp else math.inf
+        self._seen_at = stamp or self._seen_at
 
     def place(self, odometry: Pose) -> Pose | None:
         """
@@ -186,11 +219,22 @@ class LocalisedOdometry:
         settings, dx, dy = self.settings, seen.x - believed.x, seen.y - believed.y
         turn, distance = math.remainder(seen.yaw - believed.yaw, math.tau), math.hypot(dx, dy)
         if distance > settings.jump_distance or abs(turn) > settings.jump_turn:
+            self.n_leaps, self.last_leap = self.n_leaps + 1, distance
             return seen
         share = min(1.0, settings.catch_up_speed * dt / distance) if distance else 1.0
         most = settings.catch_up_turn * dt
         return Placement(believed.x + share * dx, believed.y + share * dy,
                          believed.yaw + max(-most, min(most, turn)))
+
+
+def is_tf(topic: str) -> bool:
+    """Return whether a pose topic stands for transforms."""
+    return topic.lstrip('/') == 'tf'
+
+
+def _word(topic: str) -> str:
+    """Return what arrives on a pose topic."""
+    return 'transform of odometry' if is_tf(topic) else 'pose'
 
 
 def _place(pose: Pose) -> Placement:

@@ -1,5 +1,6 @@
 """The node `localised_odometry_node`: odometry in the frame of a localisation's map."""
 
+from contextlib import suppress
 import time
 from typing import Any, Final
 
@@ -11,7 +12,7 @@ from rclpy.node import Node
 
 from control_field.robot.stop_rules import Timeout
 from control_field.robot.suspension import Suspension
-from localised_odometry_node.fusion import FIXED, LocalisedOdometry, LocalisedSettings
+from localised_odometry_node.fusion import FIXED, is_tf, LocalisedOdometry, LocalisedSettings
 from msgs_bridge.messages.poses import (
     odometry_from_pose, pose_from_initialpose, pose_from_odometry)
 from msgs_bridge.node import qos
@@ -19,7 +20,9 @@ from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.peer_monitor import PeerMonitor
 from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import run_node
+from msgs_bridge.node.tf_type import transforms_type
 from msgs_bridge.node.throttled_log import ThrottledLog
+from msgs_bridge.sensing.live_frames import LiveFrames
 
 _LOOK_PERIOD: Final = 1.0
 #: Time without odometry after which none arrives, [s].
@@ -57,12 +60,45 @@ class LocalisedOdometryNode(Node):
         self._odometry = Timeout(_SILENCE, self._suspension)
         self._publisher = self.create_publisher(Odometry, 'localised_odom', qos.ODOMETRY_PUB)
         self.create_subscription(Odometry, 'odom', self._on_odometry, qos.SENSOR)
-        qos.subscribe_all(self, PoseWithCovarianceStamped, settings.pose_topic, self._on_pose,
-                     qos.LOCALISATIONS)
+        self._frames, self._n_leaps = LiveFrames(settings.pose_topic), 0
+        self._subscribe(settings.pose_topic)
         self.create_timer(_LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         logger, named = self.get_logger(), self.resolve_topic_name  # type: ignore[no-untyped-call]
         logger.info(f'{named("localised_odom")} is made from {named("odom")} and '
                     f'{named(settings.pose_topic)}, in {settings.frame_id}')
+
+    def _subscribe(self, topic: str) -> None:
+        if not is_tf(topic):
+            qos.subscribe_all(
+                self, PoseWithCovarianceStamped, topic, self._on_pose, qos.LOCALISATIONS)
+            return
+        kind = transforms_type()
+        if kind is None:
+            raise ValueError(f'pose_topic is {topic!r}, which takes tf2_msgs (a ROS installation '
+                             f'has it): name a topic of poses instead, such as amcl_pose')
+        self.create_subscription(kind, topic, self._on_transforms, qos.FRAMES, raw=True)
+        self.create_subscription(
+            kind, f'{topic}_static', self._on_transforms, qos.STATIC_FRAMES, raw=True)
+
+    def _on_transforms(self, message: bytes) -> None:
+        try:
+            told = self._frames.update(message)
+            # Most of them are about wheels and sensors.
+            if not self._frames.above(self._localised.odometry_frame).isdisjoint(told):
+                self._take_origin()
+        except ValueError as error:
+            self._localised.pose_refusal = str(error)
+            self._throttled_log.log_refused(error)
+
+    def _take_origin(self) -> None:
+        """Take where odometry begins in the map from the transforms; ValueError if it is odd."""
+        localised = self._localised
+        if not localised.odometry_frame:
+            return
+        found = self._frames.origin(localised.odometry_frame, localised.settings.frame_id)
+        if found is not None:
+            localised.on_origin(*found)
+            localised.pose_refusal = ''
 
     def _on_settings(self, settings: LocalisedSettings) -> None:
         self._localised.settings = settings
@@ -92,7 +128,16 @@ class LocalisedOdometryNode(Node):
             self._publisher.publish(out)
 
     def _look(self) -> None:
+        if is_tf(self._localised.settings.pose_topic):
+            with suppress(ValueError):  # said when it came
+                self._take_origin()
         problem, now = self._localised.problem, time.monotonic()
+        if self._localised.n_leaps > self._n_leaps:
+            self._n_leaps = self._localised.n_leaps
+            self.get_logger().warning(  # type: ignore[no-untyped-call]
+                f'the localisation found the robot {self._localised.last_leap:.2f} m from where '
+                f'it was taken to be: localised_odom has leapt there ({self._n_leaps} times by '
+                f'now)')
         self._suspension.look(now)
         if self._odometry.has_come and self._odometry.is_stale(now):
             problem = self._odometry.absence(now, 'odometry')

@@ -1,14 +1,15 @@
 """Where the laser is mounted, as `/tf_static` says; logs what that is taken from."""
 
 import math
-from typing import Any, Final
+from typing import Final
 
 from rclpy.node import Node
 
 from msgs_bridge.node import qos
+from msgs_bridge.node.tf_type import transforms_type
 from msgs_bridge.sensing.laser_mount import Mount
+from msgs_bridge.sensing.live_frames import LiveFrames
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker
-from neighbourhood_node.static_frames import StaticFrames
 
 _TOPIC: Final = '/tf_static'
 _PARAMETERS: Final = 'laser_x, laser_y, laser_z, laser_roll, laser_pitch and laser_yaw'
@@ -16,15 +17,6 @@ _PARAMETERS: Final = 'laser_x, laser_y, laser_z, laser_roll, laser_pitch and las
 _MAX_DISTANCE, _MAX_ANGLE = 0.02, 0.1
 #: Longer names of frames are cut off, [characters].
 _MAX_NAME: Final = 80
-
-
-def frames_type() -> Any:
-    """Return the type of `/tf_static`; None where tf2_msgs is not installed."""
-    try:
-        from tf2_msgs.msg import TFMessage  # type: ignore[import-not-found, unused-ignore]
-    except ImportError:
-        return None
-    return TFMessage
 
 
 class LaserMountFinder:
@@ -41,11 +33,11 @@ class LaserMountFinder:
     def __init__(self, node: Node, maker: NeighbourhoodMaker) -> None:
         """Subscribe, if there is a type to subscribe with."""
         self._logger = node.get_logger()  # type: ignore[no-untyped-call]
-        self._maker, self._frames = maker, StaticFrames()
+        self._maker, self._frames = maker, LiveFrames()
         self._laser = self._base = ''
         #: The last line that was logged.
         self.last_logged = ''
-        kind = frames_type()
+        kind = transforms_type()
         self._why_not = '' if kind else f'{_TOPIC} is not heard, tf2_msgs is not installed'
         if kind:
             node.create_subscription(

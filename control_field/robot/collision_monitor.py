@@ -74,8 +74,8 @@ def clear_of_obstacles(
         footprint = limits.footprint
         return body_clear_of_obstacles(
             velocity, previous, dt, pose, local_grid, limits,
-            lambda slower: is_clear_for(
-                footprint, slower, previous, dt, pose, local_grid, limits))
+            lambda slower, brakes: is_clear_for(
+                footprint, slower, previous, dt, pose, local_grid, limits, brakes))
     v, w = velocity
     if abs(v) < SLOWEST:
         return (0.0, w), Intervention.NONE
@@ -95,21 +95,21 @@ def clear_of_obstacles(
 
 def body_clear_of_obstacles(
     velocity: Velocity, previous: Velocity, dt: float, pose: tuple[float, float, float],
-    local_grid: LocalGrid, limits: Limits, is_clear: Callable[[Velocity], bool],
+    local_grid: LocalGrid, limits: Limits, is_clear: Callable[[Velocity, bool], bool],
     late_by: float = 0.0,
 ) -> tuple[Velocity, Intervention]:
     """
     Return what `clear_of_obstacles` does, for a body with a footprint.
 
     Nothing is changed faster than the limits of acceleration allow, standing still included, but
-    where even that would touch something.
+    where braking like that would touch something: what has just come.
 
     Parameters
     ----------
     velocity, previous, dt, pose, local_grid, limits
         As for `limit_command`; the velocity is within the acceleration.
     is_clear : callable
-        Whether a velocity, and stopping after it, touches nothing.
+        Whether a velocity, and stopping after it, touches nothing; and whether it is to brake.
     late_by : float, [s]
         How old the pose is.
 
@@ -121,7 +121,7 @@ def body_clear_of_obstacles(
         return braking, Intervention.ENTERED
     why = Intervention.BLOCKED
     for slower, drives in velocities_to_try(velocity, braking):
-        if not is_clear(slower):
+        if not is_clear(slower, False):
             continue
         if abs(slower[0]) >= SLOWEST and slower[0] != braking[0] and not is_out_of_reach(
                 slower, dt + late_by, pose, local_grid, limits):
@@ -130,7 +130,7 @@ def body_clear_of_obstacles(
         if slower == velocity:
             return slower, Intervention.NONE
         return slower, Intervention.SLOWED if drives or abs(velocity[0]) < SLOWEST else why
-    return braking if is_clear(braking) else STANDSTILL, why
+    return braking if is_clear(braking, True) else STANDSTILL, why
 
 
 #: What slows a velocity down for what is in its way.

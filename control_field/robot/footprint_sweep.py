@@ -21,6 +21,8 @@ from control_field.robot.sent_commands import moved, Piece, Place
 SHARES: Final = (1.0, 0.5, 0.25)
 #: Pieces that a stop is divided into.
 _N_BRAKING: Final = 4
+#: So many steps of a stop are looked at.
+_MOST_STEPS: Final = 40
 #: What is slower stands, [m/s] and [rad/s].
 _SLOWEST: Final = 1e-9
 #: By so much a body that overlaps something may seem to get deeper by rounding, [m].
@@ -166,22 +168,32 @@ def ways_to_stop(velocity: Velocity, dt: float, limits: Limits) -> Iterator[list
     lies what a base does that brakes harder than its limits.
     """
     v, w = velocity
+    yield _evenly(velocity, limits)
+    if v and w:
+        yield [(0.0, w, 0.5 * abs(w) / limits.alpha_max)]
+        yield [(v, 0.0, 0.5 * abs(v) / limits.a_max)]
+        yield _by_steps(velocity, dt, limits)
+
+
+def _evenly(velocity: Velocity, limits: Limits) -> list[Piece]:
+    """Return the way to standstill of a base that brakes as its limits allow."""
+    v, w = velocity
     in_v, in_w = abs(v) / limits.a_max, abs(w) / limits.alpha_max
     seconds = max(in_v, in_w) / _N_BRAKING
     if seconds <= 0.0:
-        yield []
-        return
+        return []
     middles = [(k + 0.5) * seconds for k in range(_N_BRAKING)]
-    yield [(_mean(v, at, in_v, seconds), _mean(w, at, in_w, seconds), seconds) for at in middles]
-    if not v or not w:
-        return
-    yield [(0.0, w, 0.5 * in_w)]
-    yield [(v, 0.0, 0.5 * in_v)]
-    steps, slower = [], within_acceleration(STANDSTILL, velocity, dt, limits)
-    while slower != STANDSTILL and dt > seconds / _N_BRAKING:
+    return [(_mean(v, at, in_v, seconds), _mean(w, at, in_w, seconds), seconds) for at in middles]
+
+
+def _by_steps(velocity: Velocity, dt: float, limits: Limits) -> list[Piece]:
+    """Return the way to standstill of a base that does at once what it is told."""
+    steps: list[Piece] = []
+    slower = within_acceleration(STANDSTILL, velocity, dt, limits)
+    while slower != STANDSTILL and len(steps) < _MOST_STEPS:
         steps.append((*slower, dt))
         slower = within_acceleration(STANDSTILL, slower, dt, limits)
-    yield steps
+    return steps
 
 
 def _mean(value: float, at: float, until: float, seconds: float) -> float:
@@ -215,19 +227,25 @@ def velocities_to_try(
 
 def is_clear_for(
     footprint: Footprint, velocity: Velocity, previous: Velocity, dt: float, pose: Place,
-    local_grid: LocalGrid, limits: Limits,
+    local_grid: LocalGrid, limits: Limits, is_braking: bool = False,
 ) -> bool:
     """
     Return whether a body touches nothing in a step and on its ways to stop after it.
+
+    Of braking, which was looked at a step ago, only the way it takes, with half the margin.
 
     Also where the base takes the step to come from the speed before to this one, or from the turn.
     """
     (v, w), (v_before, w_before) = velocity, previous
     fastest = max(abs(v), abs(v_before))
     room = FootprintRoom.around(
-        pose, fastest * dt + fastest * fastest / (2.0 * limits.a_max), local_grid, footprint)
+        pose, fastest * dt + fastest * fastest / (2.0 * limits.a_max), local_grid, footprint,
+        0.5 * MARGIN if is_braking else MARGIN)
     if room is None:
         return True
+    if is_braking:
+        return all(room.sweep(pose, way) is not None for way in (
+            _evenly(previous, limits), _by_steps(previous, dt, limits)))
     stops = list(ways_to_stop(velocity, dt, limits))
     steps = dict.fromkeys((a, b, dt) for a in (v, 0.5 * (v + v_before))
                           for b in (w, 0.5 * (w + w_before)))

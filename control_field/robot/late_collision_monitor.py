@@ -12,8 +12,8 @@ import math
 from typing import Final
 
 from control_field.robot.collision_monitor import (
-    body_clear_of_obstacles, braking_way, clear_of_obstacles, Intervention, is_out_of_reach, is_within, limit_command,
-    SLOWEST, SPACING)
+    body_clear_of_obstacles, braking_way, clear_of_obstacles, Intervention, is_out_of_reach,
+    is_within, limit_command, SLOWEST, SPACING)
 from control_field.robot.footprint_sweep import FootprintRoom, ways_to_stop
 from control_field.robot.latency import Lag
 from control_field.robot.limits import Limits, MARGIN, Velocity
@@ -25,8 +25,8 @@ from control_field.robot.sent_commands import moved, Piece, Place
 SHARES: Final = (
     1.0, 0.92, 0.84, 0.76, 0.68, 0.6, 0.52, 0.45, 0.38, 0.32, 0.26, 0.2, 0.15, 0.1, 0.07, 0.05)
 _CREEPING: Final = 0.01
-#: What a body with a footprint keeps, [m]: it is looked at in places twice as far apart, or as what
-#: is near leaves room.
+#: What a body with a footprint keeps, [m]: it is looked at in places twice as far apart, or as
+#: what is near leaves room.
 _MARGIN: Final = 0.005
 #: How long a command is followed until it is seen that the ones before it were late, [s].
 NOTICED: Final = 0.2
@@ -70,7 +70,8 @@ def limit_late_command(
         if limits.footprint is not None:
             return body_clear_of_obstacles(
                 velocity, previous, dt, pose, local_grid, limits,
-                lambda slower: _is_clear_for(slower, dt, pose, local_grid, limits, lag), late_by)
+                lambda slower, _: _is_clear_for(slower, dt, pose, local_grid, limits, lag),
+                late_by)
         v, w = velocity
         if abs(v) < SLOWEST:
             return (0.0, w), Intervention.NONE

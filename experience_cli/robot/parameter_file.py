@@ -68,7 +68,7 @@ def parameter_file(facts: Facts, title: str) -> str:
             Entry('unknown_is_blocked', True, 'what no sensor shows is not driven into'),
             Entry('heartbeat', True, 'a trial runs only while a teleop_node is there')],
         'learner_node': [
-            *frame, Entry('unknown_is_blocked', True, ''),
+            *frame, body[0]._replace(source='as above'), Entry('unknown_is_blocked', True, ''),
             Entry('speed_max', round(_FASTER * limits['v_max'].value, 2),
                   'twice v_max: a demonstration that is faster is not its own')],
         'teleop_node': _keys(facts, limits)}

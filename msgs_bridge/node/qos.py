@@ -32,6 +32,8 @@ LOCKSTEP_PUB: Final = _reliable(4000, DurabilityPolicy.TRANSIENT_LOCAL)
 LATCHED: Final = _reliable(1, DurabilityPolicy.TRANSIENT_LOCAL)
 #: `/tf_static`: every part of a robot says its own, and a late reader gets all of them.
 STATIC_FRAMES: Final = _reliable(100, DurabilityPolicy.TRANSIENT_LOCAL)
+#: `/tf`: many say a little of it each.
+FRAMES: Final = _reliable(100)
 #: `experience`: no decision may be lost.
 EXPERIENCE: Final = QoSProfile(  # type: ignore[no-untyped-call]
     history=HistoryPolicy.KEEP_ALL, depth=0,

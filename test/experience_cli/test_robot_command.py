@@ -69,7 +69,7 @@ class TestUrdf:
         words = ' '.join(text.replace('#', ' ').split())
         assert ('limit velocity times the wheel radius; more is said: 0.8 by plugin gz::sim::'
                 'systems::DiffDrive, max_linear_velocity v_max: 0.6') in words
-        for said in ('collision geometry of base_link', 'DiffDrive, min_linear_acceleration; more is',
+        for said in ('collision geometry of base_link', 'min_linear_acceleration; more is',
                      'laser (sensor lidar), through laser_joint, mast_joint, base_joint',
                      'TO BE CHECKED, no file says it: a gentle one alpha_max: 1.0'):
             assert said in words

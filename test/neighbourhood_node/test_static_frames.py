@@ -18,11 +18,12 @@ from borrowed_type import borrowed_type
 from control_field.local_grid import BLOCKED, FREE
 from msgs_bridge.messages.poses import odometry_from_pose, Pose, stamp_from_seconds
 from msgs_bridge.node import qos
+from msgs_bridge.node.tf_type import transforms_type
 from msgs_bridge.sensing.laser_mount import Mount
-from neighbourhood_node.laser_mount_finder import are_alike, frames_type, LaserMountFinder
+from msgs_bridge.sensing.live_frames import LiveFrames
+from neighbourhood_node.laser_mount_finder import are_alike, LaserMountFinder
 from neighbourhood_node.neighbourhood import NeighbourhoodMaker
 from neighbourhood_node.settings import NeighbourhoodSettings
-from neighbourhood_node.static_frames import StaticFrames
 from robot_bags import LASER, quaternion, RobotBag
 import ros_helpers
 from strategies import few
@@ -73,7 +74,7 @@ UPSIDE_DOWN = 'base_link', 'base_scan', 0.0, 0.0, 0.16, math.pi, 0.0, 0.0
 
 
 def test_a_chain_of_joints_in_any_order_is_the_place(frames_message):
-    frames = StaticFrames()
+    frames = LiveFrames()
     assert frames.mount('base_scan', 'base_footprint') is None
     frames.update(frames_message((
         'base_link', '/base_scan', *LASER[:2], LASER.z - 0.01, *LASER[4:], LASER.yaw)))
@@ -89,7 +90,7 @@ def test_a_chain_of_joints_in_any_order_is_the_place(frames_message):
 @given(st.binary(max_size=300))
 @few
 def test_whatever_comes_is_taken_or_refused(data):
-    frames = StaticFrames()
+    frames = LiveFrames()
     for message in data, b'\0\1\0\0' + struct.pack('<I', 2) + data:
         with suppress(ValueError):
             frames.update(message)
@@ -97,7 +98,7 @@ def test_whatever_comes_is_taken_or_refused(data):
 
 
 def test_a_place_that_is_none_is_refused(frames_message):
-    frames = StaticFrames()
+    frames = LiveFrames()
     with pytest.raises(ValueError, match=r'base_scan.* is no place'):
         frames.update(frames_message(('base_link', 'base_scan', math.nan, *LEFT[3:])))
 
@@ -106,7 +107,7 @@ class TestMaker:
     def made(self, message, **settings):
         """Return the local grid of a wall ahead of the laser, with what the frames say."""
         maker, frames = NeighbourhoodMaker(NeighbourhoodSettings(
-            rows=20, cols=20, resolution=0.25, **settings)), StaticFrames()
+            rows=20, cols=20, resolution=0.25, **settings)), LiveFrames()
         frames.update(message)
         maker.found = frames.mount('base_scan', 'base_footprint')
         maker.update(scan(1.0))
@@ -139,7 +140,7 @@ class TestNode:
         finder.log()
         assert "'base_scan' is taken to sit in the robot's middle: " in finder.last_logged
         assert 'set laser_x, laser_y, laser_z, laser_roll' in finder.last_logged
-        assert ('tf2_msgs is not installed' in finder.last_logged) == (frames_type() is None)
+        assert ('tf2_msgs is not installed' in finder.last_logged) == (transforms_type() is None)
         finder.on_static_transforms(frames_message(FOOT, UPSIDE_DOWN))
         finder.log()
         assert 'turned by 180, 0, 0 degrees' in finder.last_logged
@@ -159,12 +160,12 @@ class TestNode:
     @pytest.fixture
     def with_type(self, monkeypatch):
         """Let tf2_msgs be there, if need be as a type of that name which packs nothing."""
-        if frames_type() is None:
+        if transforms_type() is None:
             package, messages = ModuleType('tf2_msgs'), ModuleType('tf2_msgs.msg')
             messages.TFMessage = _borrowed()
             monkeypatch.setitem(sys.modules, 'tf2_msgs', package)
             monkeypatch.setitem(sys.modules, 'tf2_msgs.msg', messages)
-        return frames_type()
+        return transforms_type()
 
     def test_it_is_heard_on_the_topic_from_who_said_it_before(
             self, ros_node, with_type, frames_message):

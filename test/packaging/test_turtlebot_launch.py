@@ -7,23 +7,16 @@ import math
 
 import pytest
 from rcl_interfaces.srv import GetParameters
+from robot_parameters import check_parameters, KINDS
 import yaml
 
-from control_field.parameters import Parameters
-from control_field_node.settings import Settings as ControllerSettings
-from learner_node.settings import Settings as LearnerSettings
-from localised_odometry_node.fusion import LocalisedSettings
+from control_field.robot.footprint import footprint_from_text
 from neighbourhood_node.settings import NeighbourhoodSettings
 import ros_helpers
 from ros_helpers import ROOT, start_node
-from teleop_node.settings import Settings as TeleopSettings
 
 LAUNCH = ROOT / 'launch/turtlebot.launch.py'
 ROBOTS = sorted((ROOT / 'config/robots').glob('*.yaml'))
-KINDS = {'neighbourhood_node': [NeighbourhoodSettings],
-         'localised_odometry_node': [LocalisedSettings], 'teleop_node': [TeleopSettings],
-         'control_field_node': [ControllerSettings, Parameters],
-         'learner_node': [LearnerSettings, Parameters]}
 WORKSPACE = ('frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y')
 
 
@@ -67,17 +60,8 @@ def test_what_it_sets_are_parameters_of_its_nodes():
 @pytest.mark.parametrize('robot', ROBOTS, ids=lambda path: path.stem)
 class TestRobots:
     def test_every_value_is_allowed(self, robot):
-        text = yaml.safe_load(robot.read_text())
-        assert set(text) == {f'/**/{name}' for name in KINDS}  # a node without one refuses it
-        for name, kinds in KINDS.items():
-            values = parameters(robot, name)
-            extra = {'task': 'a', 'bags': 'b'} if name == 'learner_node' else {}
-            known = set()
-            for kind in kinds:
-                names = {field.name for field in fields(kind)}
-                kind(**{key: value for key, value in {**extra, **values}.items() if key in names})
-                known |= names
-            assert set(values) <= known
+        check_parameters({node.removeprefix('/**/'): section['ros__parameters'] for node, section
+                          in yaml.safe_load(robot.read_text()).items()})
 
     def test_both_nodes_have_the_same_workspace_and_body(self, robot):
         local_grid, learner = (parameters(robot, name) for name in (
@@ -86,6 +70,11 @@ class TestRobots:
             learner.get(key) for key in WORKSPACE]
         controller = parameters(robot, 'control_field_node')
         assert local_grid['robot_radius'] == controller['robot_radius'] == learner['robot_radius']
+        assert local_grid.get('footprint', '') == controller.get('footprint', '')
+        outline = footprint_from_text(controller.get('footprint', ''))
+        if outline is not None:
+            around = outline.circumscribed
+            assert around <= controller['robot_radius'] < around + 0.002
 
     def test_the_workspace_fits_itself(self, robot):
         assert not NeighbourhoodSettings(**parameters(robot, 'neighbourhood_node')).is_bounded
