@@ -30,6 +30,7 @@ from episode_store.workspaces import check_workspaces
 from experience_cli.arguments import READING, ROBOT_RADIUS, TOPICS, WORKSPACE
 from experience_cli.bag_argument import (
     episodes_from_paths, find_readable_bag, is_external, is_named_like_own)
+from experience_cli.bag_summary import grid_text
 from experience_cli.errors import UserError
 from msgs_bridge.sensing.laser_mount import Mount
 from msgs_bridge.sensing.local_grid_from_scan import Body
@@ -114,8 +115,8 @@ def remedy_named(arguments: argparse.Namespace) -> Iterator[None]:
     try:
         yield
     except OutsideDriveError as error:
-        raise BagError(f'{error}; without --rows, --cols, --origin, --like and an --into of '
-                       f'another workspace it is learnt in one that fits it') from None
+        raise BagError(f'{error}; without --rows, --cols, --origin and --like it is learnt in '
+                       f'one that fits it') from None
     except OtherFrameError as error:
         # Without --frame it is that of the task, or of the bag before.
         remedy = ('all bags of a task are of one frame: learn it alone, or keep it in a task of '
@@ -225,14 +226,29 @@ def import_all(arguments: argparse.Namespace) -> list[tuple[ExternalDrive, Episo
         reading, drives = reading_of(arguments), list[ExternalDrive]()
         with remedy_named(arguments):
             for path in arguments.bags:
-                drives.append(check_drive(there(path), workspace, reading, header.speed_max))
+                drives.append(_checked(arguments, there(path), workspace, reading))
                 # All of a task are of one frame.
                 workspace = replace(workspace, grid=drives[-1].grid, any_frame=False,
-                                    any_lattice=False)
+                                    any_lattice=False, is_fitted=drives[-1].is_fitted)
         with NewBags(task) as bags:
             for drive in drives:
                 import_demonstration(drive, bags, replace(header, task=task.task))
             return list(zip(drives, bags.keep(), strict=True))
+
+
+def _checked(
+    arguments: argparse.Namespace, path: Path, workspace: Workspace, reading: ReadOptions,
+) -> ExternalDrive:
+    """Check a drive; let the workspace that a task has grow, unless one was asked for."""
+    try:
+        return check_drive(path, workspace, reading, workspace.speed_max)
+    except OutsideDriveError:
+        if arguments.like is not None or _is_described(arguments):
+            raise
+    drive = check_drive(path, replace(workspace, is_fitted=True), reading, workspace.speed_max)
+    note = (f'it leaves the workspace there was, {grid_text(workspace.grid)}, which fits itself '
+            f'from now on')
+    return replace(drive, notes=(*drive.notes, note))
 
 
 def _check_is_meant(task: TaskFolder, into: Path) -> None:

@@ -36,6 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command; return 1 if a check finds another field, or an incomplete bag."""
     if arguments.save is not None and arguments.save.suffix != '.npz':
         raise UserError(f'--save {arguments.save}: must end in .npz')
+    if arguments.new_task and arguments.into is None:
+        raise UserError('--new-task: says that the task of --into is meant to be new, name it')
     arguments.bags = [named_path(path) for path in arguments.bags]
     if arguments.like is not None:
         arguments.like = named_path(arguments.like)

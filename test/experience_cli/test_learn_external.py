@@ -14,7 +14,7 @@ from episode_store.rosbag2.reader import BagReader
 from episode_store.task_folder import TaskFolder
 from experience_cli.commands.learn import digest as digest_of
 from experience_cli.main import main
-from external_bags import drive_bag, N_POSES
+from external_bags import drive_bag, N_POSES, ros1_bag
 from msgs_bridge.messages.tables import field_from_cloud
 from msgs_bridge.node import qos
 from ros_helpers import collect, start_node, wait_until
@@ -97,6 +97,35 @@ class TestInto:
         assert '--rows' in line
         assert learn(bag, '--into', task.path) == 0
         assert capsys.readouterr().out.splitlines()[-1].startswith('control_field revision 2')
+
+    def test_a_drive_that_leaves_the_workspace_of_a_task_lets_it_grow(
+            self, tmp_path, capsys, mistake):
+        task = demonstration_bag(tmp_path / 'bags').parent
+        bag = ros1_bag(tmp_path / 'far.bag', n=500)
+        line = mistake('learn', bag, '--into', task, '--like', task)
+        assert 'leaves the workspace' in line
+        assert 'without --rows, --cols, --origin and --like' in line
+        assert learn(bag, '--into', task) == 0
+        assert f'it leaves the workspace there was, {GRID.size}' in capsys.readouterr().out
+        header = Episode.at(task / '0002_demo').header
+        assert header.fitted
+        assert header.grid.offset_to(GRID) is not None
+        assert learn(task, '--save', tmp_path / 'field.npz') == 0
+        with np.load(tmp_path / 'field.npz') as saved:
+            size = np.array(saved['vx'].shape) * saved['resolution']
+            assert (saved['origin'] + size[::-1] > [10.5, 0.6]).all()
+
+    def test_bags_of_one_lattice_grow_into_one_field(self, tmp_path, capsys):
+        """However they are learnt: in one go, kept one by one, or relearnt."""
+        near, far = ros1_bag(tmp_path / 'a.bag'), ros1_bag(tmp_path / 'b.bag', n=500)
+        assert learn(near, far) == 0
+        shas = [capsys.readouterr().out.split()[-1]]
+        for bag in (near, far):
+            assert learn(bag, '--into', tmp_path / 'bags' / 'task') == 0
+        shas.append(capsys.readouterr().out.split()[-1])
+        assert learn(tmp_path / 'bags' / 'task') == 0
+        shas.append(capsys.readouterr().out.split()[-1])
+        assert len({*shas}) == 1
 
     @pytest.mark.parametrize('name', [
         'bags/s/0001_demo', 'bags/s/0001_demo/x', 'bags/s/0009_trial', 'whole', 'mcap', 'db3'])
