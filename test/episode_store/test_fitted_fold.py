@@ -9,6 +9,7 @@ import pytest
 from bridge_helpers import GRID, raw_local_grid
 from control_field.grid import CellBox, default_lattice, fitted_workspace, Grid
 from control_field.parameters import Parameters
+from control_field.records import Outcome
 from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError, WorkspaceError
 from episode_store.header import EpisodeHeader
@@ -46,6 +47,37 @@ def test_one_by_one_and_all_at_once_are_the_same_bytes(task):
     assert bytes_of(relearn(task.episodes())[0].refresh) == bytes_of(again.refresh)
     assert again.grid == fold.grid
     assert again.demonstrated_starts == fold.demonstrated_starts
+
+
+def wandering(rng, grid):
+    """Return cells of a random way that may leave a grid, and what was seen where it begins."""
+    steps = [step for step in rng.integers(-1, 2, (20, 2)) if step.any()]
+    cells = rng.integers(1, np.array(grid.shape) - 1) + np.cumsum(steps, axis=0)
+    seen = rng.choice([0, 100, -1], (31, 31))
+    seen[14:17, 14:17] = -1
+    return cells, [(9.95, raw_local_grid(9.95, *cells[0].tolist(), seen, grid))]
+
+
+@pytest.mark.parametrize('seed', [3, 10])
+def test_whatever_the_bags_are_they_teach_the_same_one_by_one_and_all_at_once(task, seed):
+    rng, off = np.random.default_rng(seed), np.random.default_rng(seed).uniform(-50, 50, 2)
+    fold, each = Relearner(None, Parameters(seed=seed), fitted=True), []
+    lattice = Grid(1, 1, 0.25, 0.1, -0.07)
+    for number in range(5):
+        if number % 3 == 0:
+            corners = [tuple(off + rng.uniform(-4, 4, 2)) for _ in range(3)]
+            bag = demo(task, corners, lattice, grid=fold.grid, begins=fold)
+        else:
+            room = fold.grown_to([tuple(off + rng.uniform(-8, 8, 2))])
+            cells, seen = wandering(rng, room.grid)
+            bag = trial(task, cells, room.grid, begins=room, outcome=Outcome.GAVE_UP,
+                        local_grids=seen)
+        each.append(fold.learn(Episode(bag)))
+    assert not any(bag.why_not for bag in each)
+    assert len({bag.refresh.field.grid for bag in each}) >= 3
+    again = Relearner(fold.grid, Parameters(seed=seed), fitted=True)
+    for before, folder in zip(each, task.episodes(), strict=True):
+        assert bytes_of(again.learn(Episode(folder)).refresh) == bytes_of(before.refresh)
 
 
 def test_every_cell_keeps_its_place_and_the_goal_is_where_it_was(task):
