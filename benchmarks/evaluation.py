@@ -21,7 +21,7 @@ from experience_evaluation.experiment import Experiment, has_demonstration, Lear
 from experience_evaluation.methods.registry import METHODS
 from experience_evaluation.starts import choose_places
 from experience_evaluation.workers import run_all
-from experience_evaluation.worlds import FAMILIES, generate
+from experience_evaluation.worlds import FAMILIES, generate, SMALL
 from world_maps.world import load_world
 
 DOC = Path(__file__).resolve().parent.parent / 'doc'
@@ -79,7 +79,7 @@ def folder_settings(folder: Path, n_seeds: int) -> Iterator[Setting]:
     """Return the worlds of a folder, goal and start drawn anew for every seed."""
     for path in sorted(folder.iterdir()):
         if path.suffix in ('.map', '.yaml'):
-            world = load_world(path)
+            world = load_world(path, robot_radius=SMALL)
             for seed in range(n_seeds):
                 yield _setting(world.name, seed, world.grid, world.occupancy)
 

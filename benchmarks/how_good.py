@@ -23,6 +23,7 @@ from control_field.parameters import Parameters
 from experience_evaluation.experiment import Experiment, has_demonstration, LearningCurve
 from experience_evaluation.starts import choose_places
 from experience_evaluation.workers import run_all
+from experience_evaluation.worlds import SMALL
 from world_maps.world import load_world
 
 #: Start and goal of the BARN worlds, [m], and how near to the start is judged.
@@ -78,7 +79,7 @@ def median(name: str, values: Sequence[float], must: float, at_most: bool = Fals
 
 def tasks_on(path: Path, n_seeds: int) -> Tasks:
     """Return an experiment a seed on a world, goal and start drawn by the seed."""
-    world = load_world(path)
+    world = load_world(path, robot_radius=SMALL)
     tasks = []
     for seed in range(n_seeds):
         goal, start = choose_places(world.occupancy, np.random.default_rng(seed))
@@ -88,7 +89,7 @@ def tasks_on(path: Path, n_seeds: int) -> Tasks:
 
 def barn_tasks_on(path: Path, n_seeds: int) -> Tasks:
     """Return an experiment a seed on a BARN world."""
-    world = load_world(path)
+    world = load_world(path, robot_radius=SMALL)
     experiment = Experiment(
         world.grid, world.occupancy, world.grid.cell_from_world(*BARN_GOAL),
         [world.grid.cell_from_world(*BARN_START)], 0)

@@ -75,6 +75,14 @@ def radius(text: str) -> float:
     return numbers[0]
 
 
+def side(text: str) -> float:
+    """Return the side of a cell, [m]."""
+    numbers = _numbers(text)
+    if len(numbers) != 1 or numbers[0] <= 0.0:
+        raise argparse.ArgumentTypeError(f'{text!r} is no side of a cell, must be above 0 m')
+    return numbers[0]
+
+
 def _numbers(text: str) -> list[float]:
     """Return the numbers between commas; none if one of them is no finite number."""
     try:

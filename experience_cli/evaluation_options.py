@@ -4,7 +4,8 @@ from collections.abc import Callable
 import math
 from typing import Final
 
-from experience_cli.argument_types import change, count, distance, point, sight, speed
+from experience_cli.argument_types import (
+    change, count, distance, point, radius, side, sight, speed)
 
 _METHODS: Final = (
     'ours, q_learning, sarsa, dyna_q, dyna_q+, prioritised_sweeping (each also with +demo: taught '
@@ -14,8 +15,13 @@ _METHODS: Final = (
 def add_task_options(add: Callable[..., object]) -> None:
     """Add what says where the robot tries, and what it is shown."""
     add('--world', required=True, metavar='FILE',
-        help='map_server .yaml or MovingAI .map, or the name of a world that comes along, as '
-        'task1')
+        help='map_server .yaml, MovingAI .map or a drawn image, or the name of a world that comes '
+        'along, as task1; pixels that are smaller than the robot become cells of its size')
+    add('--robot-radius', metavar='M', type=radius, default=None,
+        help='of the robot that the cells are made for (default: 0.105 m, cells of 0.25 m)')
+    add('--resolution', metavar='M', type=side, default=None,
+        help='side of the cells, instead; that of a pixel keeps the pixels. Of an image alone: '
+        'side of a pixel')
     add('--change', metavar='K:FILE', type=change, action='append', default=[],
         help='from trial K + 1 on the world is another one of the same size; may be given several '
         'times, K growing')
@@ -25,9 +31,11 @@ def add_task_options(add: Callable[..., object]) -> None:
     add('--sight', metavar='N', type=sight, default=3,
         help='side of the local grid, an odd number of cells up to 61; what lies behind something '
         'is not seen (default: 3)')
-    add('--goal', metavar='X,Y', type=point, help='[m]; with --demo-bag the end of the drive')
+    add('--goal', metavar='X,Y', type=point,
+        help='[m]; the nearest free cell to it; with --demo-bag the end of the drive')
     add('--demo-start', metavar='X,Y', type=point, action='append', default=[],
-        help='[m]; once for every demonstration; trials with fixed starts start at the first')
+        help='[m], as --goal; once for every demonstration; trials with fixed starts start at '
+        'the first')
     add('--teacher', choices=('shortest', 'blind', 'detour'), default='shortest',
         help='shortest: knows the map; blind: drives straight through the open workspace, and its '
              'local grid is that of the open workspace; detour: knows the map and goes 1.3 to 2 '

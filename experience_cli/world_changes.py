@@ -1,6 +1,6 @@
 """What moves and changes in a world while it is evaluated: read, and held against the world."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import sys
 
 from control_field.grid import Grid
@@ -9,7 +9,7 @@ from experience_evaluation.environment import Environment
 from experience_evaluation.experiment import Change, Experiment
 from world_maps.changes import in_cells
 from world_maps.movers_file import find_movers, load_movers, Script
-from world_maps.world import find_world, load_world, World, WorldError
+from world_maps.world import World, WorldError
 
 
 def read_script(name: str | None, world: World, n_trials: int,
@@ -46,7 +46,7 @@ def read_script(name: str | None, world: World, n_trials: int,
 
 
 def read_changes(named: Sequence[tuple[int, str]], grid: Grid, n_trials: int,
-                 ) -> tuple[Change, ...]:
+                 read: Callable[[str], World]) -> tuple[Change, ...]:
     """
     Read the worlds of ``--change``; print what is to be known of their files.
 
@@ -57,6 +57,8 @@ def read_changes(named: Sequence[tuple[int, str]], grid: Grid, n_trials: int,
     grid : Grid
         Of the first world.
     n_trials : int
+    read : callable
+        Reads a world by its name.
 
     Raises
     ------
@@ -73,13 +75,13 @@ def read_changes(named: Sequence[tuple[int, str]], grid: Grid, n_trials: int,
         if changes and after <= changes[-1].after:
             raise UserError(f'{what}: comes after the change at {changes[-1].after}, name the '
                             f'changes in the order of their trials, one at each')
-        changes.append(_read(what, after, name, grid))
+        changes.append(_read(what, after, name, grid, read))
     return tuple(changes)
 
 
-def _read(what: str, after: int, name: str, grid: Grid) -> Change:
+def _read(what: str, after: int, name: str, grid: Grid, read: Callable[[str], World]) -> Change:
     try:
-        world = load_world(find_world(name))
+        world = read(name)
     except WorldError as error:
         raise UserError(f'--change {after}:{error}') from error
     if _size(world.grid) != _size(grid):

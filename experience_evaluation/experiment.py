@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 import time
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +15,13 @@ from control_field.learning.moving_world import MovingWorld
 from control_field.local_grid import BLOCKED, FREE
 from control_field.parameters import Parameters
 from control_field.records import Demonstration
+from control_field.words import counted
 from experience_evaluation.environment import Environment
 from experience_evaluation.field_file import field_columns
 from experience_evaluation.methods.method import Method, Practice, Task
 from experience_evaluation.methods.registry import make_method
 from experience_evaluation.metrics import judge
+from experience_evaluation.progress import tell
 from experience_evaluation.teachers import (
     demonstrate, demonstration_from_path, heading_table, longer_path, NoWayError)
 from world_maps.cells_in_motion import moving_in_cells, pace_in_cells
@@ -27,6 +30,8 @@ from world_maps.world import World
 
 Cell = tuple[int, int]
 Row = dict[str, float]
+#: Is told what is under way, and how much of all is done.
+Watch: TypeAlias = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,9 +178,20 @@ class LearningCurve:
     at_changes: tuple[Row, ...] = ()
 
 
-def run_seed(experiment: Experiment, seed: int) -> LearningCurve:
+def _nobody(what: str, share: float) -> None:
+    """Tell nobody how far it is."""
+
+
+def run_seed(experiment: Experiment, seed: int, watch: Watch = tell) -> LearningCurve:
     """
     Run an experiment with one seed: teach, then try and judge in turn.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    seed : int
+    watch : callable
+        Is told what is under way, and how much of all is done, 0 to 1.
 
     Raises
     ------
@@ -184,7 +200,8 @@ def run_seed(experiment: Experiment, seed: int) -> LearningCurve:
 
     """
     _warm_up(experiment.method, experiment.parameters.profile)
-    return _run_seed(experiment, seed)
+    return _run_seed(
+        experiment, seed, lambda what, share: watch(f'seed {seed}, {what}', share))
 
 
 @cache
@@ -195,19 +212,21 @@ def _warm_up(method: str, profile: str) -> None:
     occupancy = np.zeros(grid.shape, dtype=np.int8)
     occupancy[3, 3] = 100
     _run_seed(Experiment(grid, occupancy, (5, 5), [(0, 0)], 1, teacher='blind', method=method,
-                         parameters=parameters), 0)
+                         parameters=parameters), 0, _nobody)
 
 
-def _run_seed(experiment: Experiment, seed: int) -> LearningCurve:
+def _run_seed(experiment: Experiment, seed: int, watch: Watch) -> LearningCurve:
     experiment = replace(experiment, parameters=replace(experiment.parameters, seed=seed))
     environments = experiment.environments()
     task = Task(experiment.grid, experiment.goal, experiment.demo_starts[0], experiment.spread,
                 experiment.parameters)
     streams = np.random.default_rng(seed).spawn(2)
     method = make_method(experiment.method, task, streams[1])
+    watch('teaching', 0.0)
     demonstrations = _demonstrations(experiment, environments[0].world, streams[0])
     seconds = sum(_seconds(method.teach, demonstration) for demonstration in demonstrations)
-    judged = _Judge(experiment, method, task, heading_table(demonstrations, experiment.grid.shape))
+    judged = _Judge(experiment, method, task, heading_table(demonstrations, experiment.grid.shape),
+                    watch)
     spent = _Spent(0, 0, 0, seconds)
     environment = environments[0]
     after, at_changes = [judged.row(environment, 0, spent)], list[Row]()
@@ -216,6 +235,7 @@ def _run_seed(experiment: Experiment, seed: int) -> LearningCurve:
         if environment is not environments[len(at_changes)]:
             at_changes.append(judged.row(environment, number - 1, spent.without_seconds()))
         before = environment.n_mover_contacts
+        watch(f'trial {number} of {experiment.n_trials}', judged.share_done(number))
         practice = method.practise(environment, number)
         spent = spent.without_seconds() if practice is None else spent.then(
             practice, environment.n_mover_contacts - before)
@@ -283,11 +303,25 @@ class _Judge:
     method: Method
     task: Task
     demonstrated: npt.NDArray[np.int8]
+    watch: Watch
+
+    def share_done(self, number: int, share: float = 0.0) -> float:
+        """Return how much is done before a trial, or in its judgement: these take the time."""
+        n_trials = self.experiment.n_trials
+        judged = self.experiment.judged_after
+        numbers = [n for n in range(n_trials + 1) if judged is None or n in judged]
+        return (sum(n < number for n in numbers) + share) / max(len(numbers), 1)
 
     def row(self, environment: Environment, number: int, spent: _Spent) -> Row:
         """Return the metrics after so many trials."""
-        row = judge(self.method, self.task, environment, self.experiment.judged(environment),
-                    self.demonstrated)
+        starts = self.experiment.judged(environment)
+        n_starts = int(starts.sum())
+
+        def watch(n: int) -> None:
+            self.watch(f'judging {n} of {n_starts} starts after {counted(number, "trial")}',
+                       self.share_done(number, n / max(n_starts, 1)))
+        watch(0)
+        row = judge(self.method, self.task, environment, starts, self.demonstrated, watch)
         row['trials'] = float(number)
         row['steps'] = float(spent.steps)
         row['collisions'] += float(spent.collisions)

@@ -1,11 +1,13 @@
 """What a method is worth, from every free cell of the true world."""
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
 from control_field.kernels import compiled
 from control_field.learning.certificate import fidelity_of
-from control_field.learning.grid_world import Runs
+from control_field.learning.judge import Runs
 from experience_evaluation.environment import Environment
 from experience_evaluation.methods.method import FieldMethod, Method, Task
 
@@ -65,7 +67,8 @@ def share_of(values: npt.NDArray[np.bool_] | npt.NDArray[np.float64]) -> float:
 
 
 def judge(method: Method, task: Task, environment: Environment, judged: npt.NDArray[np.bool_],
-          demonstrated: npt.NDArray[np.int8]) -> dict[str, float]:
+          demonstrated: npt.NDArray[np.int8],
+          watch: Callable[[int], None] | None = None) -> dict[str, float]:
     """
     Judge a method as it stands.
 
@@ -79,6 +82,8 @@ def judge(method: Method, task: Task, environment: Environment, judged: npt.NDAr
         The starts.
     demonstrated : ndarray of int8, shape (n_rows, n_cols)
         Demonstrated headings, -1 for none.
+    watch : callable, optional
+        Is told how many starts are judged, again and again.
 
     Returns
     -------
@@ -90,7 +95,7 @@ def judge(method: Method, task: Task, environment: Environment, judged: npt.NDAr
     lengths = flow_lengths(environment, headings)[judged]
     shortest = environment.shortest[judged]
     n_contacts = environment.n_mover_contacts
-    runs = method.runs(environment, np.argwhere(judged), 0)
+    runs = method.runs(environment, np.argwhere(judged), 0, watch)
     truly = fidelity_of(headings, demonstrated, environment.world.truth, environment.world.rules)
     notes, n_reachable = method.notes(), int(environment.reachable.sum())
     home, arrived = np.isfinite(lengths), runs.outcome == 0

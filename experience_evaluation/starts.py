@@ -50,3 +50,12 @@ def choose_places(occupancy: npt.NDArray[np.int8], rng: np.random.Generator,
     order = np.argsort(cost, axis=None, kind='stable')[:n]
     row, col = divmod(int(order[int(rng.integers(n // 2, n))]), cost.shape[1])
     return goal, (row, col)
+
+
+def nearest_cell(cells: npt.NDArray[np.bool_], cell: Cell) -> Cell | None:
+    """Return the marked cell that is nearest to one, the first of several; None of none."""
+    marked = np.argwhere(cells)
+    if not len(marked):
+        return None
+    row, col = marked[((marked - np.array(cell)) ** 2).sum(axis=1).argmin()]
+    return int(row), int(col)

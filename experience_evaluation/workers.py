@@ -1,7 +1,7 @@
 """Seeds in processes of their own, and what becomes of those whose process was killed."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import as_completed, ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -14,14 +14,12 @@ import time
 from typing import Any, Final, TypeAlias
 import warnings
 
-from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
-
 from experience_evaluation.experiment import Experiment, LearningCurve, run_seed
+from experience_evaluation.progress import count_for, ProgressBar, Shares, tell_in
 from msgs_bridge.node.environment import ENDING_SIGNALS
-from msgs_bridge.untrusted.text import own_stream, printable
 
 Task: TypeAlias = tuple[Any, ...]
-#: How often a process looks whether its parent still lives, [s].
+#: How often a process looks whether its parent still lives, and that how far it is, [s].
 _LOOK_EVERY: Final = 0.5
 #: How often a task that may have killed its process gets another for itself alone.
 _TRIES: Final = 2
@@ -75,16 +73,21 @@ def run_all(
 
     """
     curves: dict[int, LearningCurve] = {}
-    # disable=None: no bar where standard error is no terminal.
-    with tqdm(total=len(tasks), desc=printable(title), unit='run', file=own_stream(sys.stderr),
-              disable=None) as bar:
-        for index, curve in run(run_seed, tasks, n_jobs, partial(_say, title)):
+    with ProgressBar(len(tasks), title, n_jobs > 1) as bar:
+        numbered = [(run_seed, index, *task) for index, task in enumerate(tasks)]
+        for index, curve in run(_numbered, numbered, n_jobs, partial(_say, title), bar):
             curves[index] = curve
-            bar.update()
+            bar.end(index)
     finished = [curves[index] for index in sorted(curves)]
     if len(finished) < len(tasks):
         raise LostError([index for index in range(len(tasks)) if index not in curves], finished)
     return finished
+
+
+def _numbered(work: Callable[..., Any], index: int, *task: Any) -> Any:
+    """Do some work; what it tells of how far it is counts for a run."""
+    count_for(index)
+    return work(*task)
 
 
 def _say(title: str, line: str) -> None:
@@ -93,6 +96,7 @@ def _say(title: str, line: str) -> None:
 
 def run(
     work: Callable[..., Any], tasks: Sequence[Task], n_jobs: int, say: Callable[[str], None],
+    bar: ProgressBar | None = None,
 ) -> Iterator[tuple[int, Any]]:
     """
     Do some work for each task, in processes of their own if there are several jobs.
@@ -115,7 +119,7 @@ def run(
         return
     left = dict(enumerate(tasks))
     while left:
-        for index, result in _side_by_side(work, dict(left), n_jobs):
+        for index, result in _side_by_side(work, dict(left), n_jobs, bar):
             del left[index]
             yield index, result
         # Tasks are begun in their order, and one more than there are processes is handed out.
@@ -124,33 +128,34 @@ def run(
             say(f'a working process was killed, perhaps for want of memory: the '
                 f'{len(suspects)} runs under way are begun again, one by one')
         for index in suspects:
-            yield from _alone(work, index, left.pop(index))
+            yield from _alone(work, index, left.pop(index), bar)
 
 
-def _alone(work: Callable[..., Any], index: int, task: Task) -> Iterator[tuple[int, Any]]:
+def _alone(work: Callable[..., Any], index: int, task: Task, bar: ProgressBar | None,
+           ) -> Iterator[tuple[int, Any]]:
     """Do the work for one task in a process of its own; nothing comes if that always dies."""
     for _ in range(_TRIES):
-        done = list(_side_by_side(work, {index: task}, 1))
+        done = list(_side_by_side(work, {index: task}, 1, bar))
         if done:
             yield from done
             return
 
 
 def _side_by_side(
-    work: Callable[..., Any], tasks: Mapping[int, Task], n_jobs: int,
+    work: Callable[..., Any], tasks: Mapping[int, Task], n_jobs: int, bar: ProgressBar | None,
 ) -> Iterator[tuple[int, Any]]:
     """Do the work with one pool; yield what is finished until the pool breaks."""
     with _quiet_tracker():
         # Fresh processes: a fork would take over whatever threads and locks this one has.
         pool = ProcessPoolExecutor(
             min(n_jobs, len(tasks)), multiprocessing.get_context('spawn'),
-            initializer=_die_with, initargs=(os.getpid(),))
+            initializer=_begin, initargs=(os.getpid(), None if bar is None else bar.shares))
     waiting = {}
     try:
         with _quiet_tracker(), _interrupted_later(), suppress(BrokenProcessPool):
             for index, task in tasks.items():
                 waiting[pool.submit(work, *task)] = index
-        for future in as_completed(waiting):
+        for future in _as_completed(waiting, bar):
             with suppress(BrokenProcessPool):
                 result = future.result()
                 yield waiting[future], result
@@ -160,6 +165,17 @@ def _side_by_side(
             child.terminate()
         raise
     pool.shutdown()
+
+
+def _as_completed(waiting: Iterable[Future[Any]], bar: ProgressBar | None,
+                  ) -> Iterator[Future[Any]]:
+    """Yield what is finished; meanwhile the bar goes on."""
+    left = set(waiting)
+    while left:
+        done, left = wait(left, _LOOK_EVERY, FIRST_COMPLETED)
+        if bar is not None:
+            bar.look()
+        yield from done
 
 
 @contextmanager
@@ -186,13 +202,19 @@ def _interrupted_later() -> Iterator[None]:
     Keep Ctrl-C waiting while processes are started.
 
     One that is half started has not been told everything, or does not listen yet: it would die of
-    it with a traceback. What is started meanwhile keeps it waiting until it is in `_die_with`.
+    it with a traceback. What is started meanwhile keeps it waiting until it is in `_begin`.
     """
     signal.pthread_sigmask(signal.SIG_BLOCK, ENDING_SIGNALS)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDING_SIGNALS)
+
+
+def _begin(parent: int, shares: Shares | None) -> None:
+    """Make a working process ready: it ends with its parent, and tells it how far it is."""
+    tell_in(shares)
+    _die_with(parent)
 
 
 def _die_with(parent: int) -> None:

@@ -9,6 +9,8 @@ import numpy.typing as npt
 from control_field.local_grid import BLOCKED, FREE
 
 Occupancy = npt.NDArray[np.int8]
+#: Radius of a robot for which every pixel of a map is a cell, [m], as in our tables.
+SMALL: Final = 0.01
 
 
 def open_world(size: int, rng: np.random.Generator) -> Occupancy:

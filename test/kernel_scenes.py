@@ -2,20 +2,23 @@
 
 import copy
 
+from judging_scenes import Judging
+from moving_scenes import MovingThings
 import numpy as np
 
 from control_field.kernels import compiled, interpolation, steps
 from control_field.kernels.decision import Decision, Log, new_trial, Options, Transition
 from control_field.kernels.interpolation import Attraction, Centres, Sums, Window
 from control_field.kernels.last_resort import new_flood
+from control_field.kernels.local_search import new_search
 from control_field.kernels.repair import Flow
+from control_field.kernels.rollout import new_flow
 from control_field.kernels.steps import Ground, Preference
 from control_field.kernels.visibility import Scanner
 from control_field.rays import rays_within
-from moving_scenes import MovingThings
 
 
-class Scene(MovingThings):
+class Scene(Judging, MovingThings):
     """Random arguments for every kernel, of the types they are called with in earnest."""
 
     def __init__(self, known, rule, seed):
@@ -94,6 +97,9 @@ class Scene(MovingThings):
         return (self.ground, new_flood(self.known.shape), self.row, self.col, self.goal,
                 self.mask % 20)
 
+    def for_search_anew(self):
+        return (new_flood(self.known.shape),)
+
     def for_doubt_unseen(self):
         return self.ground, self.cost, self.fixed, self.goal
 
@@ -122,10 +128,27 @@ class Scene(MovingThings):
         return self.heading, self.mask % 9 - 1
 
     def for_look_around(self):
-        return self.ground, self.row, self.col, self.goal, self.options.n_backups
+        start, goal = (row * self.known.shape[1] + col for row, col in (
+            (self.row, self.col), self.goal))
+        return self.ground, self.search(), start, goal, self.options.n_backups
 
     def for_rehearse_locally(self):
-        return (self.ground, self.cost, self.row, self.col, self.goal, self.options.n_backups)
+        return (self.ground, self.cost, self.search(), self.row, self.col, self.goal,
+                self.options.n_backups)
+
+    def for_offsets(self):
+        return (self.known.shape[1],)
+
+    def for_new_search(self):
+        return self.known.shape, bool(self.mask & 1)
+
+    def for_forget_masks(self):
+        search = new_search(self.known.shape, bool(self.mask & 1))
+        search.masks[:] = 7
+        return search, self.known.shape, self.row, self.col
+
+    def search(self):
+        return new_search(self.known.shape, bool(self.mask & 1))
 
     def heap(self):
         """Return costs and places in order, which is a heap, with room for one more."""
@@ -140,8 +163,9 @@ class Scene(MovingThings):
         return self.heap()
 
     def for_rim_around(self):
-        seen = np.random.default_rng(self.seed).integers(-2, 2, self.known.shape)
-        return self.cost, seen.astype(np.int16), np.flatnonzero(seen.ravel() > -2), 0, 0
+        search = self.search()
+        search.noted[:] = np.random.default_rng(self.seed).integers(0, 4, self.known.size)
+        return self.cost.reshape(-1), search, np.flatnonzero(search.noted)
 
     def for_least_chosen(self):
         return self.counts, self.row, self.col, self.mask, self.rng()
@@ -192,6 +216,31 @@ class Scene(MovingThings):
 
     def for_n_as_demonstrated(self):
         return self.known, self.headings, self.headings, self.rules
+
+    def for_new_flow(self):
+        return self.known.shape, bool(self.mask & 1)
+
+    def known_flow(self):
+        """Return a record of where flows lead: of no place, of all, or of none that is kept."""
+        flow = new_flow(self.known.shape, bool(self.mask & 1))
+        if self.mask & 2:
+            flow.verdict[:] = np.where(self.state.ravel()[:len(flow.verdict)] == 1, 1, -1)
+        return flow
+
+    def for_comes_home(self):
+        return (self.known, self.headings, self.known_flow(), self.row, self.col, self.goal,
+                self.rules)
+
+    def for_note_closed(self):
+        flow = new_flow(self.known.shape, True)
+        flow.verdict[:] = self.headings.ravel() >= 0
+        return self.known, self.headings, flow, self.row, self.col, self.rules
+
+    def for_note_opened(self):
+        return (self.known_flow(),)
+
+    def for_flows_home(self):
+        return self.known, self.headings, *self.goal, self.rules
 
     def for_flow_lengths(self):
         return self.known, self.headings, *self.goal, self.rules

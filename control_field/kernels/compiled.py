@@ -13,8 +13,8 @@ from typing import Any
 import numba
 
 from control_field.kernels import (
-    decision, interpolation, last_resort, local_search, moving_world, repair, rollout, seen, steps,
-    visibility, waiting)
+    decision, interpolation, judging, last_resort, local_search, moving_world, repair, rollout,
+    seen, sharing, steps, trials, visibility, waiting)
 
 #: What is compiled under the name of a kernel that plain Python has in NumPy expressions.
 _INSTEAD = {'doubt_unseen': last_resort.doubt_unseen_by_cells}
@@ -53,8 +53,8 @@ def _jit(function: types.FunctionType) -> Callable[..., Any]:
 
 #: A module comes after those that it calls.
 _ALL = _compile(
-    steps, seen, visibility, rollout, local_search, last_resort, decision, waiting, moving_world,
-    interpolation, repair)
+    steps, seen, visibility, rollout, local_search, last_resort, decision, trials, sharing,
+    judging, waiting, moving_world, interpolation, repair)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:

@@ -6,13 +6,14 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.kernels.last_resort import doubt_unseen, Flood, is_shut_off, new_flood
-from control_field.kernels.local_search import rehearse_locally
-from control_field.kernels.rollout import flow_reaches
+from control_field.kernels.last_resort import (
+    doubt_unseen, Flood, is_shut_off, new_flood, search_anew)
+from control_field.kernels.local_search import forget_masks, new_search, rehearse_locally, Search
+from control_field.kernels.rollout import comes_home, KnownFlow, new_flow, note_closed, note_opened
 from control_field.kernels.steps import (
     _BLOCKED, _UNKNOWN, allowed_steps, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap,
     least_chosen, next_highest, StepRules, window_values)
-from control_field.kernels.visibility import look, Scanner
+from control_field.kernels.visibility import Scanner
 from control_field.records import Kind
 
 #: Columns of a log of decisions.
@@ -83,6 +84,11 @@ class TrialState(NamedTuple):
         The search whether a way to the goal is left.
     n_doubted : ndarray of int64, shape (1,)
         How many remembered walls were doubted because none was.
+    search : Search
+        What rehearsal around the robot works in.
+    flow : KnownFlow
+        Where the flow was found to lead. It keeps something, as ``search`` does, where nobody but
+        the decisions changes the map.
 
     """
 
@@ -97,6 +103,8 @@ class TrialState(NamedTuple):
     seen: BoolMap
     flood: Flood
     n_doubted: npt.NDArray[np.int64]
+    search: Search
+    flow: KnownFlow
 
 
 class Transition(NamedTuple):
@@ -160,7 +168,8 @@ def new_trial(
         ground, headings, goal, q, cost, np.zeros((rows, cols, 8), dtype=np.int32),
         np.zeros((rows, cols), dtype=np.int32), np.zeros((rows, cols), dtype=np.uint8),
         np.zeros((rows, cols), dtype=np.bool_), new_flood((rows, cols)),
-        np.zeros(1, dtype=np.int64))
+        np.zeros(1, dtype=np.int64), new_search((rows, cols), False),
+        new_flow((rows, cols), False))
 
 
 def backup(
@@ -196,12 +205,28 @@ def take_in_cell(trial: TrialState, row: int, col: int, occupied: bool) -> None:
     What was doubted until now no longer counts as longer, what was worth a look not as shorter.
     """
     known = trial.ground.known
-    if 0 < known[row, col] < _BLOCKED or trial.ground.factor[row, col] < 1.0:
+    before = known[row, col]
+    if 0 < before < _BLOCKED or trial.ground.factor[row, col] < 1.0:
         trial.ground.factor[row, col] = 1.0
-    if known[row, col] == _BLOCKED and not occupied:
-        trial.flood.ends[:] = 0
+    if before == _BLOCKED and not occupied:
+        search_anew(trial.flood)
     known[row, col] = _BLOCKED if occupied else 0
     trial.seen[row, col] = True
+    if occupied and before != _BLOCKED:
+        note_change(trial, row, col, True)
+    elif before > 0 and not occupied:
+        note_change(trial, row, col, False)
+
+
+def note_change(trial: TrialState, row: int, col: int, closed: bool) -> None:
+    """Forget what is kept and no longer holds, as a cell is occupied now, or free."""
+    if trial.flow.verdict.shape[0]:
+        known, rules = trial.ground.known, trial.ground.rules
+        forget_masks(trial.search, known.shape, row, col)
+        if closed:
+            note_closed(known, trial.headings, trial.flow, row, col, rules)
+        else:
+            note_opened(trial.flow)
 
 
 def take_in_cells(trial: TrialState, row: int, col: int, cells: CellMap) -> None:
@@ -223,7 +248,8 @@ def rehearsed_step(
     Before that every wall that this trial has not seen itself is doubted, so that the robot goes
     and looks. Then only what it sees can leave no way.
     """
-    rehearse_locally(trial.ground, trial.cost, row, col, trial.goal, options.n_backups)
+    rehearse_locally(
+        trial.ground, trial.cost, trial.search, row, col, trial.goal, options.n_backups)
     heading = best_step(trial.ground, trial.cost, row, col, field_heading)
     if not options.doubts or (heading >= 0 and not is_shut_off(
             trial.ground, trial.flood, row, col, trial.goal, _LOOKED_AT * options.n_backups)):
@@ -232,8 +258,11 @@ def rehearsed_step(
     if n_doubted == 0:
         return -1
     trial.n_doubted[0] += n_doubted
-    trial.flood.ends[:] = 0
-    rehearse_locally(trial.ground, trial.cost, row, col, trial.goal, options.n_backups)
+    trial.search.masks[:] = 0
+    note_opened(trial.flow)
+    search_anew(trial.flood)
+    rehearse_locally(
+        trial.ground, trial.cost, trial.search, row, col, trial.goal, options.n_backups)
     return best_step(trial.ground, trial.cost, row, col, field_heading)
 
 
@@ -250,8 +279,8 @@ def choose(
     free = field_heading >= 0 and allowed >> field_heading & 1 == 1
     if free and counts[row, col, field_heading] < limit and (
             not options.rehearsed
-            or flow_reaches(trial.ground.known, trial.headings, row, col, trial.goal[0],
-                            trial.goal[1], trial.ground.rules) >= 0):
+            or comes_home(trial.ground.known, trial.headings, trial.flow, row, col, trial.goal,
+                          trial.ground.rules)):
         return field_heading, _FIELD
     if options.rehearsed:
         heading = rehearsed_step(row, col, field_heading, trial, options)
@@ -336,65 +365,3 @@ def write_shown(log: Log, n: int, scanner: Scanner) -> None:
     """Write down what is in sight for a decision whose rows begin at n, if it fits."""
     if n < log.shown.shape[0]:
         log.shown[n] = scanner.shown
-
-
-def see(truth: CellMap, row: int, col: int) -> int:
-    """Return the mask of blocked neighbours in the true map; outside is blocked."""
-    mask = 0
-    for heading in range(8):
-        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-        if (r < 0 or c < 0 or r >= truth.shape[0] or c >= truth.shape[1]
-                or truth[r, c] == _BLOCKED):
-            mask |= 1 << heading
-    return mask
-
-
-def run_trial(
-    truth: CellMap, start: tuple[int, int], trial: TrialState, options: Options, step_limit: int,
-    rng: np.random.Generator, log: Log, scanner: Scanner,
-) -> tuple[int, int, int, float, int]:
-    """
-    Run a trial on the grid, without a robot.
-
-    Parameters
-    ----------
-    truth : ndarray of int8, shape (n_rows, n_cols)
-        0 free, 100 blocked.
-    log : Log
-        Takes what was decided, and seen.
-    scanner : Scanner
-        How far the robot sees.
-
-    Returns
-    -------
-    outcome : int
-        0 goal, 1 collision, 2 gave up.
-    n_steps, n_rows : int
-    length : float, [cells]
-    n_reinforcements : int
-
-    """
-    row, col = start
-    n_rows, n_reinforcements, length = 0, 0, 0.0
-    for step in range(step_limit + 1):
-        if row == trial.goal[0] and col == trial.goal[1]:
-            return 0, step, n_rows, length, n_reinforcements
-        if step == step_limit:
-            break
-        if scanner.rays.shape[0]:
-            look(truth, row, col, scanner.rays, scanner.shown)
-            take_in_cells(trial, row, col, scanner.shown)
-            write_shown(log, n_rows, scanner)
-        blocked = see(truth, row, col)
-        decision = decide(row, col, blocked, 0, trial, options, rng)
-        n_rows = write_decision(log.rows, n_rows, row, col, decision, blocked, step)
-        n_reinforcements += n_rewards(decision)
-        heading = decision.heading
-        if heading < 0:
-            return 2, step, n_rows, length, n_reinforcements
-        if not allowed_steps(truth, row, col, trial.ground.rules) >> heading & 1:
-            return 1, step, n_rows, length, n_reinforcements
-        r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-        length += np.hypot(float(r - row), float(c - col))
-        row, col = r, c
-    return 2, step_limit, n_rows, length, n_reinforcements

@@ -18,6 +18,8 @@ from control_field.kernels.steps import _BLOCKED, BoolMap, FloatMap, Ground, is_
 #: How much longer a doubted wall counts at the last resort, in cells for each of its confidence.
 PRICE: Final = 0.1
 _DIAGONAL: Final = math.sqrt(2.0) - 1.0
+#: In place of where a search begins: a way to the goal is known to be left.
+CERTAIN: Final = -1
 
 
 class Flood(NamedTuple):
@@ -30,8 +32,10 @@ class Flood(NamedTuple):
         1 for the cells that a way from the robot was found to.
     queue : ndarray of int64, shape (n_rows * n_cols,)
         Places whose neighbours are to be looked at, row by row.
-    ends : ndarray of int64, shape (2,)
-        Where it begins and ends; both 0 before the search has begun.
+    ends : ndarray of int64, shape (3,)
+        Where it begins and ends; both 0 before the search has begun, the first `CERTAIN` where
+        there is nothing to search for, as there is a way. And how many places are reached that
+        have to be forgotten before it begins anew.
 
     """
 
@@ -43,7 +47,7 @@ class Flood(NamedTuple):
 def new_flood(shape: tuple[int, int]) -> Flood:
     """Return a search that has not begun."""
     return Flood(np.zeros(shape, dtype=np.uint8), np.zeros(shape[0] * shape[1], dtype=np.int64),
-                 np.zeros(2, dtype=np.int64))
+                 np.zeros(3, dtype=np.int64))
 
 
 def is_shut_off(
@@ -54,22 +58,26 @@ def is_shut_off(
 
     Looks at ``n_cells`` cells, and goes on with the others when it is called next: False until
     all that can be reached was looked at. Once the goal was found it begins anew; where a wall is
-    seen to be gone meanwhile, ``ends`` must be set to 0.
+    seen to be gone meanwhile, `search_anew` must be told.
     """
     reached, queue, ends = flood
     n_cols = reached.shape[1]
+    if ends[0] == CERTAIN:
+        return False
     if ends[1] == 0:
-        reached[:] = 0
-        reached[row, col], queue[0], ends[1] = 1, row * n_cols + col, 1
-    first, last = ends
+        for i in range(ends[2]):
+            reached[queue[i] // n_cols, queue[i] % n_cols] = 0
+        reached[row, col], queue[0], ends[1], ends[2] = 1, row * n_cols + col, 1, 1
+    first, last = ends[0], ends[1]
     every = 1 if ground.rules.corner_cutting else 2
     for _ in range(n_cells):
         if first == last:
+            ends[2] = max(ends[2], last)
             return True
         r, c = queue[first] // n_cols, queue[first] % n_cols
         first += 1
         if r == goal[0] and c == goal[1]:
-            ends[:] = 0
+            ends[0], ends[1], ends[2] = 0, 0, last
             return False
         for heading in range(0, 8, every):
             nr, nc = r + STEP_ROW[heading], c + STEP_COL[heading]
@@ -77,8 +85,13 @@ def is_shut_off(
                     reached[nr, nc] == 0):
                 reached[nr, nc], queue[last] = 1, nr * n_cols + nc
                 last += 1
-    ends[0], ends[1] = first, last
+    ends[0], ends[1], ends[2] = first, last, max(ends[2], last)
     return False
+
+
+def search_anew(flood: Flood) -> None:
+    """Let the search begin anew when it is asked for next."""
+    flood.ends[0], flood.ends[1] = 0, 0
 
 
 def doubt_unseen(ground: Ground, cost: FloatMap, seen: BoolMap, goal: tuple[int, int]) -> int:

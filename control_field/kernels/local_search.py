@@ -2,9 +2,11 @@
 The cost to go, mended around the robot: local search space LRTA* (Koenig and Sun 2009).
 
 Laid out in arrays, which compiled code is fastest with; plain Python takes the same numbers in the
-same order. Places are numbered row by row within the part of the map that can be looked at, so
-that they compare as ``(row, col)`` do.
+same order. Places are numbered row by row, so that they compare as ``(row, col)`` do, and a step
+from one that the map allows is a difference of numbers.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,16 +15,70 @@ from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.steps import allowed_steps, FloatMap, Ground
 
 Places = npt.NDArray[np.int64]
-#: Mask of the allowed steps of a place that was looked at; what else a place can be:
-Masks = npt.NDArray[np.int16]
-_FAR, _RIM = -2, -1
+Marks = npt.NDArray[np.int16]
+#: What a place can be: elsewhere, on the rim of what was looked at, or looked at; then this and
+#: the mask of its allowed steps.
+ELSEWHERE, RIM, LOOKED_AT = 0, 1, 2
+
+
+class Search(NamedTuple):
+    """
+    What searches work in, so that none costs more than the places it looks at.
+
+    Parameters
+    ----------
+    noted : ndarray of int16, shape (n_places,)
+        What each place is while a search runs; `ELSEWHERE` before and after.
+    reach : ndarray of float64, shape (n_places,)
+        Cost from the robot of the places that are not elsewhere.
+    masks : ndarray of int16, shape (n_places,) or (0,)
+        1 and the mask of the allowed steps, kept from search to search; 0 where it is not known.
+        Whoever keeps them has to say where the map changes, with `forget_masks`.
+    mended : ndarray of int64, shape (n_places,) or (0,)
+        The places whose cost was mended, for who wants to put them back.
+    is_mended : ndarray of bool, shape (n_places,) or (0,)
+    n_mended : ndarray of int64, shape (1,)
+
+    """
+
+    noted: Marks
+    reach: FloatMap
+    masks: Marks
+    mended: Places
+    is_mended: npt.NDArray[np.bool_]
+    n_mended: npt.NDArray[np.int64]
+
+
+def new_search(shape: tuple[int, int], keeps: bool) -> Search:
+    """Return what searches on a map work in; whether it keeps masks, and what was mended."""
+    n_places = shape[0] * shape[1]
+    n_kept = n_places if keeps else 0
+    return Search(np.zeros(n_places, dtype=np.int16), np.zeros(n_places),
+                  np.zeros(n_kept, dtype=np.int16), np.zeros(n_kept, dtype=np.int64),
+                  np.zeros(n_kept, dtype=np.bool_), np.zeros(1, dtype=np.int64))
+
+
+def offsets(n_cols: int) -> Places:
+    """Return by how much the number of a place changes with a step of each heading."""
+    steps = np.empty(8, dtype=np.int64)
+    for heading in range(8):
+        steps[heading] = STEP_ROW[heading] * n_cols + STEP_COL[heading]
+    return steps
+
+
+def forget_masks(search: Search, shape: tuple[int, int], row: int, col: int) -> None:
+    """Forget which steps were allowed around a cell of the map that has changed."""
+    if search.masks.shape[0]:
+        for r in range(max(0, row - 1), min(shape[0], row + 2)):
+            for c in range(max(0, col - 1), min(shape[1], col + 2)):
+                search.masks[r * shape[1] + c] = 0
 
 
 def push(costs: FloatMap, places: Places, n: int, cost: float, place: int) -> int:
     """Put an entry into a heap of n entries that is kept in two arrays; return n + 1."""
     at = n
     while at > 0:
-        above = (at - 1) // 2
+        above = (at - 1) >> 1
         if costs[above] < cost or (costs[above] == cost and places[above] <= place):
             break
         costs[at], places[at] = costs[above], places[above]
@@ -50,105 +106,106 @@ def pop(costs: FloatMap, places: Places, n: int) -> tuple[float, int]:
 
 
 def look_around(
-    ground: Ground, row: int, col: int, goal: tuple[int, int], n_backups: int,
-) -> tuple[Masks, Places, int, int]:
+    ground: Ground, search: Search, start: int, goal: int, n_backups: int,
+) -> Places:
     """
-    Look at the cells nearest to the robot on the way, at most ``n_backups``.
+    Look at the places nearest to the robot on the way, at most ``n_backups``.
 
     Stops at the goal, which stays on the rim of what was looked at.
 
     Returns
     -------
-    noted : ndarray of int16
-        Of a part of the map: the mask of the allowed steps of a cell looked at, -1 on the rim of
-        what was looked at, -2 elsewhere.
-    touched : ndarray of int64
-        Places that are not -2.
-    top, left : int
-        Cell of the map at ``noted[0, 0]``.
+    ndarray of int64
+        The places that ``search.noted`` now says something of.
 
     """
-    known, factor, rules = ground
-    top, left = max(0, row - n_backups - 1), max(0, col - n_backups - 1)
-    width = min(known.shape[1], col + n_backups + 2) - left
-    shape = (min(known.shape[0], row + n_backups + 2) - top, width)
-    noted = np.full(shape, _FAR, dtype=np.int16)
-    reach = np.full(shape, np.inf)
-    # A cell looked at reaches eight others at most.
+    known, n_cols, rules = ground.known, ground.known.shape[1], ground.rules
+    noted, reach, masks, steps = search.noted, search.reach, search.masks, offsets(n_cols)
+    factor, is_kept = ground.factor.reshape(-1), masks.shape[0] > 0
+    # A place looked at reaches eight others at most.
     costs = np.empty(8 * n_backups + 1)
     places = np.empty(8 * n_backups + 1, dtype=np.int64)
     touched = np.empty(8 * n_backups + 1, dtype=np.int64)
-    reach[row - top, col - left], noted[row - top, col - left] = 0.0, _RIM
-    touched[0] = (row - top) * width + col - left
-    n_heap, n_touched, n = push(costs, places, 0, 0.0, touched[0]), 1, 0
+    reach[start], noted[start], touched[0] = 0.0, RIM, start
+    n_heap, n_touched, n = push(costs, places, 0, 0.0, start), 1, 0
     while n_heap > 0 and n < n_backups:
         at, place = pop(costs, places, n_heap)
         n_heap -= 1
-        r, c = place // width + top, place % width + left
-        if noted[r - top, c - left] >= 0:
+        if noted[place] >= LOOKED_AT:
             continue
-        if r == goal[0] and c == goal[1]:
+        if place == goal:
             break
-        allowed = allowed_steps(known, r, c, rules)
-        noted[r - top, c - left] = allowed
+        mask = masks[place] - 1 if is_kept else -1
+        if mask < 0:
+            mask = allowed_steps(known, place // n_cols, place % n_cols, rules)
+        if is_kept:
+            masks[place] = mask + 1
+        noted[place] = LOOKED_AT + mask
         n += 1
         for heading in range(8):
-            if not allowed >> heading & 1:
+            if not mask >> heading & 1:
                 continue
-            nr, nc = r + STEP_ROW[heading], c + STEP_COL[heading]
-            length = at + STEP_LENGTH[heading] * factor[nr, nc]
-            if length < reach[nr - top, nc - left] - 1e-12:
-                place = (nr - top) * width + nc - left
-                if noted[nr - top, nc - left] == _FAR:
-                    touched[n_touched] = place
-                    n_touched += 1
-                reach[nr - top, nc - left], noted[nr - top, nc - left] = length, _RIM
-                n_heap = push(costs, places, n_heap, length, place)
-    return noted, touched[:n_touched], top, left
+            other = place + steps[heading]
+            length = at + STEP_LENGTH[heading] * factor[other]
+            if noted[other] == ELSEWHERE:
+                touched[n_touched] = other
+                n_touched += 1
+            elif not length < reach[other] - 1e-12:
+                continue
+            reach[other], noted[other] = length, RIM
+            n_heap = push(costs, places, n_heap, length, other)
+    return touched[:n_touched]
 
 
 def rim_around(
-    cost: FloatMap, noted: Masks, touched: Places, top: int, left: int,
+    cost: FloatMap, search: Search, touched: Places,
 ) -> tuple[FloatMap, Places, int]:
-    """Forget the cost of the cells looked at; return the heap of those on the rim."""
-    # Besides the rim, every cell looked at is put in by its neighbours, eight times at most.
+    """Forget the cost of the places looked at; return the heap of those on the rim."""
+    # Besides the rim, every place looked at is put in by its neighbours, eight times at most.
     costs = np.zeros(9 * touched.shape[0])
     places = np.zeros(9 * touched.shape[0], dtype=np.int64)
     n = 0
     for place in touched:
-        r, c = place // noted.shape[1], place % noted.shape[1]
-        if noted[r, c] >= 0:
-            cost[r + top, c + left] = np.inf
-        elif cost[r + top, c + left] < np.inf:
-            n = push(costs, places, n, cost[r + top, c + left], place)
+        if search.noted[place] >= LOOKED_AT:
+            cost[place] = np.inf
+            if search.mended.shape[0] and not search.is_mended[place]:
+                search.mended[search.n_mended[0]], search.is_mended[place] = place, True
+                search.n_mended[0] += 1
+        elif cost[place] < np.inf:
+            n = push(costs, places, n, cost[place], place)
     return costs, places, n
 
 
 def rehearse_locally(
-    ground: Ground, cost: FloatMap, row: int, col: int, goal: tuple[int, int], n_backups: int,
+    ground: Ground, cost: FloatMap, search: Search, row: int, col: int, goal: tuple[int, int],
+    n_backups: int,
 ) -> None:
     """
     Mend the cost to go around the robot, in place, by at most ``n_backups`` backups each way.
 
     Looks ahead from the robot over the remembered map (optimistic where unseen), then carries the
-    costs of the rim back through the cells looked at: eq. 6 swept in order of priority over the
+    costs of the rim back through the places looked at: eq. 6 swept in order of priority over the
     neighbourhood that matters.
     """
-    noted, touched, top, left = look_around(ground, row, col, goal, n_backups)
-    height, width = noted.shape
-    costs, places, n = rim_around(cost, noted, touched, top, left)
+    n_cols, noted = ground.known.shape[1], search.noted
+    touched = look_around(
+        ground, search, row * n_cols + col, goal[0] * n_cols + goal[1], n_backups)
+    to_go, factor, steps = cost.reshape(-1), ground.factor.reshape(-1), offsets(n_cols)
+    costs, places, n = rim_around(to_go, search, touched)
     while n > 0:
         at, place = pop(costs, places, n)
         n -= 1
-        r, c = place // width + top, place % width + left
-        if at > cost[r, c]:
+        if at > to_go[place]:
             continue
         for heading in range(8):
-            nr, nc = r - STEP_ROW[heading] - top, c - STEP_COL[heading] - left
-            if (nr < 0 or nc < 0 or nr >= height or nc >= width or noted[nr, nc] < 0
-                    or not noted[nr, nc] >> heading & 1):
+            other = place - steps[heading]
+            # A place beyond an edge of the map is another one, which no step leads from to here.
+            if not 0 <= other < noted.shape[0] or noted[other] < LOOKED_AT or (
+                    not (noted[other] - LOOKED_AT) >> heading & 1):
                 continue
-            total = at + STEP_LENGTH[heading] * ground.factor[r, c]
-            if total < cost[nr + top, nc + left] - 1e-12:
-                cost[nr + top, nc + left] = total
-                n = push(costs, places, n, total, nr * width + nc)
+            total = at + STEP_LENGTH[heading] * factor[place]
+            if total < to_go[other] - 1e-12:
+                to_go[other] = total
+                n = push(costs, places, n, total, other)
+    for place in touched:
+        noted[place] = ELSEWHERE

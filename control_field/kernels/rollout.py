@@ -1,6 +1,9 @@
 """Following the field over a map; plain Python or compiled, as `kernels` says."""
 
+from typing import NamedTuple
+
 import numpy as np
+import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.steps import (
@@ -31,6 +34,73 @@ def flow_reaches(
         row += STEP_ROW[heading]
         col += STEP_COL[heading]
     return -1
+
+
+class KnownFlow(NamedTuple):
+    """
+    From where the flow was found to reach the goal, and from where not, while a map changes.
+
+    Parameters
+    ----------
+    verdict : ndarray of int32, shape (n_places,) or (0,)
+        Of each place: the number in force where it does, minus that where it does not; else it is
+        not known. Empty: nothing is kept.
+    in_force : ndarray of int32, shape (2,)
+        Which numbers are in force: of the places from where it does, and of the others.
+
+    """
+
+    verdict: npt.NDArray[np.int32]
+    in_force: npt.NDArray[np.int32]
+
+
+def new_flow(shape: tuple[int, int], keeps: bool) -> KnownFlow:
+    """Return a record of where flows lead that holds nothing yet, or never will."""
+    return KnownFlow(np.zeros(shape[0] * shape[1] if keeps else 0, dtype=np.int32),
+                     np.ones(2, dtype=np.int32))
+
+
+def comes_home(
+    known: CellMap, headings: CellMap, flow: KnownFlow, row: int, col: int, goal: tuple[int, int],
+    rules: StepRules,
+) -> bool:
+    """Tell whether the flow reaches the goal, as `flow_reaches`, by what was found before."""
+    verdict, n_cols = flow.verdict, known.shape[1]
+    if verdict.shape[0] == 0:
+        return flow_reaches(known, headings, row, col, goal[0], goal[1], rules) >= 0
+    yes, no = flow.in_force[0], -flow.in_force[1]
+    r, c = row, col
+    while not (r == goal[0] and c == goal[1]) and verdict[r * n_cols + c] != yes:
+        heading = headings[r, c]
+        if verdict[r * n_cols + c] == no or heading < 0 or not step_allowed(
+                known, r, c, heading, rules):
+            verdict[r * n_cols + c] = no
+            return False
+        verdict[r * n_cols + c] = no  # as it is if the flow comes here again
+        r, c = r + STEP_ROW[heading], c + STEP_COL[heading]
+    while verdict[row * n_cols + col] != yes and not (row == goal[0] and col == goal[1]):
+        heading = headings[row, col]
+        verdict[row * n_cols + col] = yes
+        row, col = row + STEP_ROW[heading], col + STEP_COL[heading]
+    return True
+
+
+def note_closed(
+    known: CellMap, headings: CellMap, flow: KnownFlow, row: int, col: int, rules: StepRules,
+) -> None:
+    """Forget which flows reach the goal if one leads into a cell that is now occupied, or by."""
+    rows, n_cols = known.shape
+    for r in range(max(0, row - 1), min(rows, row + 2)):
+        for c in range(max(0, col - 1), min(n_cols, col + 2)):
+            if flow.verdict[r * n_cols + c] == flow.in_force[0] and not step_allowed(
+                    known, r, c, headings[r, c], rules):
+                flow.in_force[0] += 1
+                return
+
+
+def note_opened(flow: KnownFlow) -> None:
+    """Forget which flows fail: a cell is free, or doubted, that was not."""
+    flow.in_force[1] += 1
 
 
 def flow_basin(
@@ -126,23 +196,24 @@ def n_as_demonstrated(
     return n_possible, n_agreeing
 
 
-def flow_lengths(
+def flows_home(
     known: CellMap, headings: CellMap, goal_row: int, goal_col: int, rules: StepRules,
-) -> FloatMap:
-    """Return the length of every cell's flow to the goal, inf where it does not get there."""
+) -> tuple[FloatMap, IntMap]:
+    """Return every cell's flow to the goal: length and steps; inf, -1 where it does not arrive."""
     rows, cols = known.shape
     length = np.full((rows, cols), np.nan)
-    length[goal_row, goal_col] = 0.0
+    n_steps = np.full((rows, cols), -1, dtype=np.int32)
+    length[goal_row, goal_col], n_steps[goal_row, goal_col] = 0.0, 0
     path = np.empty((rows * cols, 2), dtype=np.int64)
     on_path = np.zeros((rows, cols), dtype=np.bool_)
     for first_row in range(rows):
         for first_col in range(cols):
-            n, row, col, end = 0, first_row, first_col, np.inf
+            n, row, col, end, n_left = 0, first_row, first_col, np.inf, -1
             while True:
                 if on_path[row, col] or is_occupied(known, row, col, rules[1]):
                     break
                 if not np.isnan(length[row, col]):
-                    end = length[row, col]
+                    end, n_left = length[row, col], n_steps[row, col]
                     break
                 heading = headings[row, col]
                 on_path[row, col] = True
@@ -154,11 +225,19 @@ def flow_lengths(
             for i in range(n - 1, -1, -1):
                 row, col = path[i, 0], path[i, 1]
                 end += STEP_LENGTH[max(headings[row, col], 0)]
-                length[row, col] = end
+                n_left += n_left >= 0
+                length[row, col], n_steps[row, col] = end, n_left
                 on_path[row, col] = False
             if np.isnan(length[first_row, first_col]):
                 length[first_row, first_col] = np.inf
-    return length
+    return length, n_steps
+
+
+def flow_lengths(
+    known: CellMap, headings: CellMap, goal_row: int, goal_col: int, rules: StepRules,
+) -> FloatMap:
+    """Return the length of every cell's flow to the goal, inf where it does not get there."""
+    return flows_home(known, headings, goal_row, goal_col, rules)[0]
 
 
 def most_ahead(

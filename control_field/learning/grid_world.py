@@ -1,6 +1,6 @@
 """Trials on a grid world, without a robot: what evaluation and the next starts are judged with."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +10,8 @@ from control_field.kernels import compiled
 from control_field.kernels.decision import Log, LOGGED, new_trial, TrialState
 from control_field.kernels.steps import no_preference, plain_ground
 from control_field.kernels.visibility import Scanner
-from control_field.local_grid import BLOCKED, is_local_grid_size, MAX_SIDE
+from control_field.learning.judge import Judge, Runs
+from control_field.local_grid import is_local_grid_size, MAX_SIDE
 from control_field.parameters import Parameters
 from control_field.rays import rays_within
 from control_field.records import ControlField, local_grid_dtype, no_local_grids, Outcome, Trial
@@ -21,40 +22,11 @@ _FIRST_ROWS = 4096
 _OUTCOMES = (Outcome.GOAL, Outcome.COLLISION, Outcome.GAVE_UP)
 
 
-@dataclass(frozen=True, eq=False)
-class Runs:
-    """
-    What became of trials from several starts.
-
-    Parameters
-    ----------
-    outcome : ndarray of int8, shape (n,)
-        0 goal, 1 collision, 2 gave up.
-    n_steps, n_reinforcements : ndarray of int64, shape (n,)
-    length : ndarray of float64, shape (n,), [cells]
-
-    """
-
-    outcome: npt.NDArray[np.int8]
-    n_steps: npt.NDArray[np.int64]
-    n_reinforcements: npt.NDArray[np.int64]
-    length: npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Ready:
-    """What runs on one field start from; ``truthful``: no wall is remembered that is not there."""
-
-    state: TrialState
-    truthful: bool
-    flow_lengths: npt.NDArray[np.float64]
-
-    def new_trial(self) -> TrialState:
-        """Return a trial before its first decision, whose arrays are its own."""
-        state = self.state
-        ground = state.ground._replace(
-            known=state.ground.known.copy(), factor=state.ground.factor.copy())
-        return new_trial(ground, state.headings, state.goal, state.q.copy(), state.cost.copy())
+def fresh(state: TrialState) -> TrialState:
+    """Return a trial before its first decision, whose arrays are its own, like another one."""
+    ground = state.ground._replace(
+        known=state.ground.known.copy(), factor=state.ground.factor.copy())
+    return new_trial(ground, state.headings, state.goal, state.q.copy(), state.cost.copy())
 
 
 class GridWorld:
@@ -182,7 +154,8 @@ class GridWorld:
             cells, rows['stamp'][first], log.shown[first])
         return Trial(rows, _OUTCOMES[outcome], number, seen), float(length)
 
-    def trials(self, field: ControlField, starts: npt.NDArray[np.integer], seed: int) -> Runs:
+    def trials(self, field: ControlField, starts: npt.NDArray[np.integer], seed: int,
+               watch: Callable[[int], None] | None = None) -> Runs:
         """
         Run a trial from every start, each on a field and memory of its own; nothing is learnt.
 
@@ -190,39 +163,22 @@ class GridWorld:
         ----------
         starts : ndarray of int, shape (n, 2)
             Free cells.
+        watch : callable, optional
+            Is told how many are done, again and again.
 
         """
-        log, ready = self._new_log(0), self._ready(field)
-        results = [self._run_known(ready, (int(row), int(col)), seed + index, log)
-                   for index, (row, col) in enumerate(starts)]
-        table = np.array(results, dtype=np.float64).reshape(-1, 5)
-        return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
-                    table[:, 4].astype(np.int64), table[:, 3])
+        judge = Judge(field, self.truth, self.parameters, self.cost_to(field.goal), self._scanner)
+        return judge.runs(starts, seed, watch)
 
-    def _ready(self, field: ControlField) -> Ready:
+    def _ready(self, field: ControlField) -> TrialState:
         """Return what every run on a field starts from."""
-        truthful = not ((field.known == BLOCKED) & (self.truth == 0)).any()
-        return Ready(trial_on(field, field.known.copy(), self.parameters), truthful,
-                      self.flow_lengths(field))
+        return trial_on(field, field.known.copy(), self.parameters)
 
-    def _run_known(self, ready: Ready, start: tuple[int, int], seed: int,
-                   log: Log) -> tuple[int, int, int, float, int]:
-        """Run one trial; where the flow comes home by itself, its outcome is known beforehand."""
-        length = float(ready.flow_lengths[start])
-        # Local grid only ever shows what is there. So a flow that comes home in the truth is never
-        # left, as long as the remembered map holds no wall that is not there.
-        if ready.truthful and np.isfinite(length):
-            n_steps = int(compiled.flow_reaches(
-                self.truth, ready.state.headings, *start, *ready.state.goal, self.rules))
-            if n_steps <= self.parameters.step_limit:
-                return 0, n_steps, 0, length, 0
-        return self._run(ready, start, seed, log)
-
-    def _run(self, ready: Ready, start: tuple[int, int], seed: int,
+    def _run(self, ready: TrialState, start: tuple[int, int], seed: int,
              log: Log) -> tuple[int, int, int, float, int]:
         parameters = self.parameters
         result: tuple[int, int, int, float, int] = compiled.run_trial(
-            self.truth, start, ready.new_trial(), options_of(parameters), parameters.step_limit,
+            self.truth, start, fresh(ready), options_of(parameters), parameters.step_limit,
             np.random.default_rng(seed), log, self._scanner)
         return result
 

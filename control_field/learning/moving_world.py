@@ -1,13 +1,17 @@
 """Trials on a grid world in which things move, without a robot."""
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
 from control_field.kernels import compiled
-from control_field.kernels.decision import Log
+from control_field.kernels.decision import Log, TrialState
 from control_field.kernels.moving_world import Moving, Pace
-from control_field.learning.grid_world import GridWorld, Ready
+from control_field.learning.grid_world import fresh, GridWorld
+from control_field.learning.judge import Runs
 from control_field.parameters import Parameters
+from control_field.records import ControlField
 from control_field.robot.policy import options_of
 
 
@@ -48,13 +52,21 @@ class MovingWorld(GridWorld):
         """Return the same world for a robot with other parameters."""
         return MovingWorld(self.truth, parameters, self.moving, self.pace, self.sight)
 
-    def _run_known(self, ready: Ready, start: tuple[int, int], seed: int,
-                   log: Log) -> tuple[int, int, int, float, int]:
-        return self._run(ready, start, seed, log)
+    def trials(self, field: ControlField, starts: npt.NDArray[np.integer], seed: int,
+               watch: Callable[[int], None] | None = None) -> Runs:
+        """Run a trial from every start, as `GridWorld.trials`; each meets what moves anew."""
+        log, ready = self._new_log(0), self._ready(field)
+        table = np.zeros((len(starts), 5))
+        for index, (row, col) in enumerate(np.asarray(starts).tolist()):
+            table[index] = self._run(ready, (row, col), seed + index, log)
+            if watch is not None:
+                watch(index + 1)
+        return Runs(table[:, 0].astype(np.int8), table[:, 1].astype(np.int64),
+                    table[:, 4].astype(np.int64), table[:, 3])
 
-    def _run(self, ready: Ready, start: tuple[int, int], seed: int,
+    def _run(self, ready: TrialState, start: tuple[int, int], seed: int,
              log: Log) -> tuple[int, int, int, float, int]:
-        trial, rng = ready.new_trial(), np.random.default_rng(seed)
+        trial, rng = fresh(ready), np.random.default_rng(seed)
         begin = int(rng.integers(max(len(self.moving.places) // 2, 1)))
         scene = compiled.new_scene(
             self.moving, self.truth, trial.ground.known, start, begin)

@@ -12,6 +12,7 @@ from control_field.headings import (
 from control_field.kernels.decision import (
     decide, LOGGED, n_rewards, new_trial, Options, take_in_local_grid, Transition, TrialState,
     write_decision, write_row)
+from control_field.kernels.last_resort import search_anew
 from control_field.kernels.steps import allowed_steps, Ground, StepRules
 from control_field.kernels.visibility import remember_cells
 from control_field.local_grid import BLOCKED
@@ -332,7 +333,7 @@ class TrialPolicy:
         after = state.ground.known[around]
         state.ground.factor[around][is_doubted(before) & ~is_doubted(after)] = 1.0
         if ((before == BLOCKED) & (after == 0)).any():
-            state.flood.ends[:] = 0  # a way may have opened
+            search_anew(state.flood)  # a way may have opened
 
     def taught(self, row: int, col: int, heading: int, blocked: int, unknown: int,
                stamp: float) -> npt.NDArray[np.void]:

@@ -3,13 +3,20 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from functools import partial
 import json
+import math
 from pathlib import Path
 import sys
 from typing import Any, TypeAlias
 
+import numpy as np
+import numpy.typing as npt
+
 from control_field.drives.plausibility import SPEED_MAX
 from control_field.grid import Grid
+from control_field.learning.grid_world import GridWorld
+from control_field.local_grid import FREE
 from control_field.parameters import Parameters
 from control_field.records import Demonstration
 from episode_store.errors import OutsideDriveError
@@ -27,9 +34,11 @@ from experience_evaluation.experiment import Experiment, LearningCurve
 from experience_evaluation.field_file import npz_bytes
 from experience_evaluation.methods.registry import METHODS
 from experience_evaluation.report import report
+from experience_evaluation.starts import nearest_cell
 from experience_evaluation.teachers import NoWayError
 from experience_evaluation.workers import LostError, run_all
 from msgs_bridge.untrusted.text import printable
+from world_maps.robot_cells import ROBOT_RADIUS
 from world_maps.world import find_world, load_world, World, WorldError
 
 #: Row and column.
@@ -156,9 +165,9 @@ def _value(text: str, kind: str) -> Any:
 
 def _experiment(arguments: argparse.Namespace) -> Experiment:
     _check_method(arguments)
-    parameters, world = _parameters(arguments), _world(arguments.world)
+    parameters, world = _parameters(arguments), _world(arguments)
     _check_reading(arguments)
-    goal, starts, demonstrations = _places(arguments, world.grid)
+    goal, starts, demonstrations = _places(arguments, world, parameters)
     script, changes = read_script(arguments.movers, world, arguments.trials)
     if changes and arguments.change:
         raise UserError(f'--change: {arguments.movers} changes the world at trials too, name all '
@@ -168,7 +177,8 @@ def _experiment(arguments: argparse.Namespace) -> Experiment:
         arguments.starts == 'spread', arguments.teacher, arguments.method, parameters,
         demonstrations, arguments.start_radius, arguments.demo_steps,
         _judged_after(arguments.trials, arguments.judge_every),
-        read_changes(arguments.change, world.grid, arguments.trials) or changes,
+        read_changes(arguments.change, world.grid, arguments.trials,
+                     partial(_load, arguments)) or changes,
         arguments.sight, script)
     _check_places(experiment)
     check_changes(experiment)
@@ -188,32 +198,64 @@ def _check_method(arguments: argparse.Namespace) -> None:
                         f'of a teacher, leave out one of them')
 
 
-def _world(name: str) -> World:
-    """Return a world; print what is to be known of it."""
+def _load(arguments: argparse.Namespace, name: str) -> World:
+    """Read a world, its cells as large as they are asked for; WorldError says what is wrong."""
+    radius = ROBOT_RADIUS if arguments.robot_radius is None else arguments.robot_radius
+    return load_world(find_world(name), robot_radius=radius, resolution=arguments.resolution)
+
+
+def _world(arguments: argparse.Namespace) -> World:
+    """Return the world; print what is to be known of it."""
     try:
-        world = load_world(find_world(name))
+        world = _load(arguments, arguments.world)
     except WorldError as error:
         raise UserError(f'--world {error}') from error
     for note in world.notes:
-        print(f'experience evaluate: --world {note}', file=sys.stderr)
+        _say(f'--world {note}')
+    if world.drawn is not None:
+        _say(f'--world {arguments.world}: {world.size}, for a robot of radius '
+             f'{world.robot_radius:g} m (--robot-radius, --resolution)')
     return world
 
 
+def _say(text: str) -> None:
+    print(f'experience evaluate: {printable(text)}', file=sys.stderr)
+
+
 def _places(
-    arguments: argparse.Namespace, grid: Grid,
+    arguments: argparse.Namespace, world: World, parameters: Parameters,
 ) -> tuple[Cell, list[Cell], tuple[Demonstration, ...]]:
     """Return the goal, the starts and what was demonstrated; UserError if one is missing."""
+    grid = world.grid
     starts = [_cell(grid, point, '--demo-start') for point in arguments.demo_start]
     if not arguments.demo_bag:
         if not arguments.goal or not starts:
             raise UserError('--goal X,Y and --demo-start X,Y are needed (or --demo-bag BAG)')
-        return _cell(grid, arguments.goal, '--goal'), starts, ()
+        free = world.occupancy == FREE
+        goal = _free_cell(grid, free, _cell(grid, arguments.goal, '--goal'), '--goal')
+        ways = np.isfinite(GridWorld(world.occupancy, parameters).cost_to(goal))
+        ways[goal] = False
+        return goal, [start if free[start] else _free_cell(grid, ways, start, '--demo-start')
+                      for start in starts], ()
     demonstration = _demonstration(arguments, grid)
     start, goal = ((int(row), int(col)) for row, col in demonstration.cells[[0, -1]])
     if arguments.goal and _cell(grid, arguments.goal, '--goal') != goal:
         raise UserError(f'--goal: the drive in {arguments.demo_bag} ends elsewhere, at '
                         f'{_text(grid, goal)}; leave --goal out')
     return goal, starts or [start], (demonstration,)
+
+
+def _free_cell(grid: Grid, free: npt.NDArray[np.bool_], cell: Cell, option: str) -> Cell:
+    """Return the nearest of some free cells, and say so if it is another one."""
+    nearest = nearest_cell(free, cell)
+    if nearest is None:
+        raise UserError(f'{option} {_text(grid, cell)}: that cell is blocked, and there is no '
+                        f'free one' + (' with a way to the goal' if option != '--goal' else ''))
+    if nearest != cell:
+        away = math.dist(nearest, cell) * grid.resolution
+        _say(f'{option} {_text(grid, cell)}: that cell is blocked; taken is the nearest free one, '
+             f'{_text(grid, nearest)}, {away:.2g} m away')
+    return nearest
 
 
 def _judged_after(n_trials: int, every: int) -> tuple[int, ...]:

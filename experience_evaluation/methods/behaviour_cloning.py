@@ -7,10 +7,10 @@ import numpy.typing as npt
 
 from control_field.headings import heading_from_step, STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels import compiled
-from control_field.learning.grid_world import Runs
+from control_field.learning.judge import Runs
 from control_field.records import Demonstration
 from experience_evaluation.environment import Environment
-from experience_evaluation.methods.method import Notes, Task
+from experience_evaluation.methods.method import Notes, Task, Watch
 
 
 class NearestPrototype:
@@ -55,9 +55,10 @@ class NearestPrototype:
         """Return the action of the nearest prototype at every cell."""
         return self._ranked()[:, 0].reshape(self.task.grid.shape)
 
-    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int,
+             watch: Watch = None) -> Runs:
         """Run from every start; a cell entered twice is a loop, for nothing is remembered."""
-        del seed
+        del seed, watch
         ranked = self._ranked().reshape(*self.task.grid.shape, -1)
         headings = np.full(self.task.grid.shape, -1, dtype=np.int8)
         world = environment.world

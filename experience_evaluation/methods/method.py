@@ -1,15 +1,16 @@
 """What every method under evaluation can do, and the methods made of control fields."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 import time
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.headings import headings_from_vectors
-from control_field.learning.grid_world import Runs
+from control_field.learning.judge import Runs
 from control_field.learning.learner import explores, Learner, Refresh
 from control_field.parameters import Parameters
 from control_field.records import ControlField, Demonstration, Outcome
@@ -17,6 +18,8 @@ from experience_evaluation.environment import Environment
 
 #: Proposals of the learner among which a start is looked for that is free in the true world.
 _N_PROPOSALS = 400
+#: Is told how many starts are judged; None: nobody asks.
+Watch: TypeAlias = Callable[[int], None] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +114,9 @@ class Method(Protocol):
     def headings(self) -> npt.NDArray[np.int8]:
         """Return the heading of every cell without local grid, -1 for none."""
 
-    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
-        """Run from every start with local grid, learning nothing."""
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int,
+             watch: Watch = None) -> Runs:
+        """Run from every start with local grid, learning nothing; tell how many are done."""
 
     def notes(self) -> Notes:
         """Return what it says of itself."""
@@ -177,10 +181,11 @@ class FieldMethod:
         field = self.refresh.field
         return headings_from_vectors(field.vx, field.vy)
 
-    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int,
+             watch: Watch = None) -> Runs:
         """Run from every start with local grid and exploration."""
         world = environment.world_with(self.task.parameters)
-        return world.trials(self.refresh.field, starts, seed)
+        return world.trials(self.refresh.field, starts, seed, watch)
 
     def notes(self) -> Notes:
         """Return size and certificate."""

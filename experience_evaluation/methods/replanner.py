@@ -9,12 +9,13 @@ from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels import compiled
 from control_field.kernels.interpolation import Sums
 from control_field.kernels.steps import plain_ground
-from control_field.learning.grid_world import GridWorld, Runs
+from control_field.learning.grid_world import GridWorld
+from control_field.learning.judge import Runs
 from control_field.local_grid import BLOCKED, UNKNOWN
 from control_field.records import Demonstration
 from control_field.robot.policy import rules_of
 from experience_evaluation.environment import Environment
-from experience_evaluation.methods.method import Notes, Practice, Task
+from experience_evaluation.methods.method import Notes, Practice, Task, Watch
 
 Known = npt.NDArray[np.int8]
 
@@ -112,9 +113,10 @@ class Replanner:
         """Return the first step of the shortest way on the map as it is."""
         return self._headings(self.known)
 
-    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int,
+             watch: Watch = None) -> Runs:
         """Run from every start, each on a copy of the map."""
-        del seed
+        del seed, watch
         headings = self._headings(self.known)
         table = np.array([
             self._run(environment, self.known.copy(), (int(row), int(col)),

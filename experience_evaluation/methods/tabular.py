@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import heading_from_step
-from control_field.learning.grid_world import Runs
+from control_field.learning.judge import Runs
 from control_field.records import Demonstration
 from experience_evaluation.environment import Environment
 from experience_evaluation.methods import tabular_kernels as kernels
-from experience_evaluation.methods.method import Notes, Practice, Task
+from experience_evaluation.methods.method import Notes, Practice, Task, Watch
 
 #: Share of random actions, and backups after every step of the methods that plan.
 EPSILON: Final = 0.1
@@ -95,8 +95,10 @@ class TabularMethod:
         headings: npt.NDArray[np.int8] = chosen.astype(np.int8).reshape(self.task.grid.shape)
         return headings
 
-    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int) -> Runs:
+    def runs(self, environment: Environment, starts: npt.NDArray[np.int64], seed: int,
+             watch: Watch = None) -> Runs:
         """Follow the greedy policy from every start, without the steps seen to be blocked."""
+        del watch
         results = [kernels.greedy_run(
             environment.allowed, self.q, self._place((int(row), int(col))),
             self.task.parameters.step_limit, self._settings, np.random.default_rng([seed, index]))

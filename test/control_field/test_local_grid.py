@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from control_field.headings import STEP_COL, STEP_ROW
-from control_field.kernels.decision import see
 from control_field.kernels.steps import allowed_steps, remember_local_grid, StepRules
+from control_field.kernels.trials import see
 from control_field.local_grid import (
     BLOCKED, crop_neighbourhood, FREE, masks_from_neighbourhood, UNKNOWN)
 from oracles import allowed_from_blocked, neighbourhood_from_masks

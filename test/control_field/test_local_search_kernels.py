@@ -73,6 +73,10 @@ def test_rehearsal_mends_what_a_search_with_dictionaries_mends(
     row, col, *goal = (int(rng.integers(n)) for n in (rows, cols, rows, cols))
     expected = rehearsed(ground, cost, (row, col), tuple(goal), n_backups)
     for kernels in (local_search, compiled):
-        mended = cost.copy()
-        kernels.rehearse_locally(ground, mended, row, col, tuple(goal), n_backups)
-        np.testing.assert_array_equal(mended, expected)
+        for keeps in (False, True):
+            mended, search = cost.copy(), local_search.new_search(known.shape, keeps)
+            for _ in range(2):  # what it has worked in is as it was
+                mended[:] = cost
+                kernels.rehearse_locally(
+                    ground, mended, search, row, col, tuple(goal), n_backups)
+            np.testing.assert_array_equal(mended, expected)

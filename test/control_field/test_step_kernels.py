@@ -8,10 +8,10 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import (
-    compiled, decision, interpolation, last_resort, local_search, moving_world, repair, rollout,
-    seen)
+    compiled, decision, interpolation, judging, last_resort, local_search, moving_world, repair,
+    rollout, seen, sharing)
 from control_field.kernels import steps as kernels
-from control_field.kernels import visibility, waiting
+from control_field.kernels import trials, visibility, waiting
 from control_field.kernels.interpolation import Sums
 from control_field.kernels.steps import no_preference, StepRules
 from control_field.learning.interpolation import interpolate
@@ -20,8 +20,8 @@ from strategies import few, knowns, rules, seeds, steady
 
 BODY = StepRules(False, False, 8)
 MODULES = (
-    kernels, seen, visibility, rollout, local_search, last_resort, decision, waiting, moving_world,
-    interpolation, repair)
+    kernels, seen, visibility, rollout, local_search, last_resort, decision, trials, sharing,
+    judging, waiting, moving_world, interpolation, repair)
 
 
 def same(first, second):
@@ -160,7 +160,8 @@ def test_rehearsal_around_the_robot_with_enough_backups_is_the_whole_recomputati
     whole = compiled.cost_to_go(scene.ground, scene.goal, no_preference(known.shape))
     stale = np.where(np.random.default_rng(seed).random(known.shape) < 0.5, np.inf, 3.0)
     stale[scene.goal] = 0.0
-    compiled.rehearse_locally(scene.ground, stale, scene.row, scene.col, scene.goal, 10_000)
+    compiled.rehearse_locally(
+        scene.ground, stale, scene.search(), scene.row, scene.col, scene.goal, 10_000)
     best = compiled.best_step(scene.ground, stale, scene.row, scene.col, -1)
     if kernels.is_occupied(known, scene.row, scene.col, rule[1]):
         return
@@ -178,12 +179,15 @@ def test_rehearsal_around_the_robot_with_enough_backups_is_the_whole_recomputati
 @steady
 def test_rehearsal_looks_at_no_more_cells_than_it_may(known, rule, seed, n_backups):
     scene = Scene(known, rule, seed)
-    arguments = scene.row, scene.col, scene.goal, n_backups
-    noted, _, top, left = compiled.look_around(scene.ground, *arguments)
-    looked = {(row + top, col + left) for row, col in np.argwhere(noted >= 0).tolist()}
+    search, n_cols = scene.search(), known.shape[1]
+    here, goal = (row * n_cols + col for row, col in ((scene.row, scene.col), scene.goal))
+    compiled.look_around(scene.ground, search, here, goal, n_backups)
+    looked = {divmod(place, n_cols) for place in np.flatnonzero(
+        search.noted >= local_search.LOOKED_AT).tolist()}
     assert len(looked) <= n_backups
     before = scene.cost.copy()
-    compiled.rehearse_locally(scene.ground, scene.cost, *arguments)
+    compiled.rehearse_locally(scene.ground, scene.cost, scene.search(), scene.row, scene.col,
+                              scene.goal, n_backups)
     for cell in np.ndindex(known.shape):
         assert scene.cost[cell] == before[cell] or cell in looked
 

@@ -217,8 +217,6 @@ def test_negative_coordinates_are_taken_as_coordinates(tmp_path, start, capsys):
 
 @pytest.mark.parametrize(('arguments', 'hint'), [
     (['--goal', '99,1'], 'outside'),
-    (['--goal', '5.5,5.5'], 'blocked'),
-    (['--demo-start', '5.5,5.5'], 'blocked'),
     (['--demo-start', '8.5,8.5'], 'goal itself'),
     (['--json', '/nowhere/a.json'], 'no folder'),
     (['--save-field', '/'], 'folder'),
