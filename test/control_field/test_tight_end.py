@@ -19,7 +19,7 @@ def drive(blocked_at, n=8):
         GRID, stamps, xy, stamps, blocked, np.zeros(len(x), np.uint8), local_grid_cells=cells)
 
 
-@pytest.mark.parametrize('blocked_at, last', [([8], 8), ([7, 8], 7), ([], 9), ([3], 9)])
+@pytest.mark.parametrize(('blocked_at', 'last'), [([8], 8), ([7, 8], 7), ([], 9), ([3], 9)])
 def test_the_goal_lies_before_what_is_blocked_at_the_end(blocked_at, last):
     demonstration, report = drive(blocked_at)
     assert demonstration.cells[-1].tolist() == [5, last]
@@ -28,8 +28,8 @@ def test_the_goal_lies_before_what_is_blocked_at_the_end(blocked_at, last):
     assert len(said) == (last < 9)
     if said:
         x, y = GRID.world_from_cell(5, last)
-        assert said == [f'it ends at (2.38, 1.38) m, in a cell that the local grid shows as '
-                        f'blocked: the goal is before it, at ({x:.2f}, {y:.2f}) m']
+        where = f'the goal is before it, at ({x:.2f}, {y:.2f}) m'
+        assert said[0].endswith(f'a cell that the local grid shows as blocked: {where}')
 
 
 def test_a_goal_deep_among_walls_stays_there():
