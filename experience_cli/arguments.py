@@ -190,6 +190,8 @@ def _explain(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='X',
                             help=f"the robot's {what}, [{unit}]; a bag does not say it, and a "
                             f"TurtleBot3 Burger's is taken")
+    parser.add_argument('--footprint', metavar='OUTLINE',
+                        help='its outline, if it is no disc: "[[x, y], ...]", [m]')
     _add_external(parser, with_radius=False)
 
 

@@ -10,6 +10,7 @@ from control_field.headings import heading_from_vector, STEP_COL, STEP_ROW
 from control_field.learning.provenance import vector_at, Voices
 from control_field.local_grid import BLOCKED
 from control_field.records import ControlField, Kind
+from control_field.robot.footprint import text_from_points
 from control_field.robot.limits import Limits
 from control_field_node.settings import Settings
 from episode_store.episode import Episode
@@ -65,7 +66,7 @@ def _check_recorded(episode: Episode, at: float) -> None:
 
 
 def _limits(arguments: argparse.Namespace) -> Limits:
-    given = {name: getattr(arguments, name) for name in LIMITS
+    given = {name: getattr(arguments, name) for name in (*LIMITS, 'footprint')
              if getattr(arguments, name) is not None}
     try:
         return Settings(**given).limits
@@ -101,7 +102,9 @@ def _command(moment: Moment) -> dict[str, Any]:
     return {
         'requested': _finite(moment.requested), 'applied': _finite(moment.applied),
         'clipped_by': moment.clipped_by, 'at_limits': moment.at_limits,
-        'limits': {name: getattr(limits, name.removeprefix('robot_')) for name in LIMITS},
+        'limits': {name: getattr(limits, name.removeprefix('robot_')) for name in LIMITS} | (
+            {'footprint': text_from_points(limits.footprint.corners)}
+            if limits.footprint else {}),
         'gate': monitored and {'velocity': list(monitored.velocity), 'rule': monitored.rule,
                            'reproduces': monitored.reproduces}}
 
@@ -256,11 +259,11 @@ def _unexplained(command: dict[str, Any]) -> str:
             f'its pose was mended by a localisation or by anchoring')
 
 
-def _body(limits: dict[str, float]) -> str:
+def _body(limits: dict[str, Any]) -> str:
     """Name the body that limits were taken of."""
     usual = Limits()
-    given = [f'{name} {value:g}' for name, value in limits.items()
-             if value != getattr(usual, name.removeprefix('robot_'))]
+    given = [f'{name} {value}' if isinstance(value, str) else f'{name} {value:g}'
+             for name, value in limits.items() if value != getattr(usual, name.removeprefix('robot_'))]
     return f'a robot with {", ".join(given)}' if given else 'a TurtleBot3 Burger'
 
 

@@ -265,6 +265,8 @@ def test_what_a_burgers_limits_do_not_explain_is_not_passed_off_as_asked_for(tas
     text = explain(episode.name, at, *waffle)
     assert ('the collision monitor says: slowed (for a robot with v_max 0.26, w_max 1.82, '
             'robot_radius 0.22)') in text
+    text = explain(episode.name, at, '--footprint', '[[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1]]')
+    assert 'robot with footprint [[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1]]' in text
 
 
 @pytest.mark.parametrize(('option', 'value', 'what'), [
