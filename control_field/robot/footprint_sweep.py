@@ -217,12 +217,12 @@ def velocities_to_try(
     to stand can be told beforehand.
     """
     (v, w), (slow, straight) = wanted, braking
-    for share in SHARES:
-        if share == 1.0 or v != slow:
-            yield (slow + share * (v - slow), w), True
-    for share in SHARES:
-        if w != straight:
-            yield (slow, straight + share * (w - straight)), False
+    turns = [straight + share * (w - straight) for share in (*SHARES, 0.0)]
+    for share in SHARES if v != slow else ():
+        for turn in dict.fromkeys(turns):
+            yield (slow + share * (v - slow), turn), True
+    for turn in dict.fromkeys(turns[:-1]):
+        yield (slow, turn), False
 
 
 def is_clear_for(

@@ -263,7 +263,8 @@ def _body(limits: dict[str, Any]) -> str:
     """Name the body that limits were taken of."""
     usual = Limits()
     given = [f'{name} {value}' if isinstance(value, str) else f'{name} {value:g}'
-             for name, value in limits.items() if value != getattr(usual, name.removeprefix('robot_'))]
+             for name, value in limits.items()
+             if value != getattr(usual, name.removeprefix('robot_'))]
     return f'a robot with {", ".join(given)}' if given else 'a TurtleBot3 Burger'
 
 
