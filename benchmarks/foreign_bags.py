@@ -116,12 +116,14 @@ class BagWriter:
 
     def poses(
         self, poses: Poses, kind: str, topic: str, frame: str, is_stamped: bool = True,
-        z: npt.NDArray[np.float64] | None = None,
+        z: npt.NDArray[np.float64] | None = None, has_headings: bool = True,
     ) -> None:
         """Write PoseStamped or PoseWithCovarianceStamped."""
         for i, (at, (x, y), yaw) in enumerate(zip(
                 poses.stamps.tolist(), poses.xy.tolist(), poses.yaw.tolist(), strict=True)):
             pose = self._pose(x, y, 0.0 if z is None else float(z[i]), yaw, (0, 1, 2))
+            if not has_headings:
+                pose.orientation.z = pose.orientation.w = 0.0
             if kind == 'PoseWithCovarianceStamped':
                 pose = self._make('geometry_msgs/PoseWithCovariance', pose, np.zeros(36))
             self._write(topic, f'geometry_msgs/msg/{kind}', at, self._make(

@@ -127,12 +127,12 @@ def frames(with_map: bool) -> Callable[[BagWriter, Rng], Floats]:
     return write
 
 
-def stamped(kind: str, topic: str, frame: str, rate: float) -> Callable[
-        [BagWriter, Rng], Floats]:
+def stamped(kind: str, topic: str, frame: str, rate: float, has_headings: bool = True) -> (
+        Callable[[BagWriter, Rng], Floats]):
     """Return a writer of poses without speeds."""
     def write(bag: BagWriter, rng: Rng) -> Floats:
         poses = moved(some_drive(rng, rate), -7.0, 4.0, 1.0)
-        bag.poses(poses, kind, topic, frame)
+        bag.poses(poses, kind, topic, frame, has_headings=has_headings)
         return poses.xy
     return write
 
@@ -303,6 +303,7 @@ KINDS: Final[dict[str, Kind]] = {
     'frame without a name': Kind(odometry(frame='')),
     '/tf alone': Kind(frames(False)), '/tf below a map': Kind(frames(True)),
     'PoseStamped in map': Kind(stamped('PoseStamped', '/slam/pose', 'map', 20.0)),
+    'quaternions of zeros': Kind(stamped('PoseStamped', '/fix', 'utm', 20.0, False), says='looks'),
     'localisation, 2 Hz': Kind(stamped('PoseWithCovarianceStamped', '/amcl_pose', 'map', 2.0)),
     'odometry, map, goal': Kind(three_sources),
     'standing odometry, GPS': Kind(standing_and_moving, says='stands still'),

@@ -100,8 +100,10 @@ def _head(about: dict[str, Any]) -> list[str]:
     """Say in sentences what it is, and whether it would be learnt."""
     path = about['path']
     command = f'`experience learn {shlex.quote(path)}`'
-    used = next((each for each in about['sources'] if each['topic'] == about['learnt_from']
-                 and each['poses']), None)
+    sources = [each for each in about['sources'] if each['poses']]
+    used = next((each for each in sources if each['topic'] == about['learnt_from']), None)
+    if used is None and len(sources) == 1:
+        [used] = sources
     said = [f'{path}: {_drive_text(used)}'] if used else [f'{path}: a bag of another recorder']
     if not about['would_be_learnt']:
         return [*said, f'{command} does not learn it: {about["refusal"]}']

@@ -308,6 +308,9 @@ class _DriveReader:
             found = poses_from_messages(messages).by_log_times()
             notes.append(f'no message on {topic} bears a stamp of its own: the times at which '
                          f'they were recorded count')
+        if not found.has_headings:
+            notes.append(f'no message on {topic} says where the robot looks (quaternions of '
+                         f'zeros): only places are learnt')
         if found.frame_id != self.workspace.frame_of(found.frame_id) and self._tf:
             brought = brought_to_frame(found, self.tree, frame_id.lstrip('/'), self._tf[0])
             if brought is not None:

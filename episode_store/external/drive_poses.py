@@ -45,6 +45,8 @@ class DrivePoses:
         First stamp of the whole drive, in whatever frame.
     lost : tuple of Lost
         What comes before the first and after the last and says nothing of where the robot was.
+    has_headings : bool
+        Whether they say where it looked; else along x.
 
     """
 
@@ -55,6 +57,7 @@ class DrivePoses:
     motions: Motions
     begins_ns: int
     lost: tuple[Lost, ...] = ()
+    has_headings: bool = True
 
     def check_ends(self, since: float = -np.inf, until: float = np.inf) -> None:
         """
@@ -169,6 +172,9 @@ def poses_from_messages(messages: RawMessages, span: Span | None = None) -> Driv
     shift = np.stack([values[name] for name in _PLACE], axis=1)
     turn = np.stack([values[name] for name in _TURN], axis=1)
     with np.errstate(invalid='ignore', over='ignore'):
+        # Who knows no heading often leaves the quaternion as it is, of zeros.
+        has_headings = bool(turn.any()) or not columns.accepted.any()
+        turn[:, 3] += not has_headings
         length = np.linalg.norm(turn, axis=1)
         sound = columns.accepted & np.isfinite(shift).all(axis=1) & (values['sec'] >= 0)
         sound &= np.abs(length - 1.0) <= QUATERNION_TOLERANCE
@@ -185,7 +191,8 @@ def poses_from_messages(messages: RawMessages, span: Span | None = None) -> Driv
     lost = (Lost(why, first_time, times[times < first_time]), Lost(why, last, times[times > last]))
     return DrivePoses(
         frame, bases[first] if bases else '', stamps[sound], times[sound],
-        Motions(shift[sound], turn[sound] / length[sound, np.newaxis]), begins, lost)
+        Motions(shift[sound], turn[sound] / length[sound, np.newaxis]), begins, lost,
+        has_headings)
 
 
 def poses_from_frames(
