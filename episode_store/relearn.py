@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from control_field.drives.breaks import place_text
+from control_field.drives.tight_end import first_free_cell
 from control_field.grid import Grid, TooLargeError
 from control_field.headings import heading_from_step
 from control_field.learning.compose import Composition
@@ -216,8 +217,9 @@ class Relearner:
     def _learn_demonstration(self, episode: Episode, record: Demonstration) -> LearntBag:
         before, content, grid = self.refresh, episode.content, episode.header.grid
         refresh = self._learn_record(record, grid)
-        # A trial from there begins at the centre of the first cell, looking along the drive.
-        (row, col), (next_row, next_col) = record.cells[:2].tolist()
+        # A trial from there begins at the centre of a cell, looking along the drive.
+        first = first_free_cell(record)
+        (row, col), (next_row, next_col) = record.cells[first:first + 2].tolist()
         yaw = heading_from_step(next_row - row, next_col - col) * math.pi / 4
         self.demonstrated_starts.append(StartPose(
             *grid.world_from_cell(row, col), math.remainder(yaw, math.tau)))

@@ -1,5 +1,6 @@
-"""A drive that ends where no trial goes: in a cell that its own local grid shows as blocked."""
+"""A drive that ends, or begins, where no trial does: in a cell that it saw blocked itself."""
 
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy.typing as npt
 from control_field.drives.breaks import place_text
 from control_field.grid import Grid
 from control_field.headings import heading_from_step
+from control_field.records import Demonstration
 
 #: The goal moves at most so many cells back; a drive that ends deeper among walls is kept.
 MOST_BACK: Final = 2
@@ -60,3 +62,18 @@ def sentence_from_tight_end(grid: Grid, goal: tuple[int, int], end: tuple[int, i
     return (f'it ends at {place_text(grid.world_from_cell(*end))} m, in a cell that the local '
             f'grid shows as blocked: the goal is before it, at '
             f'{place_text(grid.world_from_cell(*goal))} m')
+
+
+def first_free_cell(record: Demonstration) -> int:
+    """
+    Return the number of the first cell of a drive in the middle of which a robot can start.
+
+    A person may have begun close to a desk: then that cell is seen blocked from the next one.
+    Where that goes on for more than `MOST_BACK` cells it is the very first.
+    """
+    cells = record.cells[:MOST_BACK + 2].tolist()
+    for i, ((row, col), (next_row, next_col)) in enumerate(pairwise(cells)):
+        back = heading_from_step(row - next_row, col - next_col)
+        if i + 2 < len(record.cells) and not record.blocked[i + 1] >> back & 1:
+            return i
+    return 0

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 
 from control_field.drives.demonstration import demonstration_from_poses
+from control_field.drives.tight_end import first_free_cell
 from control_field.grid import Grid
+from control_field.records import Demonstration
 
 GRID = Grid(20, 20, 0.25)
 EAST, WEST = 1 << 0, 1 << 4
@@ -61,3 +63,20 @@ def test_what_was_seen_from_nobody_knows_where_counts_by_its_time():
         GRID, stamps, xy, times, blocked[:len(times)], np.zeros(len(times), np.uint8),
     )[0].cells[-1, 1] for times in (stamps, stamps[x < 8.55])]
     assert ends == [9, 8]
+
+
+@pytest.mark.parametrize(('blocked_in', 'first'), [
+    ([], 0), ([1], 1), ([1, 2], 2), ([1, 2, 3], 0), ([2], 0)])
+def test_trials_start_behind_what_is_blocked_at_the_beginning(blocked_in, first):
+    cells = np.array([(5, col) for col in range(2, 9)], np.int32)
+    blocked = np.zeros(7, np.uint8)
+    blocked[blocked_in] = WEST
+    shown = Demonstration(cells, np.arange(7.0), blocked, np.zeros(7, np.uint8))
+    assert first_free_cell(shown) == first
+
+
+def test_a_drive_of_two_cells_starts_in_its_first():
+    blocked = np.array([0, WEST], np.uint8)
+    cells = np.array([(5, 2), (5, 3)], np.int32)
+    shown = Demonstration(cells, np.arange(2.0), blocked, np.zeros(2, np.uint8))
+    assert first_free_cell(shown) == 0
