@@ -148,6 +148,15 @@ def three_sources(bag: BagWriter, rng: Rng) -> Floats:
     return poses.xy
 
 
+def wheels_and_filter(bag: BagWriter, rng: Rng) -> Floats:
+    """Write two kinds of odometry, one of which is in `/tf`."""
+    poses = some_drive(rng)
+    bag.odometry(moved(poses, 0.0, 0.0, 0.3), topic='/odometry/wheels')
+    bag.odometry(poses, topic='/odometry/filtered')
+    bag.transforms('odom', 'base_link', poses)
+    return poses.xy
+
+
 def standing_and_moving(bag: BagWriter, rng: Rng) -> Floats:
     """Write odometry that never moves, and poses without stamps, new once a second."""
     poses = moved(some_drive(rng, speed=1.0), 369_644.7, 3_280_416.6)
@@ -218,7 +227,7 @@ def there_and_back(poses: Poses, _: Rng) -> Poses:
     n = len(poses.stamps)
     order = np.concatenate([np.arange(n), np.arange(n)[::-1]])
     back = poses.at(order)
-    return replace(back, stamps=_evenly(2 * n), velocity=np.where(
+    return replace(back, stamps=np.linspace(100.0, 100.0 + 0.1 * n, 2 * n), velocity=np.where(
         np.arange(2 * n)[:, np.newaxis] < n, 1.0, -1.0) * back.velocity)
 
 
@@ -229,11 +238,8 @@ def stood(poses: Poses, _: Rng) -> Poses:
     found = poses.at(index)
     velocity = found.velocity.copy()
     velocity[:2000] = velocity[-2000:] = 0.0
-    return replace(found, stamps=_evenly(len(index)), velocity=velocity)
-
-
-def _evenly(n: int) -> Floats:
-    return np.asarray(100.0 + np.arange(n) * 0.05, dtype=np.float64)
+    stamps = np.linspace(100.0, 100.0 + 0.05 * len(index), len(index))
+    return replace(found, stamps=stamps, velocity=velocity)
 
 
 def doubled(poses: Poses, _: Rng) -> Poses:
@@ -257,13 +263,6 @@ def reset(poses: Poses, _: Rng) -> Poses:
     return replace(poses, xy=xy)
 
 
-def spiked(poses: Poses, _: Rng) -> Poses:
-    """Put one pose a million metres off."""
-    xy = poses.xy.copy()
-    xy[len(xy) // 2] += 1e6
-    return replace(poses, xy=xy)
-
-
 def two_robots(bag: BagWriter, rng: Rng) -> Floats:
     """Write the odometry of two robots."""
     for name in 'ab':
@@ -283,15 +282,13 @@ def later(poses: Poses, rng: Rng) -> Poses:
     return poses.at(order)
 
 
-def driven(poses: Poses) -> Floats:
-    """Return the places of a drive but for one that is far off."""
-    return np.asarray(poses.xy[np.abs(poses.xy).max(axis=1) < 1e5])
-
-
-def _spike(bag: BagWriter, rng: Rng) -> Floats:
-    poses = spiked(some_drive(rng), rng)
-    bag.odometry(poses)
-    return driven(poses)
+def spiked(bag: BagWriter, rng: Rng) -> Floats:
+    """Put one pose a million metres off."""
+    poses = some_drive(rng)
+    xy = poses.xy.copy()
+    xy[len(xy) // 2] += 1e6
+    bag.odometry(replace(poses, xy=xy))
+    return poses.xy
 
 
 KINDS: Final[dict[str, Kind]] = {
@@ -306,6 +303,7 @@ KINDS: Final[dict[str, Kind]] = {
     'quaternions of zeros': Kind(stamped('PoseStamped', '/fix', 'utm', 20.0, False), says='looks'),
     'localisation, 2 Hz': Kind(stamped('PoseWithCovarianceStamped', '/amcl_pose', 'map', 2.0)),
     'odometry, map, goal': Kind(three_sources),
+    'wheels and a filter': Kind(wheels_and_filter, says='/odometry/filtered, the only one that'),
     'standing odometry, GPS': Kind(standing_and_moving, says='stands still'),
     '500 km away': Kind(odometry(lambda poses, _: moved(poses, 5e5, -4.9e6, 2.0))),
     '0.5 m': Kind(of(straight(0.5, 0.2))),
@@ -323,7 +321,7 @@ KINDS: Final[dict[str, Kind]] = {
     'hole of 1.5 s': Kind(odometry(holed(1.5)), says='filled in'),
     'hole of 5 s': Kind(odometry(holed(5.0)), True, '--from'),
     'odometry reset': Kind(odometry(reset), True, '--from'),
-    'one pose far off': Kind(_spike, says='far off'),
+    'one pose far off': Kind(spiked, says='far off'),
     'sideways': Kind(odometry(sideways), says='sideways'),
     'camera axes': Kind(optical, True, '--frame'), 'north, east, down': Kind(ned, says='NED'),
     'hills': Kind(hills), 'on legs': Kind(odometry(walking)),

@@ -92,6 +92,7 @@ def guessed(drive: ExternalDrive, arguments: argparse.Namespace) -> list[str]:
     """Return a note on the topic that was taken for odom by its type alone, if it was."""
     odom = drive.read_from
     is_named = arguments.odom_topic is not None or odom.rpartition('/')[2] in ('odom', 'tf')
+    is_named |= any(note.startswith('odom is ') for note in drive.notes)
     return [] if is_named else [f'odom is {odom}, the only one of its type']
 
 

@@ -21,8 +21,10 @@ from episode_store.external.drive_poses import (
 from episode_store.external.kinds_of_motion import doubts_about_motion
 from episode_store.external.local_grids import described, local_grids_from_scans, read_scans
 from episode_store.external.span import cut, Span
-from episode_store.external.topic_roles import is_meant, pose_topics, roles_of_topics, scans_in
+from episode_store.external.topic_roles import (
+    is_meant, pose_topics, roles_of_topics, scans_in, WhichOdometryError)
 from episode_store.external.transforms import read_transforms, topics_of
+from episode_store.external.which_odometry import repeated_by_frames
 from episode_store.external.workspace import Workspace
 from episode_store.rosbag2.any_reader import notes_on, open_bag
 from episode_store.rosbag2.errors import BagError
@@ -200,10 +202,21 @@ class _DriveReader:
         self.grid = workspace.grid
         self.notes: list[str] = []
         self.made: dict[str, RawMessages] = {}
-        self.topics = roles_of_topics(bag, reading.names)
+        self.topics = self._roles()
         self.read_from = self.topics['odom']
         self._is_stamped = True
         self._tf, self._no_frames = topics_of(bag, self.read_from.rpartition('/')[0])
+
+    def _roles(self) -> dict[str, str]:
+        """Return which topic plays which role; of several the one that `/tf` repeats is odom."""
+        try:
+            return roles_of_topics(self.bag, self.reading.names)
+        except WhichOdometryError as error:
+            topic = repeated_by_frames(self.bag, error.topics)
+            if topic is None:
+                raise
+        self.notes.append(f'odom is {topic}, the only one that /tf repeats')
+        return roles_of_topics(self.bag, {**self.reading.names, 'odom': topic})
 
     @cached_property
     def tree(self) -> Transforms:

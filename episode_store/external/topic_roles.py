@@ -1,6 +1,6 @@
 """Which topic of a bag that others recorded plays which role."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from episode_store.rosbag2.errors import BagError
@@ -16,6 +16,24 @@ ROLES: Final = {
     'cmd_vel': ('geometry_msgs/msg/Twist', 'geometry_msgs/msg/TwistStamped')}
 #: Poses that say where somebody wants the robot to be.
 _WISHES: Final = ('goal', 'goal_pose', 'initialpose')
+
+
+class WhichOdometryError(BagError):
+    """
+    Several topics may say where the robot was.
+
+    Parameters
+    ----------
+    message : str
+    topics : sequence of str
+        Those of Odometry among them.
+
+    """
+
+    def __init__(self, message: str, topics: Sequence[str]) -> None:
+        """Keep both."""
+        super().__init__(message)
+        self.topics = topics
 
 
 def roles_of_topics(
@@ -37,9 +55,10 @@ def roles_of_topics(
 
     Raises
     ------
+    WhichOdometryError
+        If nobody knows which one is `odom`; the message names those there are.
     BagError
-        If there is no such topic, it has another type, or nobody knows which one is `odom`; the
-        message names those there are.
+        If there is no such topic, or it has another type.
 
     """
     found = {role: _named(bag, role, name) for role, name in names.items()}
@@ -50,8 +69,9 @@ def roles_of_topics(
         if len(picked) == 1:
             found[role] = picked[0]
         elif role == 'odom' and fitting:
-            raise BagError(f'which topic is odom? Name one of {_choices(bag, role)} '
-                           f'with --odom-topic')
+            raise WhichOdometryError(
+                f'which topic is odom? Name one of {_choices(bag, role)} with --odom-topic',
+                [topic for topic in picked if bag.topics[topic] == ROLES['odom'][0]])
         elif role == 'odom':
             raise BagError(f'no topic is odom, there are {_choices(bag, role)}')
     return found
@@ -64,7 +84,8 @@ def why_odom(bag: Bag, topic: str, is_named: bool) -> str:
     if topic.rpartition('/')[2] == 'odom':
         return 'it is called so'
     if bag.topics[topic] == ROLES['odom'][0]:
-        return 'it is the only Odometry'
+        n = [bag.topics[each] for each in _fitting(bag, 'odom')].count(bag.topics[topic])
+        return 'it is the only Odometry' + (' that /tf repeats' if n > 1 else '')
     if bag.topics[topic] == TF_TYPE:
         return 'no topic is Odometry'
     return 'it is the only one with poses'
