@@ -18,6 +18,9 @@ from msgs_bridge.messages.poses import Pose
 #: How near a centre the robot turns in tight places, and stops at the goal, [cells].
 EXACT: Final = 0.05
 
+#: A body with corners finds a centre by so much at least, [m].
+_LEAST_EXACT: Final = 0.01
+
 #: Greatest distance from a centre at which its cell is passed, [cells]: the robot must not be
 #: taken to be in the next cell.
 MAX_OFFSET: Final = 0.35
@@ -55,6 +58,7 @@ class PathTracker:
         self.tolerance = tolerance
         self.corner_cutting = corner_cutting
         self.clearance = min(clearance, MAX_OFFSET * grid.resolution)
+        self._exact = exactness(grid, limits)
         self.reset()
 
     def reset(self) -> None:
@@ -78,7 +82,7 @@ class PathTracker:
         elif observation.is_tight and not self._segments[-1].exact:
             end = self._segments[-1]
             self._segments = [Segment(pose.x, pose.y, end.bx, end.by, True)]
-        while len(self._segments) > 1 and self._remaining(pose) <= EXACT * self.grid.resolution:
+        while len(self._segments) > 1 and self._remaining(pose) <= self._exact:
             del self._segments[0]
 
     def is_due(self, pose: Pose, observation: Observation) -> bool:
@@ -115,7 +119,7 @@ class PathTracker:
         cell = self.grid.cell_from_world(pose.x, pose.y)
         self._segments = [self._segment_to(*self._waypoint(cell), pose)]
         self._source = self._target = cell
-        self._reach = EXACT * self.grid.resolution
+        self._reach = self._exact
 
     def velocity(self, pose: Pose) -> Velocity:
         """Return the velocity along the present segment."""
@@ -155,12 +159,12 @@ class PathTracker:
         if line.remaining(pose.x, pose.y) > (1.0 + self.tolerance) * math.hypot(
                 line.bx - line.ax, line.by - line.ay):
             return False
-        return (abs(line.lateral(pose.x, pose.y)) <= EXACT * self.grid.resolution
+        return (abs(line.lateral(pose.x, pose.y)) <= self._exact
                 and (abs(wrapped(line.heading() - pose.yaw)) < EXACT_CONE
                      or self._is_at(line.ax, line.ay, pose)))
 
     def _is_at(self, x: float, y: float, pose: Pose) -> bool:
-        return math.hypot(x - pose.x, y - pose.y) <= EXACT * self.grid.resolution
+        return math.hypot(x - pose.x, y - pose.y) <= self._exact
 
     def _is_blocked(self, cell: Cell, observation: Observation) -> bool:
         """Return whether an occupied cell blocks the step under way."""
@@ -173,6 +177,22 @@ class PathTracker:
             return False
         corners = (source[0], target[1]), (target[0], source[1])
         return not observation.occupied.isdisjoint(corners)
+
+
+def exactness(grid: Grid, limits: Limits) -> float:
+    """
+    Return how near a centre the robot turns in tight places, and how near a line it sets out, [m].
+
+    A body with corners turns where they have room. Where they never have, it need not be on the
+    line before it sets out, as it could not turn to come there.
+    """
+    usual, half = EXACT * grid.resolution, 0.5 * grid.resolution
+    if limits.footprint is None:
+        return usual
+    room = half - limits.footprint.circumscribed
+    if room > 0.0:
+        return min(usual, max(0.5 * room, _LEAST_EXACT))
+    return max(usual, 0.5 * (half - limits.footprint.inscribed))
 
 
 def _away(sides: list[int]) -> int:

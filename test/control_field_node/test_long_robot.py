@@ -12,12 +12,18 @@ from msgs_bridge.messages.trial_status import State
 LONG = '[[0.2, 0.08], [-0.2, 0.08], [-0.2, -0.08], [0.2, -0.08]]'
 
 
-@pytest.mark.parametrize(('walls', 'yaw'), [([4, 6], 0.0), ([4, 6], 0.08), ([], 1.5), ([3], 2.0)])
-def test_it_drives_through_a_corridor_and_turns_where_there_is_room(walls, yaw):
+#: 0.104 m to its corners: it turns in the middle of a cell, with 2 cm to spare.
+SHORT = '[[0.1, 0.03], [-0.1, 0.03], [-0.1, -0.03], [0.1, -0.03]]'
+
+
+@pytest.mark.parametrize(('footprint', 'walls', 'yaw', 'off'), [
+    (LONG, [4, 6], 0.0, 0.0), (LONG, [4, 6], 0.08, 0.0), (LONG, [4, 6], 0.0, 0.02),
+    (LONG, [], 1.5, 0.0), (LONG, [3], 2.0, 0.0), (SHORT, [4, 6], 3.0, 0.005)])
+def test_it_drives_through_a_corridor_and_turns_where_there_is_room(footprint, walls, yaw, off):
     world = np.zeros(GRID.shape, np.int8)
     world[walls] = 100
-    bench = Bench(world=world, footprint=LONG)
-    bench.pose = replace(bench.pose, yaw=yaw)
+    bench = Bench(world=world, footprint=footprint)
+    bench.pose = replace(bench.pose, y=bench.pose.y + off, yaw=yaw)
     status = bench.start().run(40.0)
     assert (status.state, status.outcome) == (State.ENDED, 'goal')
 
