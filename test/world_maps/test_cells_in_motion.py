@@ -216,9 +216,9 @@ def test_a_run_leaves_nothing_to_the_next():
     known[:, 10] = 60  # in doubt, and gone
     nothing_said = np.zeros_like(field.q)  # prices are those of the map then
     ready = moving._ready(replace(field, known=known, q=nothing_said))
-    before = ready.state.ground.factor.copy()
+    before = ready.ground.factor.copy()
     outcome, *_ = moving._run(ready, (2, 0), 1, moving._new_log(0))
     assert outcome == 0
     assert (before[:, 10] > 1.0).all()
-    np.testing.assert_array_equal(ready.state.ground.factor, before)
-    np.testing.assert_array_equal(ready.state.ground.known, known)
+    np.testing.assert_array_equal(ready.ground.factor, before)
+    np.testing.assert_array_equal(ready.ground.known, known)
