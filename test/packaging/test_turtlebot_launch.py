@@ -85,16 +85,19 @@ class TestRobots:
         cell = local_grid.grid.cell_from_world(0.0, 0.0)
         assert math.hypot(*local_grid.grid.world_from_cell(*cell)) < 1e-9
 
-    def test_the_node_reads_it(self, robot, ros_node, tmp_path):
-        process = start_node('neighbourhood_node.node', tmp_path,
-                             arguments=['--ros-args', '--params-file', str(robot), '--'])
-        with process:
-            answer = ros_helpers.call(
-                ros_node, GetParameters, '/neighbourhood_node/get_parameters',
-                GetParameters.Request(names=['laser_x', 'robot_radius']))
-            expected = parameters(robot, 'neighbourhood_node')
-            assert [value.double_value for value in answer.values] == [
-                expected['laser_x'], expected['robot_radius']]
+
+@pytest.mark.parametrize('name', ['turtlebot3_burger', 'jackal'])
+def test_the_node_reads_it(name, ros_node, tmp_path):
+    robot = ROOT / f'config/robots/{name}.yaml'
+    process = start_node('neighbourhood_node.node', tmp_path,
+                         arguments=['--ros-args', '--params-file', str(robot), '--'])
+    with process:
+        answer = ros_helpers.call(
+            ros_node, GetParameters, '/neighbourhood_node/get_parameters',
+            GetParameters.Request(names=['laser_x', 'robot_radius']))
+        expected = parameters(robot, 'neighbourhood_node')
+        assert [value.double_value for value in answer.values] == [
+            expected['laser_x'], expected['robot_radius']]
 
 
 def test_launch_reads_it():
