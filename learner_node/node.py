@@ -101,7 +101,8 @@ class LearnerNode(Node):
         self._named: dict[str, str] = {}
         self._room_watch = RoomWatch(self._task_memory.has_room)
         self._peers, self._field_monitor = PeerMonitor(self, 'learner'), FieldMonitor()
-        self._cells = CellsCheck(self._settings, self._peers.resolution)
+        self._cells = CellsCheck(
+            self._settings, partial(self._peers.cells, 'sight', 'robot'))
         self.describe()
         self._session.state.why_not = self._why_not
         self._make_topics()

@@ -82,6 +82,22 @@ class NeighbourhoodMaker:
         """Return whether a scan or a costmap has ever counted."""
         return self._read is not None
 
+    def follow(self, cells: Grid) -> bool:
+        """
+        Take over cells that others have, where none are set; return whether they are others.
+
+        Parameters
+        ----------
+        cells : Grid
+            Any grid of their lattice.
+
+        """
+        if (not self.settings.follows or cells.frame_id != self.grid.frame_id
+                or cells.offset_to(self.grid) is not None):
+            return False
+        self.grid, self._made = cells.lattice, None
+        return True
+
     def update(self, msg: Any) -> None:
         """
         Take in a scan or a costmap.

@@ -74,8 +74,9 @@ class NeighbourhoodNode(Node):
         self._problem, self._suspension = '', Suspension(_SILENCE)
         self._odometry = Timeout(_SILENCE, self._suspension)
         self._peers = PeerMonitor(self, 'sight')
-        self._peers.describe(workspace_from_grid(
-            self._maker.grid, is_fitted=not self._maker.settings.is_bounded))
+        if not self._maker.settings.follows:
+            self._peers.describe(workspace_from_grid(
+                self._maker.grid, is_fitted=not self._maker.settings.is_bounded))
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(_DIAGNOSTICS_PERIOD, self._publish_diagnostics,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -84,9 +85,10 @@ class NeighbourhoodNode(Node):
     def _log_topics(self) -> None:
         settings, named = self._maker.settings, self.resolve_topic_name
         logger, grid = self.get_logger(), self._maker.grid  # type: ignore[no-untyped-call]
+        x, y = grid.world_from_cell(0, 0)
         where = str(grid) if settings.is_bounded else (
-            f'cells of {grid.resolution:g} m in {grid.frame_id!r}, without bounds; (0, 0) is the '
-            f'centre of one')
+            f'cells of {grid.resolution:g} m in {grid.frame_id!r}, without bounds; the centre of '
+            f'one is ({x:g}, {y:g})')
         logger.info(
             f'{named("neighbourhood")} is made from {named(settings.source)} and {named("odom")}, '
             f'in {where}')
@@ -95,6 +97,9 @@ class NeighbourhoodNode(Node):
         """Publish the diagnostics, and log once where the laser is mounted."""
         if self._mount_finder is not None:
             self._mount_finder.log()
+        cells = self._peers.cells('learner', 'robot')
+        if cells is not None and self._maker.follow(cells):
+            self._log_topics()
         now = time.monotonic()
         self._suspension.look(now)
         problem = self._problem

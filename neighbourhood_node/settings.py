@@ -39,8 +39,9 @@ class NeighbourhoodSettings:
         unit='cells', low=0, high=2000)
     cols: int = parameter(0, 'its columns, likewise', unit='cells', low=0, high=2000)
     resolution: float = parameter(
-        0.0, 'side of a cell; 0: by robot_radius, the smallest multiple of 0.05 m that holds the '
-        'robot with 2 cm to spare on each side', unit='m', low=0.0, high=100.0)
+        0.0, 'side of a cell; 0: without bounds the cells of the learner or the simulator beside '
+        'this node, else by robot_radius, the smallest multiple of 0.05 m that holds the robot '
+        'with 2 cm to spare on each side', unit='m', low=0.0, high=100.0)
     origin_x: float = parameter(
         0.0, 'x of the lower left corner of the workspace; without bounds (0, 0) is the centre of '
         'a cell', unit='m', low=-1e7, high=1e7)
@@ -111,6 +112,11 @@ class NeighbourhoodSettings:
     def grid(self) -> Grid:
         """Return the workspace; without bounds one cell of the lattice."""
         return set_workspace(self) or default_lattice(side_of_cells(self), self.frame_id)
+
+    @property
+    def follows(self) -> bool:
+        """Return whether the cells are those that others have, where these say any."""
+        return not (self.rows or self.resolution)
 
     @property
     def is_bounded(self) -> bool:

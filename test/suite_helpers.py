@@ -124,8 +124,8 @@ def running_suite(folder: Path, domain: int, **options) -> Iterator[Suite]:
 
 def relearnt(task):
     """Return what the bags of a task teach when they are read anew, in order."""
-    header = Episode.at(task.episodes()[0].path).header
-    relearner = Relearner.for_header(header)
+    relearner = Relearner.for_bags(task.episodes())
+    assert relearner is not None
     for episode in task.episodes():
         relearner.learn(Episode(episode))
     return relearner

@@ -20,12 +20,14 @@ class CellsCheck:
     ----------
     settings : Settings
     said : callable, optional
-        Returns the side of the cells that a simulator, or who makes local grids, says of itself,
-        [m]; 0 if nobody does. A local grid of 9 x 9 may be one of 3 x 3 in finer cells.
+        Returns a cell of those that a simulator, or who makes local grids, says of itself; None
+        if nobody does. A local grid of 9 x 9 may be one of 3 x 3 in finer cells.
 
     """
 
-    def __init__(self, settings: Settings, said: Callable[[], float] = lambda: 0.0) -> None:
+    def __init__(
+        self, settings: Settings, said: Callable[[], Grid | None] = lambda: None,
+    ) -> None:
         self._settings, self._said = settings, said
         self._default = default_lattice(side_of_cells(settings), settings.frame_id)
 
@@ -63,10 +65,10 @@ class CellsCheck:
         """Return the cells of a local grid; None if there is none that can be read."""
         if not local_grid:
             return None
+        said = self._said() or self._default
         try:
-            found = lattice_from_local_grid(
-                message_from_cdr(local_grid, OccupancyGrid),
-                self._settings.resolution or self._said() or self._default.resolution)
+            found = lattice_from_local_grid(message_from_cdr(local_grid, OccupancyGrid),
+                                            self._settings.resolution or said.resolution)
         except (ValueError, RuntimeError):
             return None  # its reader says so where it is learnt from
         return found if found.frame_id == self._settings.frame_id else None

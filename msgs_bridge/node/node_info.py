@@ -111,6 +111,18 @@ def workspace_from_grid(grid: Grid, is_fitted: bool = False) -> dict[str, Any]:
                                  grid.frame_id), strict=True))
 
 
+def cells_of(info: NodeInfo) -> Grid | None:
+    """Return a cell of those that a node says it has; None if it says none."""
+    values = info.workspace
+    if values is None:
+        return None
+    try:
+        return Grid(1, 1, float(values['resolution']), float(values['origin_x']),
+                    float(values['origin_y']), values['frame_id']).lattice
+    except ValueError:
+        return None
+
+
 def method_from_parameters(parameters: Any, names: Iterable[str] | None = None) -> dict[str, Any]:
     """Return the parameters of the method by name."""
     values = asdict(parameters)
@@ -222,7 +234,7 @@ def _of_lattices(first: NodeInfo, other: NodeInfo) -> Conflict:
             f'{", or another world," if other.role == "robot" else ""} or {first.label} with ')
     # What was learnt is of its cells.
     text += ('another task (-p task:=...)' if first.role == 'learner'
-             else _arguments(theirs, differing) or elsewhere)
+             else _arguments(theirs, differing) or 'another world')
     return Conflict(text, frozenset((Operation.TEACH, Operation.DRIVE)))
 
 

@@ -1,6 +1,6 @@
 """The other nodes around a node: what they are started with, and what of it conflicts."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
 import os
@@ -14,12 +14,14 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 
+from control_field.grid import Grid
 from msgs_bridge.messages.serialized import message_from_cdr
 from msgs_bridge.node import qos
 from msgs_bridge.node.duplicate_publishers import DuplicateMonitor
 from msgs_bridge.node.graph import found_elsewhere, type_conflict
 from msgs_bridge.node.node_info import (
-    Conflict, conflicts, node_info_from_status, NodeInfo, Operation, values_from_node_info)
+    cells_of, Conflict, conflicts, node_info_from_status, NodeInfo, Operation,
+    values_from_node_info)
 from msgs_bridge.node.reader_threads import ReaderThreads
 from msgs_bridge.node.throttled_log import OncePerTemplate
 
@@ -97,10 +99,11 @@ class PeerTable:
         return next((info.label for info in self._alive(now)
                      if info.role == 'learner' and info.phase == _RECORDING), '')
 
-    def resolution(self, now: float) -> float:
-        """Return the side of the cells of a simulator or a local grid, [m]; 0 if none says."""
-        return next((float(info.workspace['resolution']) for info in self._alive(now)
-                     if info.role in ('sight', 'robot') and info.workspace is not None), 0.0)
+    def cells(self, roles: Sequence[str], now: float) -> Grid | None:
+        """Return a cell of those that a peer has, of the first of some roles that says any."""
+        said = [(info.role, cells_of(info)) for info in self._alive(now)]
+        return next((cells for role in roles for whose, cells in said
+                     if whose == role and cells is not None), None)
 
     def _alive(self, now: float) -> list[NodeInfo]:
         peers = [peer for peer in self._peers.values() if now - peer.last < _PEER_TIMEOUT]
@@ -181,10 +184,10 @@ class PeerMonitor:
             recorder = self._peers.recorder(time.monotonic())
         return _WHILE_RECORDING.format(recorder) if recorder else ''
 
-    def resolution(self) -> float:
-        """Return the side of the cells of a simulator or a local grid, [m]; 0 if none says."""
+    def cells(self, *roles: str) -> Grid | None:
+        """Return a cell of those that a peer has, of the first of some roles that says any."""
         with self._lock:
-            return self._peers.resolution(time.monotonic())
+            return self._peers.cells(roles, time.monotonic())
 
     def _on_diagnostics(self, cdr: bytes | int) -> None:
         if isinstance(cdr, int) or len(cdr) > _MAX_BYTES or _MARK not in cdr:

@@ -64,7 +64,7 @@ class TestCells:
     def test_finer_cells_of_a_large_robot_are_told_from_small_ones_by_what_nodes_say(self):
         heard = cdr_from_message(local_grid(Grid(40, 40, 0.5), k=3))
         assert self.check().lattice(heard).resolution == pytest.approx(0.5 / 3, rel=1e-6)
-        check = CellsCheck(Settings(), lambda: 0.5)
+        check = CellsCheck(Settings(), lambda: Grid(1, 1, 0.5))
         assert check.lattice(heard).resolution == 0.5
         assert not check.problem(heard, None)
 

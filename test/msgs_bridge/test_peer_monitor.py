@@ -60,11 +60,15 @@ def test_who_has_gone_silent_counts_no_more():
 def test_how_large_the_cells_around_are_is_told_by_who_has_some():
     peers = PeerTable('/learner_node', 'learner')
     peers.update(said('/other', 2), 0.0)
-    assert peers.resolution(0.0) == 0.0
+    assert peers.cells(('sight', 'robot'), 0.0) is None
     peers.update(NodeInfo('/neighbourhood_node', 'sight', 'a', workspace_from_grid(
         Grid(1, 1, 0.5), is_fitted=True)), 0.0)
-    assert peers.resolution(1.0) == 0.5
-    assert peers.resolution(9.0) == 0.0
+    peers.update(NodeInfo('/sim_node', 'robot', 'b', workspace_from_grid(
+        Grid(20, 20, 0.25, -1.1))), 0.0)
+    assert peers.cells(('sight', 'robot'), 1.0) == Grid(1, 1, 0.5)
+    assert peers.cells(('learner', 'robot'), 1.0) == Grid(1, 1, 0.25, -0.1)
+    assert peers.cells(('learner',), 1.0) is None
+    assert peers.cells(('sight', 'robot'), 9.0) is None
 
 
 def test_ever_new_processes_do_not_fill_the_memory():

@@ -139,6 +139,21 @@ class TestMaker:
         maker = NeighbourhoodMaker(NeighbourhoodSettings())
         assert (maker.neighbourhood(odometry(1.0, -3.0, -3.0)).cells == UNKNOWN).all()
 
+    def test_where_no_cells_are_set_those_of_the_others_are_taken(self):
+        maker = NeighbourhoodMaker(NeighbourhoodSettings())
+        maker.update(scan(1.0, 2.8))
+        assert not maker.follow(Grid(20, 20, 0.25, frame_id='map'))
+        assert not maker.follow(Grid(20, 30, 0.25, -2.125, -9.125))  # the same
+        assert maker.follow(Grid(20, 20, 0.25))
+        assert not maker.follow(Grid(20, 20, 0.25))
+        made = maker.neighbourhood(odometry(1.02))
+        assert neighbourhood_from_grid(
+            grid_from_neighbourhood(made, maker.grid), GRID).cells.tolist() == [
+                [FREE, FREE, BLOCKED]] * 3
+        for settings in ({'resolution': 0.25}, WORKSPACE):
+            maker = NeighbourhoodMaker(NeighbourhoodSettings(**settings))
+            assert not maker.follow(Grid(20, 20, 0.25, 0.1))
+
     @pytest.mark.parametrize(('radius', 'side'), [(0.105, 0.25), (0.22, 0.5), (0.175, 0.4)])
     def test_cells_are_as_large_as_the_robot_needs_them(self, radius, side):
         settings = NeighbourhoodSettings(robot_radius=radius)
