@@ -138,6 +138,9 @@ class Settings:
         """Validate every value against its declaration."""
         check_fields(self)
         footprint_from_text(self.footprint)
+        if self.pose_topic.lstrip('/') == 'tf':
+            raise ValueError(f'pose_topic is {self.pose_topic}, must be a topic of poses: '
+                             f'localised_odometry_node takes /tf')
 
     @property
     def has_pose_topic(self) -> bool:

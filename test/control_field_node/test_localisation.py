@@ -93,6 +93,11 @@ def test_the_local_grid_belongs_around_the_robot():
             where.moved(Neighbourhood(1.0, 5, 4, FREE)).col) == (5, 3)
 
 
+def test_transforms_are_no_poses():
+    with pytest.raises(ValueError, match='localised_odometry_node takes /tf'):
+        Settings(pose_topic='/tf')
+
+
 def test_with_a_pose_topic_the_robot_is_lost_until_a_pose_arrives():
     where = ready(pose_topic='amcl_pose')
     where.place(pose_at(1.0, 0.875), None)
