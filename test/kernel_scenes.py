@@ -2,8 +2,6 @@
 
 import copy
 
-from judging_scenes import Judging
-from moving_scenes import MovingThings
 import numpy as np
 
 from control_field.kernels import compiled, interpolation, steps
@@ -16,6 +14,8 @@ from control_field.kernels.rollout import new_flow
 from control_field.kernels.steps import Ground, Preference
 from control_field.kernels.visibility import Scanner
 from control_field.rays import rays_within
+from judging_scenes import Judging
+from moving_scenes import MovingThings
 
 
 class Scene(Judging, MovingThings):
