@@ -111,12 +111,13 @@ def generalisation(_: Path) -> Work:
     rng = np.random.default_rng(1)
     cells = np.stack(np.divmod(rng.choice(200 * 200, 1000, replace=False), 200), axis=1)
     headings = rng.integers(0, 8, 1000).astype(np.int8)
+    everywhere = np.ones((200, 200), np.bool_)
     known, centres = np.zeros((200, 200), np.int8), Centres(
         cells, headings, rng.uniform(0.1, 1.0, 1000))
     window = Window(min(Parameters().effective_window, 200.0), Parameters().power, True)
 
     def add() -> None:
-        compiled.add_windows(Sums.none(known.shape), known, centres, window)
+        compiled.add_windows(Sums.none(known.shape), known, centres, window, everywhere)
     return add
 
 

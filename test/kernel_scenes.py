@@ -3,10 +3,11 @@
 import copy
 
 import numpy as np
+from rehearsal_scenes import Rehearsals
 
-from control_field.kernels import compiled, interpolation, steps
+from control_field.kernels import compiled, interpolation, rehearsal, steps
 from control_field.kernels.decision import Decision, Log, new_trial, Options, Transition
-from control_field.kernels.interpolation import Attraction, Centres, Sums, Window
+from control_field.kernels.interpolation import Attraction, Centres, Sums, Vectors, Window
 from control_field.kernels.last_resort import new_flood
 from control_field.kernels.local_search import new_search
 from control_field.kernels.repair import Flow
@@ -18,7 +19,7 @@ from judging_scenes import Judging
 from moving_scenes import MovingThings
 
 
-class Scene(Judging, MovingThings):
+class Scene(Judging, MovingThings, Rehearsals):
     """Random arguments for every kernel, of the types they are called with in earnest."""
 
     def __init__(self, known, rule, seed):
@@ -124,6 +125,10 @@ class Scene(Judging, MovingThings):
     def for_best_step(self):
         return self.ground, self.cost, self.row, self.col, self.heading
 
+    def for_best_of(self):
+        allowed = steps.allowed_steps(self.known, self.row, self.col, self.rules)
+        return allowed, self.ground.factor, self.cost, self.row, self.col, self.heading
+
     def for_turn_between(self):
         return self.heading, self.mask % 9 - 1
 
@@ -184,12 +189,6 @@ class Scene(Judging, MovingThings):
     def for_distance_weight(self):
         return 0.7, float(self.window.radius), self.window.power
 
-    def for_spread(self):
-        return self.sums, self.known, self.row, self.col, self.heading, 0.7, self.window
-
-    def for_add_windows(self):
-        return self.sums, self.known, self.centres, self.window
-
     def for_heading_of(self):
         return float(self.sums.x[0, 0]), float(self.sums.y[0, 0])
 
@@ -197,7 +196,12 @@ class Scene(Judging, MovingThings):
         return self.row, self.col, self.sums, self.attraction
 
     def for_field_vectors(self):
-        return self.sums, self.centre, self.attraction
+        return (self.sums, self.centre, self.attraction, Vectors.none(self.known.shape),
+                self.fixed)
+
+    def for_settle_ties(self):
+        return (self.headings, *rehearsal.best_steps(self.ground, self.cost), self.ground,
+                self.cost, self.sums, self.fixed)
 
     def for_attraction_from_cost(self):
         return self.ground, self.cost, self.sums
@@ -262,19 +266,31 @@ class Scene(Judging, MovingThings):
         return self.ground, self.cost, self.row, self.col, self.heading
 
     def flow(self):
-        _, _, headings = interpolation.field_vectors(self.sums, self.centre, self.attraction)
-        return Flow(self.sums, self.attraction, self.centre, headings)
+        vectors = Vectors.none(self.known.shape)
+        interpolation.field_vectors(
+            self.sums, self.centre, self.attraction, vectors, np.ones(self.known.shape, bool))
+        return Flow(self.sums, self.attraction, self.centre, vectors.headings)
+
+    def for_kept_steps(self):
+        return self.known, self.headings, self.rules
+
+    def for_prefer_practised(self):
+        return self.ground, self.cost, self.headings, 1.05, 0.3, self.preference
+
+    def for_worth_keeping(self):
+        return self.ground, self.cost, self.headings, self.preference, 1.0
 
     def for_needed(self):
         flow = self.flow()._replace(headings=self.headings)
-        return self.row, self.col, flow, self.ground, self.cost, self.window
+        return self.row, self.col, flow, self.ground, self.cost, int(self.window.radius)
 
     def for_idle_prototypes(self):
         return (np.arange(len(self.cells)), self.centres, self.flow(), self.ground, self.cost,
                 self.window)
 
     def for_update_headings(self):
-        return self.row, self.col, self.flow()._replace(headings=self.headings), self.window
+        flow = self.flow()._replace(headings=self.headings)
+        return self.row, self.col, flow, int(self.window.radius)
 
     def for_mending_cells(self):
         return self.ground, self.cost, self.headings, self.state, self.fixed
@@ -350,11 +366,12 @@ class Scene(Judging, MovingThings):
         return self.truth, self.row - 1, self.col + 1
 
     def for_sum_in_view(self):
-        return self.sums.weight, self.known, self.fixed, rays_within(1 + self.mask % 4)
+        return (self.sums.weight, self.known, self.fixed, rays_within(1 + self.mask % 4),
+                1.0 + self.mask % 9)
 
     def for_sum_from(self):
         return (self.sums.weight, self.known, self.row, self.col, rays_within(1 + self.mask % 4),
-                np.full(self.known.shape, -1))
+                np.full(self.known.shape, -1), 1.0 + self.mask % 9)
 
     def for_look(self):
         reach = 1 + self.mask % 4

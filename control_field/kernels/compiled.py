@@ -13,8 +13,8 @@ from typing import Any
 import numba
 
 from control_field.kernels import (
-    decision, interpolation, judging, last_resort, local_search, moving_world, repair, rollout,
-    seen, sharing, steps, trials, visibility, waiting)
+    decision, interpolation, judging, last_resort, local_search, moving_world, rehearsal, repair,
+    rollout, seen, sharing, steps, trials, visibility, waiting)
 
 #: What is compiled under the name of a kernel that plain Python has in NumPy expressions.
 _INSTEAD = {'doubt_unseen': last_resort.doubt_unseen_by_cells}
@@ -44,17 +44,17 @@ def _compile(*modules: types.ModuleType) -> dict[str, Callable[..., Any]]:
 
 def _jit(function: types.FunctionType) -> Callable[..., Any]:
     try:
-        return numba.njit(cache=True)(function)
+        return numba.njit(cache=True, nogil=True)(function)
     except RuntimeError:
         # There is no folder to write a cache to: a service's user without a home, and a package
         # that belongs to root. Then it is compiled at every start.
-        return numba.njit(function)
+        return numba.njit(nogil=True)(function)
 
 
 #: A module comes after those that it calls.
 _ALL = _compile(
-    steps, seen, visibility, rollout, local_search, last_resort, decision, trials, sharing,
-    judging, waiting, moving_world, interpolation, repair)
+    steps, local_search, rehearsal, seen, visibility, rollout, last_resort, decision, trials,
+    sharing, judging, waiting, moving_world, interpolation, repair)
 
 
 def __getattr__(name: str) -> Callable[..., Any]:

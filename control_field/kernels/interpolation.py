@@ -1,13 +1,17 @@
 """Equation 7 with windows and attraction; plain Python or compiled, as `kernels` says."""
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from control_field.headings import UNIT
+from control_field.kernels.rehearsal import best_steps, Masks
 from control_field.kernels.steps import (
-    _BLOCKED, best_step, CellMap, FloatMap, Ground, IntMap, is_occupied, step_allowed, StepRules)
+    _BLOCKED, best_of, BoolMap, CellMap, FloatMap, Ground, IntMap, step_allowed, StepRules)
+
+#: Smaller to greater part of a direction that is clearly nearest to an axis: tan(22.5 degrees).
+_CLEARLY: Final = 0.4142135
 
 
 class Window(NamedTuple):
@@ -67,6 +71,51 @@ class Sums(NamedTuple):
         return cls(np.zeros(shape), np.zeros(shape), np.zeros(shape))
 
 
+class View(NamedTuple):
+    """
+    Where prototypes count.
+
+    Parameters
+    ----------
+    known : ndarray of int8, shape (n_rows, n_cols)
+        Remembered map.
+    divisor : ndarray of float64, shape (n, n)
+        Of `divisors`.
+    wanted : ndarray of bool, shape (n_rows, n_cols)
+        Cells whose sums are wanted.
+    visible : bool
+        Whether known walls cut a window off.
+
+    """
+
+    known: CellMap
+    divisor: FloatMap
+    wanted: BoolMap
+    visible: bool
+
+
+class Vectors(NamedTuple):
+    """
+    A field while it is made.
+
+    Parameters
+    ----------
+    x, y : ndarray of float64, shape (n_rows, n_cols)
+        Averaged vectors, not normalised.
+    headings : ndarray of int8, shape (n_rows, n_cols)
+
+    """
+
+    x: FloatMap
+    y: FloatMap
+    headings: CellMap
+
+    @classmethod
+    def none(cls, shape: tuple[int, int]) -> 'Vectors':
+        """Return a field without a heading."""
+        return cls(np.zeros(shape), np.zeros(shape), np.full(shape, -1, dtype=np.int8))
+
+
 class Attraction(NamedTuple):
     """
     One more voice of eq. 7, like a prototype one cell away.
@@ -87,11 +136,16 @@ class Attraction(NamedTuple):
 def sees(known: CellMap, row: int, col: int, r: int, c: int) -> bool:
     """Return whether the straight line between two cell centres crosses no known wall."""
     d_row, d_col = r - row, c - col
-    n = 2 * max(abs(d_row), abs(d_col))
-    for i in range(1, n):
-        at_row = int(math.floor(row + d_row * i / n + 0.5))
-        at_col = int(math.floor(col + d_col * i / n + 0.5))
-        if known[at_row, at_col] == _BLOCKED:
+    n = max(abs(d_row), abs(d_col))
+    # The line is looked at in 2 n pieces; how far it is into a cell, in parts of one, 4 n each.
+    in_row, in_col = 2 * n, 2 * n
+    for _ in range(1, 2 * n):
+        in_row += 2 * d_row
+        in_col += 2 * d_col
+        up, right = in_row // (4 * n), in_col // (4 * n)
+        row, col = row + up, col + right
+        in_row, in_col = in_row - 4 * n * up, in_col - 4 * n * right
+        if known[row, col] == _BLOCKED:
             return False
     return True
 
@@ -102,35 +156,87 @@ def distance_weight(weight: float, distance: float, power: float) -> float:
     return share
 
 
+def divisors(window: Window) -> FloatMap:
+    """
+    Return what a prototype's weight is divided by, by rows and columns from its centre.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, n)
+        As `distance_weight` has it; inf on the centre and outside of the window.
+
+    """
+    side = int(window.radius) + 1
+    divisor = np.full((side, side), np.inf)
+    for row in range(side):
+        for col in range(side):
+            d = math.hypot(row, col)
+            if 0.0 < d <= window.radius:
+                divisor[row, col] = d ** window.power
+    return divisor
+
+
 def spread(
-    sums: Sums, known: CellMap, row: int, col: int, heading: int, weight: float, window: Window,
+    sums: Sums, view: View, row: int, col: int, heading: int, weight: float,
 ) -> None:
     """Add one prototype's share of eq. 7 to its effective window (take it away: weight < 0)."""
-    reach = int(window.radius)
-    for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
-        for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
-            if r == row and c == col:
+    known, divisor, wanted, visible = view
+    reach = divisor.shape[0] - 1
+    bottom, top = max(0, row - reach), min(known.shape[0], row + reach + 1)
+    left, right = max(0, col - reach), min(known.shape[1], col + reach + 1)
+    walls = visible and has_wall(known, bottom, top, left, right)
+    for r in range(bottom, top):
+        for c in range(left, right):
+            by = divisor[abs(r - row), abs(c - col)]
+            if by == np.inf or not wanted[r, c] or (walls and not sees(known, row, col, r, c)):
                 continue
-            d = math.hypot(r - row, c - col)
-            if d > window.radius or (window.visible and not sees(known, row, col, r, c)):
-                continue
-            w = distance_weight(weight, d, window.power)
+            w = weight / by
             sums.x[r, c] += w * UNIT[heading, 0]
             sums.y[r, c] += w * UNIT[heading, 1]
             sums.weight[r, c] += w
 
 
-def add_windows(sums: Sums, known: CellMap, centres: Centres, window: Window) -> None:
-    """Add the shares of several prototypes."""
+def has_wall(known: CellMap, bottom: int, top: int, left: int, right: int) -> bool:
+    """Return whether there is a known wall in a part of the map."""
+    n = 0
+    for r in range(bottom, top):
+        for c in range(left, right):
+            n += known[r, c] == _BLOCKED
+    return n > 0
+
+
+def add_windows(
+    sums: Sums, known: CellMap, centres: Centres, window: Window, wanted: BoolMap,
+) -> None:
+    """Add the shares of several prototypes, to the cells where they are wanted."""
+    view = View(known, divisors(window), wanted, window.visible)
     for i in range(centres.cells.shape[0]):
-        spread(sums, known, centres.cells[i, 0], centres.cells[i, 1], centres.headings[i],
-               centres.weights[i], window)
+        spread(sums, view, centres.cells[i, 0], centres.cells[i, 1], centres.headings[i],
+               centres.weights[i])
+
+
+def windows_of(cells: BoolMap, window: Window) -> BoolMap:
+    """Mark some cells and all within a window's reach of them, along rows and columns."""
+    rows, cols = cells.shape
+    reach = int(window.radius)
+    marked = np.zeros((rows, cols), dtype=np.bool_)
+    for row in range(rows):
+        for col in range(cols):
+            if cells[row, col]:
+                marked[max(0, row - reach):min(rows, row + reach + 1),
+                       max(0, col - reach):min(cols, col + reach + 1)] = True
+    return marked
 
 
 def heading_of(vx: float, vy: float) -> int:
     """Return the heading nearest to a direction, -1 for none; `headings.heading_from_vector`."""
     if vx * vx + vy * vy < 1e-18:
         return -1
+    x, y = abs(vx), abs(vy)
+    if y < _CLEARLY * x:
+        return 0 if vx > 0.0 else 4
+    if x < _CLEARLY * y:
+        return 2 if vy > 0.0 else 6
     return int(math.floor(math.atan2(vy, vx) / (math.pi / 4) + 0.5)) % 8
 
 
@@ -148,50 +254,65 @@ def mean_vector(row: int, col: int, sums: Sums, attraction: Attraction) -> tuple
 
 
 def field_vectors(
-    sums: Sums, centre: CellMap, attraction: Attraction,
-) -> tuple[FloatMap, FloatMap, CellMap]:
+    sums: Sums, centre: CellMap, attraction: Attraction, vectors: Vectors, wanted: BoolMap,
+) -> None:
     """
-    Return the field's vectors and their headings everywhere.
+    Write the field's vectors and their headings, where they are wanted.
 
     Parameters
     ----------
     centre : ndarray of int8, shape (n_rows, n_cols)
         Heading of the prototype centred in a cell, -1 for none.
 
-    Returns
-    -------
-    vx, vy : ndarray, shape (n_rows, n_cols)
-        Averaged vectors, not normalised.
-    headings : ndarray of int8, shape (n_rows, n_cols)
-
     """
     rows, cols = centre.shape
-    vx, vy = np.zeros((rows, cols)), np.zeros((rows, cols))
-    headings = np.full((rows, cols), -1, dtype=np.int8)
     for row in range(rows):
         for col in range(cols):
+            if not wanted[row, col]:
+                continue
             heading = centre[row, col]
             if heading >= 0:
-                vx[row, col], vy[row, col] = UNIT[heading, 0], UNIT[heading, 1]
-                headings[row, col] = heading
-                continue
-            x, y = mean_vector(row, col, sums, attraction)
-            vx[row, col], vy[row, col] = x, y
-            headings[row, col] = heading_of(x, y)
-    return vx, vy, headings
+                x, y = UNIT[heading, 0], UNIT[heading, 1]
+            else:
+                x, y = mean_vector(row, col, sums, attraction)
+                heading = heading_of(x, y)
+            vectors.x[row, col], vectors.y[row, col] = x, y
+            vectors.headings[row, col] = heading
 
 
 def attraction_from_cost(ground: Ground, cost: FloatMap, sums: Sums) -> CellMap:
     """Return the heading of least cost a cell, ties nearest to eq. 7's heading; -1 for none."""
-    rows, cols = cost.shape
-    attraction = np.full((rows, cols), -1, dtype=np.int8)
-    keep_out = ground.rules.unknown_is_blocked
-    for row in range(rows):
-        for col in range(cols):
-            if not is_occupied(ground.known, row, col, keep_out) and cost[row, col] > 0.0:
+    headings, ties = best_steps(ground, cost)
+    settle_ties(headings, headings, ties, ground, cost, sums, ties > 0)
+    return headings
+
+
+def settle_ties(
+    attraction: CellMap, headings: CellMap, ties: Masks, ground: Ground, cost: FloatMap,
+    sums: Sums, wanted: BoolMap,
+) -> None:
+    """
+    Write the step nearest to eq. 7's heading among the `best_steps`, where it is wanted.
+
+    Parameters
+    ----------
+    attraction : ndarray of int8, shape (n_rows, n_cols)
+        Takes it.
+    headings : ndarray of int8, shape (n_rows, n_cols)
+    ties : ndarray of uint8, shape (n_rows, n_cols)
+        Of `best_steps`.
+
+    """
+    for row in range(headings.shape[0]):
+        for col in range(headings.shape[1]):
+            if not wanted[row, col]:
+                continue
+            attraction[row, col] = headings[row, col]
+            if ties[row, col]:
                 toward = heading_of(sums.x[row, col], sums.y[row, col])
-                attraction[row, col] = best_step(ground, cost, row, col, toward)
-    return attraction
+                if toward >= 0:
+                    attraction[row, col] = best_of(
+                        ties[row, col], ground.factor, cost, row, col, toward)
 
 
 def attraction_to_nearest(known: CellMap, cells: IntMap, rules: StepRules) -> CellMap:

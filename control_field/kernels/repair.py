@@ -6,9 +6,10 @@ import numpy as np
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.interpolation import (
-    Attraction, Centres, heading_of, mean_vector, spread, Sums, Window)
+    Attraction, Centres, divisors, heading_of, mean_vector, spread, Sums, View, Window)
 from control_field.kernels.steps import (
-    _BLOCKED, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, step_allowed)
+    _BLOCKED, best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, Preference, step_allowed,
+    StepRules)
 
 
 class Flow(NamedTuple):
@@ -41,10 +42,10 @@ def through(ground: Ground, cost: FloatMap, row: int, col: int, heading: int) ->
 
 
 def needed(
-    row: int, col: int, flow: Flow, ground: Ground, cost: FloatMap, window: Window,
+    row: int, col: int, flow: Flow, ground: Ground, cost: FloatMap, reach: int,
 ) -> bool:
     """Return True if a cell of a window has a worse heading than ``flow.headings`` says it had."""
-    reach, known = int(window.radius), ground.known
+    known = ground.known
     for r in range(max(0, row - reach), min(known.shape[0], row + reach + 1)):
         for c in range(max(0, col - reach), min(known.shape[1], col + reach + 1)):
             if flow.centre[r, c] >= 0 or known[r, c] == _BLOCKED:
@@ -77,28 +78,97 @@ def idle_prototypes(
 
     """
     idle = np.zeros(centres.cells.shape[0], dtype=np.bool_)
+    wanted = np.ones(ground.known.shape, dtype=np.bool_)
+    view, reach = View(ground.known, divisors(window), wanted, window.visible), int(window.radius)
     for k in range(order.shape[0]):
         i = order[k]
         row, col, heading = centres.cells[i, 0], centres.cells[i, 1], centres.headings[i]
         flow.centre[row, col] = -1
-        spread(flow.sums, ground.known, row, col, heading, -centres.weights[i], window)
-        if needed(row, col, flow, ground, cost, window):
+        spread(flow.sums, view, row, col, heading, -centres.weights[i])
+        if needed(row, col, flow, ground, cost, reach):
             flow.centre[row, col] = heading
-            spread(flow.sums, ground.known, row, col, heading, centres.weights[i], window)
+            spread(flow.sums, view, row, col, heading, centres.weights[i])
         else:
             idle[i] = True
-            update_headings(row, col, flow, window)
+            update_headings(row, col, flow, reach)
     return idle
 
 
-def update_headings(row: int, col: int, flow: Flow, window: Window) -> None:
+def update_headings(row: int, col: int, flow: Flow, reach: int) -> None:
     """Note the headings that the cells of a window have by now."""
-    reach, (rows, cols) = int(window.radius), flow.headings.shape
+    rows, cols = flow.headings.shape
     for r in range(max(0, row - reach), min(rows, row + reach + 1)):
         for c in range(max(0, col - reach), min(cols, col + reach + 1)):
             if flow.centre[r, c] < 0:
                 x, y = mean_vector(r, c, flow.sums, flow.attraction)
                 flow.headings[r, c] = heading_of(x, y)
+
+
+def kept_steps(known: CellMap, headings: CellMap, rules: StepRules) -> CellMap:
+    """Return the steps that the map does not bar, -1 for the others; none leave a wall."""
+    kept = headings.copy()
+    for row in range(known.shape[0]):
+        for col in range(known.shape[1]):
+            if headings[row, col] >= 0 and (known[row, col] == _BLOCKED or not step_allowed(
+                    known, row, col, headings[row, col], rules)):
+                kept[row, col] = -1
+    return kept
+
+
+def prefer_practised(
+    ground: Ground, cost: FloatMap, action: CellMap, ratio: float, advantage: float,
+    preference: Preference,
+) -> None:
+    """
+    Prefer, in place, the steps that were taken, where no way is known that is clearly shorter.
+
+    Parameters
+    ----------
+    action : ndarray of int8, shape (n_rows, n_cols)
+        What was done, -1 for nothing.
+    ratio : float
+        To the cost of the best way on: what costs more than this is not preferred.
+    advantage : float
+        Share of its length that such a step is spared.
+    preference : Preference
+
+    """
+    for row in range(action.shape[0]):
+        for col in range(action.shape[1]):
+            heading = action[row, col]
+            if heading >= 0 and (
+                    through(ground, cost, row, col, heading) <= ratio * cost[row, col]):
+                preference.headings[row, col] = heading
+                preference.spared[row, col] = advantage
+
+
+def worth_keeping(
+    ground: Ground, cost: FloatMap, action: CellMap, preference: Preference, slack: float,
+) -> CellMap:
+    """
+    Return the steps that were taken and cost hardly more than the best way on; -1 for the others.
+
+    Parameters
+    ----------
+    action : ndarray of int8, shape (n_rows, n_cols)
+        What was done, -1 for nothing.
+    slack : float, [cells]
+        What such a step may cost more; a preferred one is spared what it is spared in ``cost``.
+
+    """
+    kept = np.full(action.shape, -1, dtype=np.int8)
+    for row in range(action.shape[0]):
+        for col in range(action.shape[1]):
+            heading = action[row, col]
+            if heading < 0 or not cost[row, col] < np.inf:
+                continue
+            total = through(ground, cost, row, col, heading)
+            if total < np.inf and preference.headings[row, col] == heading:
+                total -= preference.spared[row, col] * STEP_LENGTH[heading] * ground.factor[
+                    row + STEP_ROW[heading], col + STEP_COL[heading]]
+            if total <= cost[row, col] + slack:
+                kept[row, col] = heading
+    return kept
 
 
 def mending_cells(

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
+from control_field.kernels.rehearsal import step_masks
 from control_field.kernels.steps import (
     best_step, BoolMap, CellMap, FloatMap, Ground, IntMap, is_occupied, step_allowed, StepRules)
 
@@ -21,19 +22,21 @@ def flow_reaches(
     -------
     int
         Steps to the goal, or -1 if the flow ends in something occupied, in a cell without heading
-        or in a loop (more steps than cells).
+        or in a loop: it comes back to where it was after 1, 3, 7, 15, ... steps (Brent).
 
     """
-    limit = known.shape[0] * known.shape[1]
-    for step in range(limit + 1):
-        if row == goal_row and col == goal_col:
-            return step
+    step, kept_row, kept_col, until = 0, -1, -1, 1
+    while row != goal_row or col != goal_col:
         heading = headings[row, col]
-        if heading < 0 or not step_allowed(known, row, col, heading, rules):
+        if heading < 0 or (row == kept_row and col == kept_col) or not step_allowed(
+                known, row, col, heading, rules):
             return -1
+        if step == until:
+            kept_row, kept_col, until = row, col, 2 * until + 1
         row += STEP_ROW[heading]
         col += STEP_COL[heading]
-    return -1
+        step += 1
+    return step
 
 
 class KnownFlow(NamedTuple):
@@ -117,34 +120,34 @@ def flow_basin(
 
     """
     rows, cols = known.shape
-    state = np.zeros((rows, cols), dtype=np.int8)
-    path = np.empty((rows * cols, 2), dtype=np.int64)
-    for first_row in range(rows):
-        for first_col in range(cols):
-            if state[first_row, first_col] or is_occupied(known, first_row, first_col, rules[1]):
-                continue
-            n, row, col, verdict = 0, first_row, first_col, 0
-            while verdict == 0:
-                heading = headings[row, col]
-                if state[row, col] == 9:
-                    verdict = 2
-                elif state[row, col] != 0:
-                    verdict = state[row, col]
-                elif row == goal_row and col == goal_col:
-                    state[row, col] = 1
-                    verdict = 1
-                elif heading < 0 or not step_allowed(known, row, col, heading, rules):
-                    state[row, col] = 3
-                    verdict = 3
-                else:
-                    state[row, col] = 9
-                    path[n, 0], path[n, 1] = row, col
-                    n += 1
-                    row += STEP_ROW[heading]
-                    col += STEP_COL[heading]
-            for i in range(n):
-                state[path[i, 0], path[i, 1]] = verdict
-    return state
+    masks, flat = step_masks(known, rules).reshape(-1), headings.reshape(-1)
+    state = np.zeros(rows * cols, dtype=np.int8)
+    path = np.empty(rows * cols, dtype=np.int64)
+    goal = goal_row * cols + goal_col
+    for first in range(rows * cols):
+        if state[first] or is_occupied(known, first // cols, first % cols, rules[1]):
+            continue
+        n, place, verdict = 0, first, 0
+        while verdict == 0:
+            heading = flat[place]
+            if state[place] == 9:
+                verdict = 2
+            elif state[place] != 0:
+                verdict = state[place]
+            elif place == goal:
+                state[place] = 1
+                verdict = 1
+            elif heading < 0 or not masks[place] >> heading & 1:
+                state[place] = 3
+                verdict = 3
+            else:
+                state[place] = 9
+                path[n] = place
+                n += 1
+                place += STEP_ROW[heading] * cols + STEP_COL[heading]
+        for i in range(n):
+            state[path[i]] = verdict
+    return state.reshape((rows, cols))
 
 
 def flow_ends(

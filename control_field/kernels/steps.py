@@ -1,12 +1,11 @@
 """
-Steps, costs and choices: the loops of the method, written once for two executions.
+Steps and choices: the loops of the method, written once for two executions.
 
 Plain Python over NumPy arrays: the robot runs these functions as they stand, the learner's side
 runs the same source through numba (`control_field.kernels.compiled`). So they keep to what numba
-understands: scalars, arrays, tuples, `heapq`, and one another.
+understands: scalars, arrays, tuples, and one another.
 """
 
-import heapq
 import math
 from typing import NamedTuple
 
@@ -80,8 +79,6 @@ class Preference(NamedTuple):
 
 _BLOCKED = int(BLOCKED)
 _UNKNOWN = int(UNKNOWN)
-#: Least Q-value of a way to the goal, however long: the field's float32 must not make it 0.
-_LEAST = 1e-37
 
 
 def plain_ground(known: CellMap, rules: StepRules) -> Ground:
@@ -165,68 +162,26 @@ def step_length(ground: Ground, preference: Preference, row: int, col: int, head
     return length
 
 
-def cost_to_go(ground: Ground, goal: tuple[int, int], preference: Preference) -> FloatMap:
-    """
-    Return the least cost from every cell to the goal, in cells: eq. 6 run to its fixed point.
-
-    With learning rate 1 in a deterministic world the fixed point of eq. 6 is
-    ``V(s) = max_a discount ** length(a) * V(s')``; its logarithm is a least cost, and sweeping the
-    backups in order of priority is Dijkstra's order. Cells without a way to the goal cost inf.
-    """
-    known, rules = ground.known, ground.rules
-    cost = np.full(known.shape, np.inf)
-    cost[goal[0], goal[1]] = 0.0
-    heap = [(0.0, goal[0], goal[1])]
-    while len(heap) > 0:
-        at, row, col = heapq.heappop(heap)
-        if at > cost[row, col]:
-            continue
-        for heading in range(8):
-            r, c = row - STEP_ROW[heading], col - STEP_COL[heading]
-            if is_occupied(known, r, c, rules.unknown_is_blocked) or not step_allowed(
-                    known, r, c, heading, rules):
-                continue
-            total = at + step_length(ground, preference, r, c, heading)
-            if total < cost[r, c] - 1e-12:
-                cost[r, c] = total
-                heapq.heappush(heap, (total, r, c))
-    return cost
-
-
-def q_from_cost(
-    ground: Ground, cost: FloatMap, preference: Preference, discount: float,
-) -> FloatMap:
-    """Return the Q-matrix of a cost to go: -1 where a step is known to be blocked."""
-    known, rules = ground.known, ground.rules
-    rows, cols = known.shape
-    q = np.zeros((rows, cols, 8))
-    for row in range(rows):
-        for col in range(cols):
-            if is_occupied(known, row, col, rules.unknown_is_blocked):
-                continue
-            for heading in range(8):
-                if not step_allowed(known, row, col, heading, rules):
-                    q[row, col, heading] = -1.0
-                    continue
-                ahead = cost[row + STEP_ROW[heading], col + STEP_COL[heading]]
-                if ahead < np.inf:
-                    length = step_length(ground, preference, row, col, heading)
-                    q[row, col, heading] = max(_LEAST, discount ** (length + ahead))
-    return q
-
-
 def best_step(ground: Ground, cost: FloatMap, row: int, col: int, toward: int) -> int:
     """
     Return the allowed step of least cost to go; ties go to the one nearest the field's heading.
 
     Returns -1 where no step leads to the goal. ``toward`` is a heading or -1.
     """
+    allowed = allowed_steps(ground.known, row, col, ground.rules)
+    return best_of(allowed, ground.factor, cost, row, col, toward)
+
+
+def best_of(
+    allowed: int, factor: FloatMap, cost: FloatMap, row: int, col: int, toward: int,
+) -> int:
+    """Return which of the steps of a mask is the `best_step`."""
     best, best_cost, best_turn = -1, np.inf, 9
     for heading in range(8):
-        if not step_allowed(ground.known, row, col, heading, ground.rules):
+        if not allowed >> heading & 1:
             continue
         r, c = row + STEP_ROW[heading], col + STEP_COL[heading]
-        total = cost[r, c] + STEP_LENGTH[heading] * ground.factor[r, c]
+        total = cost[r, c] + STEP_LENGTH[heading] * factor[r, c]
         turn = turn_between(heading, toward)
         if total < best_cost - 1e-9 or (total < best_cost + 1e-9 and turn < best_turn):
             best, best_cost, best_turn = heading, total, turn

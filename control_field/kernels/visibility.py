@@ -97,9 +97,11 @@ def remember_cells(known: CellMap, seen: BoolMap, row: int, col: int, cells: Cel
     return n_occupied
 
 
-def sum_in_view(worth: FloatMap, known: CellMap, wanted: BoolMap, rays: Rays) -> FloatMap:
+def sum_in_view(
+    worth: FloatMap, known: CellMap, wanted: BoolMap, rays: Rays, enough: float,
+) -> FloatMap:
     """
-    Sum up, at some cells, the worth of all that is in view from there.
+    Sum up, at some cells, the worth of all that is in view from there, until it is enough.
 
     Parameters
     ----------
@@ -109,6 +111,8 @@ def sum_in_view(worth: FloatMap, known: CellMap, wanted: BoolMap, rays: Rays) ->
     wanted : ndarray of bool, shape (n_rows, n_cols)
         Which cells to look from.
     rays : ndarray of int16, shape (n_rays, n_cells, 2)
+    enough : float
+        How much more it is than this does not matter.
 
     Returns
     -------
@@ -121,13 +125,14 @@ def sum_in_view(worth: FloatMap, known: CellMap, wanted: BoolMap, rays: Rays) ->
     for row in range(known.shape[0]):
         for col in range(known.shape[1]):
             if wanted[row, col] and known[row, col] != _BLOCKED:
-                total[row, col] = sum_from(worth, known, row, col, rays, seen_from)
+                total[row, col] = sum_from(
+                    worth, known, row, col, rays, seen_from, enough)
     return total
 
 
 def sum_from(
     worth: FloatMap, known: CellMap, row: int, col: int, rays: Rays,
-    seen_from: npt.NDArray[np.int64],
+    seen_from: npt.NDArray[np.int64], enough: float,
 ) -> float:
     """Sum up the worth in view from a cell; ``seen_from`` keeps, at each, the last that saw it."""
     rows, cols = known.shape
@@ -137,6 +142,8 @@ def sum_from(
             seen_from[r, c] = number
             total += worth[r, c]
     for i in range(rays.shape[0]):
+        if total >= enough:
+            break
         for j in range(rays.shape[1]):
             r, c = row + int(rays[i, j, 0]), col + int(rays[i, j, 1])
             if r < 0 or c < 0 or r >= rows or c >= cols:

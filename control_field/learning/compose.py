@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
+from control_field.headings import UNIT
 from control_field.kernels import compiled
-from control_field.kernels.interpolation import Attraction, Centres, Sums, Window
+from control_field.kernels.interpolation import Attraction, Centres, Sums, Vectors, Window
 from control_field.kernels.repair import Flow
 from control_field.kernels.steps import Ground, no_preference, plain_ground, Preference
 from control_field.learning.doubt import as_shown, cautious, Maps, with_ways_out
@@ -169,9 +169,16 @@ class _Composer:
         self.demonstrated = self._still_demonstrated()
         self.outdone = self._outdone()
         self.preference = self._preference()
-        self.cost = self._cost(self.preference)
-        self.centre = np.full(memory.grid.shape, -1, dtype=np.int8)
-        self.mended = np.zeros(memory.grid.shape, dtype=np.bool_)
+        shape = memory.grid.shape
+        self.centre = np.full(shape, -1, dtype=np.int8)
+        self.mended = np.zeros(shape, dtype=np.bool_)
+        self.sums, self.vectors = Sums.none(shape), Vectors.none(shape)
+        self.attraction = Attraction(np.full(shape, -1, dtype=np.int8), ATTRACTION_STRENGTH)
+        self.steps = compiled.best_steps(self.ground, self.cost)
+        #: What the field was made of last: heading and weight of the prototype of each cell.
+        self._made_of = np.full(shape, -1, dtype=np.int8), np.zeros(shape)
+        self._is_made = False
+        self._state: npt.NDArray[np.int8] | None = None
 
     def _plain_q(self) -> npt.NDArray[np.float64]:
         """
@@ -189,12 +196,9 @@ class _Composer:
         """Return the demonstrated steps that are to be kept and not proven blocked."""
         if self.parameters.prefer_shorter:
             return np.full(self.memory.grid.shape, -1, dtype=np.int8)
-        demonstrated = self.memory.demonstrated.copy()
-        for row, col in np.argwhere(demonstrated >= 0).tolist():
-            if self.ground.known[row, col] == BLOCKED or not compiled.step_allowed(
-                    self.ground.known, row, col, demonstrated[row, col], self.ground.rules):
-                demonstrated[row, col] = -1
-        return demonstrated
+        kept: npt.NDArray[np.int8] = compiled.kept_steps(
+            self.ground.known, self.memory.demonstrated, self.ground.rules)
+        return kept
 
     def _outdone(self) -> npt.NDArray[np.bool_]:
         """
@@ -220,23 +224,25 @@ class _Composer:
 
     def _preference(self) -> Preference:
         """
-        Return the step to prefer in each cell.
+        Return the step to prefer in each cell, and note the cost to go with it.
 
         What was demonstrated comes first, then what led to the goal in a trial, unless the
         remembered map now knows a clearly shorter way. With ``prefer_shorter`` there is none.
         """
         parameters, action = self.parameters, self.memory.action
         if parameters.prefer_shorter:
+            self.cost = self.plain_cost
             return no_preference(self.memory.grid.shape)
         followed = np.where(self.outdone, -1, self.demonstrated).astype(np.int8)
         preference = Preference(followed, np.where(
             followed >= 0, parameters.demonstration_advantage, 0.0))
-        cost = self._cost(preference)
-        for row, col in np.argwhere((action >= 0) & (self.demonstrated < 0)).tolist():
-            through = compiled.through(self.ground, cost, row, col, action[row, col])
-            if through <= _LONGER_IN_PRACTICE * cost[row, col]:
-                preference.headings[row, col] = action[row, col]
-                preference.spared[row, col] = parameters.practice_advantage
+        self.cost = self._cost(preference)
+        practised = np.where(self.demonstrated < 0, action, -1).astype(np.int8)
+        if (practised >= 0).any():
+            compiled.prefer_practised(
+                self.ground, self.cost, practised, _LONGER_IN_PRACTICE,
+                float(parameters.practice_advantage), preference)
+            self.cost = self._cost(preference)
         return preference
 
     def _cost(self, preference: Preference) -> npt.NDArray[np.float64]:
@@ -253,29 +259,22 @@ class _Composer:
         if self.parameters.pruning:
             self._prune()
         prototypes, weights = self._table()
-        field = _field(self.memory, self.vx, self.vy, self.q, prototypes, self.maps.known)
+        field = _field(
+            self.memory, self.vectors.x, self.vectors.y, self.q, prototypes, self.maps.known)
         return Composition(
             field, prototypes, weights, np.isfinite(self.cost), self.maps.planned)
 
     def _choose(self) -> None:
         """Start from what was learnt, less what the remembered map has since disproved."""
-        action = self.memory.action
-        for row, col in np.argwhere(action >= 0).tolist():
-            heading = int(action[row, col])
-            if self.demonstrated[row, col] >= 0 and self.parameters.demonstration_advantage > 0.0:
-                self.centre[row, col] = self.demonstrated[row, col]
-            elif not self.parameters.rehearsal or self._worth_keeping(row, col, heading):
-                self.centre[row, col] = heading
-
-    def _worth_keeping(self, row: int, col: int, heading: int) -> bool:
-        through = float(compiled.through(self.ground, self.cost, row, col, heading))
-        if self.preference.headings[row, col] == heading:
-            after = row + STEP_ROW[heading], col + STEP_COL[heading]
-            through -= float(self.preference.spared[row, col] * STEP_LENGTH[heading]
-                             * self.ground.factor[after])
-        best = self.cost[row, col]
-        slack = 1e-9 if self.parameters.prefer_shorter else _WORTH_KEEPING
-        return bool(np.isfinite(best) and through <= best + slack)
+        action, kept = self.memory.action, self.memory.action
+        if self.parameters.rehearsal:
+            kept = compiled.worth_keeping(
+                self.ground, self.cost, action, self.preference,
+                1e-9 if self.parameters.prefer_shorter else _WORTH_KEEPING)
+        if self.parameters.demonstration_advantage > 0.0:
+            is_shown = (action >= 0) & (self.demonstrated >= 0)
+            kept = np.where(is_shown, self.demonstrated, kept)
+        self.centre = kept.astype(np.int8)
 
     def _table(self) -> tuple[Prototypes, npt.NDArray[np.float64]]:
         """Return the prototypes as they stand, and their weights."""
@@ -295,46 +294,64 @@ class _Composer:
         return prototypes, weights
 
     def _interpolate(self) -> None:
-        """Evaluate eq. 7 with windows and attraction at every cell."""
+        """
+        Evaluate eq. 7 with windows and attraction, wherever prototypes have changed.
+
+        There the sums begin anew, in the order of the prototypes: all is as if made at once.
+        """
         prototypes, weights = self._table()
-        self.sums = Sums.none(self.memory.grid.shape)
+        wanted, window, ground = self._changed(prototypes, weights), self._window(), self.ground
+        for part in self.sums:
+            part[wanted] = 0.0
         compiled.add_windows(
-            self.sums, self.ground.known, _centres(prototypes, weights), self._window())
-        self.attraction = Attraction(self._attraction_headings(prototypes), ATTRACTION_STRENGTH)
-        self.vx, self.vy, self.headings = compiled.field_vectors(
-            self.sums, self.centre, self.attraction)
+            self.sums, ground.known, _centres(prototypes, weights), window, wanted)
+        if self.parameters.pull:
+            self._attract(prototypes, wanted)
+        compiled.field_vectors(self.sums, self.centre, self.attraction, self.vectors, wanted)
+        self._state = None
+
+    def _changed(
+        self, prototypes: Prototypes, weights: npt.NDArray[np.float64],
+    ) -> npt.NDArray[np.bool_]:
+        """Mark the windows of the prototypes that are not as they were; at first, every cell."""
+        own = np.zeros(self.centre.shape)
+        own[tuple(prototypes.cells.T)] = weights
+        (centre, before), self._made_of = self._made_of, (self.centre.copy(), own)
+        draws_anywhere = self.parameters.pull and not self.parameters.rehearsal
+        if not self._is_made or draws_anywhere:
+            self._is_made = True
+            return np.ones(centre.shape, dtype=np.bool_)
+        changed: npt.NDArray[np.bool_] = compiled.windows_of(
+            (centre != self.centre) | (own != before), self._window())
+        return changed
 
     def _window(self) -> Window:
         parameters = self.parameters
         return Window(float(min(parameters.effective_window, max(self.memory.grid.shape))),
                       float(parameters.power), parameters.visible_windows)
 
-    def _attraction_headings(self, prototypes: Prototypes) -> npt.NDArray[np.int8]:
-        if not self.parameters.pull:
-            return np.full(self.memory.grid.shape, -1, dtype=np.int8)
-        attraction: npt.NDArray[np.int8] = compiled.attraction_from_cost(
-            self.ground, self.cost, self.sums,
-        ) if self.parameters.rehearsal else compiled.attraction_to_nearest(
-            self.ground.known, prototypes.cells.astype(np.int64), self.ground.rules)
-        return attraction
+    def _attract(self, prototypes: Prototypes, wanted: npt.NDArray[np.bool_]) -> None:
+        """Note which way the attraction draws, where it is wanted."""
+        if self.parameters.rehearsal:
+            compiled.settle_ties(self.attraction.headings, *self.steps, self.ground, self.cost,
+                                 self.sums, wanted)
+        else:
+            self.attraction.headings[:] = compiled.attraction_to_nearest(
+                self.ground.known, prototypes.cells.astype(np.int64), self.ground.rules)
 
     def _repairs(self) -> bool:
         return self.parameters.repair and self.parameters.rehearsal
 
     def _repair(self) -> None:
         """Give the cells whose flow does not come home a prototype, few at a time."""
-        goal = _goal(self.memory)
         for _ in range(_MOST_ROUNDS):
-            state = compiled.flow_basin(
-                self.ground.known, self.headings, *goal, self.ground.rules)
             cells = compiled.mending_cells(
-                self.ground, self.cost, self.headings, state, self.demonstrated >= 0)
+                self.ground, self.cost, self.vectors.headings, self.state, self.demonstrated >= 0)
             if not cells.any():
                 return
             before = self.centre.copy()
-            for row, col in np.argwhere(cells).tolist():
-                self.centre[row, col] = compiled.best_step(self.ground, self.cost, row, col, -1)
-                self.mended[row, col] = True
+            self.centre[cells] = self.steps[0][cells]
+            self.mended |= cells
             if np.array_equal(before, self.centre):
                 return  # what is left cannot be mended in this way
             self._interpolate()
@@ -346,7 +363,7 @@ class _Composer:
         order = candidates[np.argsort(prototypes.q[candidates], kind='stable')]
         before, centre = self.centre, self.centre.copy()
         flow = Flow(Sums(*(part.copy() for part in self.sums)), self.attraction, centre,
-                    self.headings.copy())
+                    self.vectors.headings.copy())
         idle = compiled.idle_prototypes(
             order, _centres(prototypes, weights), flow, self.ground, self.cost, self._window())
         if not idle.any():
@@ -361,8 +378,14 @@ class _Composer:
             self.centre, self.mended = before, mended
             self._interpolate()
 
+    @property
+    def state(self) -> npt.NDArray[np.int8]:
+        """Return where the flow from each cell leads, see `flow_basin`."""
+        if self._state is None:
+            self._state = compiled.flow_basin(
+                self.ground.known, self.vectors.headings, *_goal(self.memory), self.ground.rules)
+        return self._state
+
     def _n_home(self) -> int:
         """Return from how many cells the flow comes home."""
-        state = compiled.flow_basin(
-            self.ground.known, self.headings, *_goal(self.memory), self.ground.rules)
-        return int((state == 1).sum())
+        return int((self.state == 1).sum())

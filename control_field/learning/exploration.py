@@ -100,6 +100,7 @@ def worth_around(worth: npt.NDArray[np.float64], reach: int) -> npt.NDArray[np.f
 
 def worth_in_view(
     worth: npt.NDArray[np.float64], known: npt.NDArray[np.int8], reach: int,
+    enough: float = np.inf,
 ) -> npt.NDArray[np.float64]:
     """
     Sum up, at every cell, what its local grid would show past the walls that are remembered.
@@ -111,6 +112,8 @@ def worth_in_view(
         Remembered map.
     reach : int, [cells]
         From the robot's cell to the edge of the local grid.
+    enough : float, optional
+        How much more it is than this does not matter, and may be left out.
 
     Returns
     -------
@@ -120,7 +123,7 @@ def worth_in_view(
     around = worth_around(worth, reach)
     if reach > 1:
         # Where nothing of worth is near no line of sight needs to be followed.
-        around = compiled.sum_in_view(worth, known, around > _NOTHING, rays_within(reach))
+        around = compiled.sum_in_view(worth, known, around > _NOTHING, rays_within(reach), enough)
     return around
 
 
@@ -148,15 +151,14 @@ def exploration_field(memory: Memory, field: ControlField) -> ControlField:
     known: npt.NDArray[np.int8] = np.where(memory.known > 0, BLOCKED, memory.known)
     plain = plain_ground(known, rules_of(parameters))
     price = prices_of_walls(memory)
-    if not parameters.prefer_shorter and (
-            np.isfinite(compiled.cost_to_go(plain, field.goal, none)) & (known < 0)).any():
+    if not parameters.prefer_shorter and compiled.reaches_unseen(plain, field.goal):
         price[~memory.evidence.outdated] = np.inf
     is_tried = np.isfinite(price)
     known[is_tried] = _TRIED
     curiosity = 0.0 if parameters.prefer_shorter else parameters.curiosity
     # As much as a step brings into sight on unseen ground makes it as attractive as it gets.
     enough = 2 * memory.reach + 1
-    around = worth_in_view(worth_of_look(memory), memory.known, memory.reach)
+    around = worth_in_view(worth_of_look(memory), memory.known, memory.reach, float(enough))
     factor = np.where(is_tried, price, 1.0 - curiosity * np.minimum(around, enough) / enough)
     ground = plain._replace(factor=factor)
     cost = compiled.cost_to_go(ground, field.goal, none)

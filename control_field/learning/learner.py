@@ -142,7 +142,9 @@ class Learner:
         composition = compose(self.memory)
         certificate = self._certify(composition)
         old = self.refresh
-        if old is not None and keep_better and self.parameters.profile == 'full':
+        # A field whose basin is everything is not worse than the old one.
+        if (old is not None and keep_better and self.parameters.profile == 'full'
+                and certificate.basin < 1.0):
             remembered = with_old_headings(old.composition, composition)
             before = self._certify(remembered)
             if before.basin > certificate.basin:

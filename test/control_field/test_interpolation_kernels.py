@@ -9,7 +9,7 @@ import pytest
 from control_field.headings import heading_from_vector, STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import interpolation, repair
 from control_field.kernels import steps as kernels
-from control_field.kernels.interpolation import Attraction, Sums
+from control_field.kernels.interpolation import Attraction, Sums, Vectors, View
 from control_field.kernels.steps import plain_ground, StepRules
 from kernel_scenes import Scene
 from oracles import turn_between
@@ -74,10 +74,11 @@ def test_where_nobody_has_a_say_there_is_no_course():
     nothing, silent = Sums.none((1, 2)), Attraction(np.full((1, 2), -1, np.int8), 2.0)
     assert interpolation.mean_vector(0, 0, nothing, silent) == (0.0, 0.0)
     centre = np.array([[3, -1]], np.int8)
-    vx, vy, headings = interpolation.field_vectors(nothing, centre, silent)
-    assert headings.tolist() == [[3, -1]]
-    assert (vx[0, 0], vy[0, 0]) == tuple(UNIT[3])
-    assert (vx[0, 1], vy[0, 1]) == (0.0, 0.0)
+    made = Vectors.none((1, 2))
+    interpolation.field_vectors(nothing, centre, silent, made, np.ones((1, 2), bool))
+    assert made.headings.tolist() == [[3, -1]]
+    assert (made.x[0, 0], made.y[0, 0]) == tuple(UNIT[3])
+    assert (made.x[0, 1], made.y[0, 1]) == (0.0, 0.0)
 
 
 @given(knowns, seeds)
@@ -87,7 +88,8 @@ def test_a_window_holds_what_is_near_and_in_sight_and_what_is_taken_away_is_gone
     for visible in (False, True):
         sums, window = Sums.none(known.shape), scene.window._replace(visible=visible)
         place = scene.row, scene.col, scene.heading
-        interpolation.spread(sums, known, *place, 0.7, window)
+        view = View(known, interpolation.divisors(window), np.ones(known.shape, bool), visible)
+        interpolation.spread(sums, view, *place, 0.7)
         for row, col in np.ndindex(known.shape):
             d = math.hypot(row - scene.row, col - scene.col)
             reached = 0.0 < d <= window.radius and not (
@@ -96,7 +98,7 @@ def test_a_window_holds_what_is_near_and_in_sight_and_what_is_taken_away_is_gone
             assert sums.weight[row, col] == pytest.approx(weight)
             assert (sums.x[row, col], sums.y[row, col]) == pytest.approx(
                 tuple(weight * UNIT[scene.heading]))
-        interpolation.spread(sums, known, *place, -0.7, window)
+        interpolation.spread(sums, view, *place, -0.7)
         assert not any(part.any() for part in sums)
 
 

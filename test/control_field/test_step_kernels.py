@@ -8,8 +8,8 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import (
-    compiled, decision, interpolation, judging, last_resort, local_search, moving_world, repair,
-    rollout, seen, sharing)
+    compiled, decision, interpolation, judging, last_resort, local_search, moving_world, rehearsal,
+    repair, rollout, seen, sharing)
 from control_field.kernels import steps as kernels
 from control_field.kernels import trials, visibility, waiting
 from control_field.kernels.interpolation import Sums
@@ -20,8 +20,8 @@ from strategies import few, knowns, rules, seeds, steady
 
 BODY = StepRules(False, False, 8)
 MODULES = (
-    kernels, seen, visibility, rollout, local_search, last_resort, decision, trials, sharing,
-    judging, waiting, moving_world, interpolation, repair)
+    kernels, rehearsal, seen, visibility, rollout, local_search, last_resort, decision, trials,
+    sharing, judging, waiting, moving_world, interpolation, repair)
 
 
 def same(first, second):
@@ -198,7 +198,7 @@ def test_the_windows_of_equation_7_sum_up_what_interpolation_averages(known, rul
     scene = Scene(known, rule, seed)
     sums, centres = Sums.none(known.shape), scene.centres
     window = scene.window._replace(visible=False)
-    compiled.add_windows(sums, known, centres, window)
+    compiled.add_windows(sums, known, centres, window, np.ones(known.shape, bool))
     free_of_centres = scene.centre < 0
     points = np.argwhere(free_of_centres & (sums.weight > 0.0)).astype(float)
     if len(points):
