@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from sensor_msgs.msg import PointCloud2
+
 from control_field.records import Outcome
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind
@@ -121,9 +123,11 @@ class OutputHandler:
         task = self._recorder.task.task
         self._recorder.write(self._raw('trial', status_from_trial(status, task)))
 
-    def latch(self, messages: Mapping[str, Any]) -> None:
-        """Let every bag begin with messages, by topic."""
-        self._recorder.latched = [self._raw(*message) for message in messages.items()]
+    def latch(self, clouds: Mapping[str, bytes]) -> None:
+        """Let every bag begin with PointCloud2 messages, in bytes, by topic."""
+        self._recorder.latched = [
+            RawMessage(self._node.resolve_topic_name(topic), type_name(PointCloud2), cdr,
+                       self._node.now()) for topic, cdr in clouds.items()]
 
     def _raw(self, topic: str, message: Any) -> RawMessage:
         """Return a message of the learner's own in the form in which others arrive."""

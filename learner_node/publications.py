@@ -15,6 +15,7 @@ from control_field.poses import StartPose
 from control_field.records import ControlField, Prototypes
 from msgs_bridge.messages.markers import markers_from_field
 from msgs_bridge.messages.poses import initialpose_from_pose, Pose
+from msgs_bridge.messages.serialized import cdr_from_message
 from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes
 from msgs_bridge.node import qos
 
@@ -44,9 +45,11 @@ class Publications:
 
     def publish_field(
         self, field: ControlField, refresh: Refresh, memory: str,
-    ) -> dict[str, PointCloud2]:
+    ) -> dict[str, bytes]:
         """
         Publish a field with its prototypes; return what the bags hold of it, by topic.
+
+        These are PointCloud2 messages in bytes, made once for the middleware and the bags.
 
         ``memory`` says whose it is, also where it was changed for a single trial.
         """
@@ -56,9 +59,10 @@ class Publications:
         """Publish a void field: what was published before no longer holds."""
         self._publish(ControlField.void(grid), Prototypes.none())
 
-    def _publish(self, field: ControlField, prototypes: Prototypes) -> dict[str, PointCloud2]:
-        messages = {'control_field': cloud_from_field(field),
-                    'prototypes': cloud_from_prototypes(prototypes, field.grid)}
+    def _publish(self, field: ControlField, prototypes: Prototypes) -> dict[str, bytes]:
+        messages = {
+            'control_field': cdr_from_message(cloud_from_field(field)),
+            'prototypes': cdr_from_message(cloud_from_prototypes(prototypes, field.grid))}
         self._fields.publish(messages['control_field'])
         self._prototypes.publish(messages['prototypes'])
         self._markers.publish(markers_from_field(field, prototypes))

@@ -103,13 +103,15 @@ class Layout:
     values: dict[str, Any] = field(default_factory=dict)
     frozen: list[tuple[int, int]] = field(default_factory=list)
 
-    def numbers(self, message: bytes, name: str) -> np.ndarray[Any, np.dtype[Any]]:
+    def numbers(
+        self, message: bytes | memoryview, name: str,
+    ) -> np.ndarray[Any, np.dtype[Any]]:
         """Return the numbers of a field of a message of this layout, shape (count,)."""
         place = self.places[name]
         return np.frombuffer(message, self.order + place.scalar, place.n, place.offset)
 
 
-def layout_from_cdr(fields: Fields, message: bytes) -> Layout:
+def layout_from_cdr(fields: Fields, message: bytes | memoryview) -> Layout:
     """
     Find the fields of a message.
 
@@ -117,7 +119,7 @@ def layout_from_cdr(fields: Fields, message: bytes) -> Layout:
     ----------
     fields : Fields
         What it is made of, see `DESCRIBED`.
-    message : bytes
+    message : bytes or memoryview
         With its 4 bytes of encapsulation.
 
     Raises
@@ -126,7 +128,7 @@ def layout_from_cdr(fields: Fields, message: bytes) -> Layout:
         If it ends too early, is encapsulated in another way, or compressed.
 
     """
-    if message.startswith(_ZSTD):
+    if message[:4] == _ZSTD:
         raise CdrError(_COMPRESSED)
     if message[:2] not in (b'\x00\x01', b'\x00\x00'):
         raise CdrError(f'its encapsulation is {message[:2].hex() or "missing"}, must be plain CDR')
@@ -163,7 +165,7 @@ def struct_from_cdr(fields: Fields, message: bytes) -> dict[str, Any]:
 class _Walk:
     """Goes through a message field by field."""
 
-    def __init__(self, message: bytes, layout: Layout) -> None:
+    def __init__(self, message: bytes | memoryview, layout: Layout) -> None:
         self.message, self.layout, self.at = message, layout, 4
         self._u4 = struct.Struct(layout.order + 'I')
 
@@ -202,7 +204,7 @@ class _Walk:
     def _text(self) -> str:
         n = self._count(1)
         start = self._frozen(n, align=1)
-        return self.message[start:start + max(n - 1, 0)].decode()
+        return bytes(self.message[start:start + max(n - 1, 0)]).decode()
 
     def _count(self, least_size: int) -> int:
         """Read a length; so many parts must at least fit into what is left."""

@@ -52,13 +52,21 @@ def cloud_from_table(
         If a column is of a type that PointCloud2 has not.
 
     """
-    height, width = shape or (table.shape if table.ndim == 2 else (1, table.size))
+    shape = shape or (table.shape if table.ndim == 2 else (1, table.size))
+    return cloud_of(table.dtype, array.array('B', table.tobytes()), frame_id, shape)
+
+
+def cloud_of(
+    dtype: np.dtype[np.void], data: 'array.array[int]', frame_id: str, shape: tuple[int, int],
+) -> PointCloud2:
+    """Return the message of a table whose bytes are there already; see `cloud_from_table`."""
+    height, width = shape
     msg = PointCloud2(height=height, width=width, is_bigendian=False, is_dense=True)
     msg.header.frame_id = frame_id
-    msg.fields = [_point_field(table.dtype, name) for name in table.dtype.names or ()]
-    msg.point_step = table.dtype.itemsize
-    msg.row_step = table.dtype.itemsize * width
-    msg.data = array.array('B', table.tobytes())
+    msg.fields = [_point_field(dtype, name) for name in dtype.names or ()]
+    msg.point_step = dtype.itemsize
+    msg.row_step = dtype.itemsize * width
+    msg.data = data
     return msg
 
 
@@ -99,21 +107,37 @@ def table_from_cloud(msg: Any, dtype: npt.DTypeLike) -> npt.NDArray[np.void]:
 
     """
     wanted: np.dtype[np.void] = np.dtype(dtype)
+    columns = columns_from_cloud(msg, wanted)
+    table = np.zeros(next(iter(columns.values())).shape[:2], dtype=wanted)
+    for name, column in columns.items():
+        table[name] = column
+    return table
+
+
+def columns_from_cloud(msg: Any, dtype: npt.DTypeLike) -> dict[str, npt.NDArray[Any]]:
+    """
+    Find the columns of ``dtype`` in a PointCloud2 message; see `table_from_cloud`.
+
+    Returns
+    -------
+    dict of ndarray, shape (height, width) and that of the column
+        By name: views into the message, in its byte order.
+
+    """
+    wanted: np.dtype[np.void] = np.dtype(dtype)
     shape = _check_layout(msg)
     offsets = {name: _offset(msg, wanted, name) for name in wanted.names or ()}
     _check_overlap(wanted, offsets)
-    table = np.zeros(shape, dtype=wanted)
-    if table.size == 0:
-        return table
     order: Literal['<', '>'] = '>' if msg.is_bigendian else '<'
     data = np.frombuffer(msg.data, dtype=np.uint8)
+    columns: dict[str, npt.NDArray[Any]] = {}
     for name, offset in offsets.items():
         column = wanted[name]
         base = column.base.newbyteorder(order)
-        table[name] = np.ndarray(
+        columns[name] = np.zeros((*shape, *column.shape), base) if 0 in shape else np.ndarray(
             (*shape, *column.shape), base, data, offset,
             (msg.row_step, msg.point_step, *(base.itemsize for _ in column.shape)))
-    return table
+    return columns
 
 
 def _check_layout(msg: Any) -> tuple[int, int]:

@@ -51,9 +51,9 @@ def _arrows(field: ControlField) -> Marker:
     grid = field.grid
     marker = _marker('control_field', Marker.LINE_LIST, grid)
     marker.scale.x = 0.04 * grid.resolution
-    cells = np.argwhere((field.vx != 0.0) | (field.vy != 0.0))
-    stride = max(math.ceil(math.sqrt(len(cells) / MAX_ARROWS)), 1)
-    cells = cells[(cells % stride == 0).all(axis=1)]
+    has_heading = (field.vx != 0.0) | (field.vy != 0.0)
+    stride = max(math.ceil(math.sqrt(np.count_nonzero(has_heading) / MAX_ARROWS)), 1)
+    cells = stride * np.argwhere(has_heading[::stride, ::stride])
     rows, cols = cells.T
     along = np.stack([field.vx[rows, cols], field.vy[rows, cols]], axis=1).astype(np.float64)
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)

@@ -6,13 +6,14 @@ with the field to the controller, which says on `trial` by whose field it drives
 learns from trials on its own alone.
 """
 
-from dataclasses import replace
 from hashlib import blake2b
 import re
 from typing import Final
 
+import numpy as np
+
 from control_field.records import ControlField, Prototypes
-from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes
+from msgs_bridge.messages.tables import cloud_from_prototypes
 
 #: An identity: the task's name, and 64 bits of what its memory holds.
 _IDENTITY: Final = re.compile(r'([A-Za-z0-9_-]{1,64}):[0-9a-f]{16}')
@@ -39,8 +40,12 @@ def memory_of(task: str, field: ControlField, prototypes: Prototypes) -> str:
         Such as ``kitchen:3f2a9c0d1e4b5a68``.
 
     """
-    digest = blake2b(f'{task}\0{field.grid.frame_id}\0'.encode(), digest_size=8)
-    digest.update(cloud_from_field(replace(field, memory='')).data)
+    grid = field.grid
+    about = (task, grid.frame_id, *grid.shape, grid.resolution, grid.origin_x, grid.origin_y,
+             field.revision, *field.goal)
+    digest = blake2b('\0'.join(map(str, about)).encode(), digest_size=8)
+    for values in (field.vx, field.vy, field.coherence, field.q, field.known, field.flags):
+        digest.update(np.ascontiguousarray(values).data)
     digest.update(cloud_from_prototypes(prototypes, field.grid).data)
     return f'{task}:{digest.hexdigest()}'
 

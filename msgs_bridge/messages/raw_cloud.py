@@ -46,7 +46,7 @@ class RawCloud:
     data: np.ndarray[Any, np.dtype[np.uint8]]
 
 
-def cloud_from_cdr(message: bytes) -> RawCloud:
+def cloud_from_cdr(message: bytes | memoryview) -> RawCloud:
     """
     Read a PointCloud2 from its bytes; nothing is copied.
 

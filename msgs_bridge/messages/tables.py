@@ -1,5 +1,7 @@
 """The three tables on the wire: the control field, the prototypes, the experience."""
 
+import array
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -11,7 +13,9 @@ from control_field.headings import N_HEADINGS, UNIT
 from control_field.local_grid import BLOCKED, UNKNOWN
 from control_field.records import CellFlag, ControlField, DECISION_DTYPE, Kind, Prototypes
 from msgs_bridge.messages.clouds import (
-    check_column, check_in, cloud_from_table, first_bad, table_from_cloud, TableError)
+    check_column, check_in, cloud_from_table, cloud_of, columns_from_cloud, first_bad,
+    table_from_cloud, TableError)
+from msgs_bridge.messages.slices import check_slices, copied, slices
 
 #: Version of all three tables.
 VERSION: Final = 1
@@ -51,18 +55,13 @@ def cloud_from_field(field: ControlField) -> PointCloud2:
     not know it pass it over, and the bytes of the table are the same with and without.
     """
     grid = field.grid
-    table = np.zeros(grid.shape, dtype=FIELD_DTYPE)
-    rows, cols = np.indices(grid.shape)
-    _fill_place(table, grid, rows, cols)
-    table['resolution'] = grid.resolution
-    table['origin_x'], table['origin_y'] = grid.origin_x, grid.origin_y
-    table['revision'] = field.revision
-    for name in ('flags', 'known', 'vx', 'vy', 'coherence', 'q'):
-        table[name] = getattr(field, name)
+    data = array.array('B', b'\0') * (grid.n_rows * grid.n_cols * FIELD_DTYPE.itemsize)
+    table = np.frombuffer(data, FIELD_DTYPE).reshape(grid.shape)
+    for rows in slices(grid.shape):
+        _fill_rows(table[rows], field, rows)
     # The record keeps the goal beside the flags; on the wire the flag is all there is.
-    table['flags'] &= 0xFF ^ CellFlag.GOAL
     table['flags'][field.goal] |= CellFlag.GOAL
-    msg = cloud_from_table(table, grid.frame_id)
+    msg = cloud_of(FIELD_DTYPE, data, grid.frame_id, grid.shape)
     if field.memory:
         [version] = (column for column in msg.fields if column.name == 'version')
         msg.fields.append(PointField(name=_MEMORY + field.memory, offset=version.offset,
@@ -70,9 +69,22 @@ def cloud_from_field(field: ControlField) -> PointCloud2:
     return msg
 
 
+def _fill_rows(table: npt.NDArray[np.void], field: ControlField, rows: slice) -> None:
+    """Fill some rows of the table of a field: while they are near, all their columns."""
+    grid = field.grid
+    _fill_place(table, grid, np.arange(rows.start, rows.stop)[:, np.newaxis],
+                np.arange(grid.n_cols))
+    table['resolution'] = grid.resolution
+    table['origin_x'], table['origin_y'] = grid.origin_x, grid.origin_y
+    table['revision'] = field.revision
+    for name in ('flags', 'known', 'vx', 'vy', 'coherence', 'q'):
+        table[name] = getattr(field, name)[rows]
+    table['flags'] &= 0xFF ^ CellFlag.GOAL
+
+
 def field_from_cloud(msg: Any) -> ControlField:
     """
-    Read a control field.
+    Read a control field, slice by slice.
 
     Raises
     ------
@@ -81,19 +93,34 @@ def field_from_cloud(msg: Any) -> ControlField:
         finite, no unit vector, no cell state, no or several goals, points off the grid.
 
     """
-    table = _table(msg, FIELD_DTYPE, 'control_field')
-    if not table.size:
+    columns = _columns(msg)
+    flags = columns['flags']
+    if not flags.size:
         raise TableError('control_field: it has no cells')
-    grid = _grid(table, msg.header.frame_id)
-    goals = np.argwhere(table['flags'] & CellFlag.GOAL)
+    grid = _grid(columns, msg.header.frame_id)
+    goals = [(row + rows.start, col) for rows in slices(flags.shape)
+             for row, col in np.argwhere(flags[rows] & CellFlag.GOAL)[:2].tolist()]
     if len(goals) != 1:
-        raise TableError(f'control_field: {len(goals)} cells hold the flag GOAL, must be 1')
-    _check_field(table)
-    columns = {name: np.ascontiguousarray(table[name])
-               for name in ('vx', 'vy', 'coherence', 'q', 'known', 'flags')}
-    return ControlField(grid=grid, revision=int(table['revision'].flat[0]),
-                        goal=(int(goals[0, 0]), int(goals[0, 1])), memory=_memory(msg),
-                        **columns)
+        n = sum(int(((flags[rows] & CellFlag.GOAL) > 0).sum()) for rows in slices(flags.shape))
+        raise TableError(f'control_field: {n} cells hold the flag GOAL, must be 1')
+    _check_field(columns)
+    copies = {name: copied(columns[name])
+              for name in ('vx', 'vy', 'coherence', 'q', 'known', 'flags')}
+    return ControlField(grid=grid, revision=int(columns['revision'][0, 0]), goal=goals[0],
+                        memory=_memory(msg), **copies)
+
+
+def _columns(msg: Any) -> dict[str, npt.NDArray[Any]]:
+    """Find the columns of a field, the version first: another may well have other columns."""
+    name = 'control_field'
+    try:
+        check_slices(name, 'version', columns_from_cloud(msg, _VERSION_DTYPE)['version'],
+                     lambda part, _: part == VERSION, str(VERSION), OtherVersionError)
+        return columns_from_cloud(msg, FIELD_DTYPE)
+    except OtherVersionError:
+        raise
+    except TableError as error:
+        raise TableError(f'{name}: {error}') from None
 
 
 def _memory(msg: Any) -> str:
@@ -315,38 +342,55 @@ def _cells(
     return np.stack([table[row], table[col]], axis=-1).astype(np.int32)
 
 
-def _grid(table: npt.NDArray[np.void], frame_id: str) -> Grid:
+def _grid(columns: dict[str, npt.NDArray[Any]], frame_id: str) -> Grid:
     """Return the workspace, and see that every point lies at the centre of its cell."""
     name = 'control_field'
-    for column in ('revision', 'resolution', 'origin_x', 'origin_y'):
-        first = table[column].flat[0]
-        check_column(name, column, table[column], table[column] == first, f'{first} everywhere')
-    first = table.flat[0]
+    first = {column: columns[column][0, 0]
+             for column in ('revision', 'resolution', 'origin_x', 'origin_y')}
+    for column, value in first.items():
+        check_slices(name, column, columns[column], partial(_are, value), f'{value} everywhere')
     try:
-        grid = Grid(table.shape[0], table.shape[1], float(first['resolution']),
+        grid = Grid(columns['x'].shape[0], columns['x'].shape[1], float(first['resolution']),
                     float(first['origin_x']), float(first['origin_y']), frame_id)
     except ValueError as error:
         raise TableError(f'{name}: {error}') from None
-    rows, cols = np.indices(grid.shape)
-    for column, origin, index in (('x', grid.origin_x, cols), ('y', grid.origin_y, rows)):
-        centre = origin + (index + 0.5) * grid.resolution
-        with np.errstate(over='ignore', invalid='ignore'):
-            off = np.abs(table[column] - centre)
-            good = off <= 0.01 * grid.resolution + 2e-7 * np.abs(centre)
-        check_column(name, column, table[column], good, 'the centre of its cell')
+    cols = grid.origin_x + (np.arange(grid.n_cols) + 0.5) * grid.resolution
+    rows = (grid.origin_y + (np.arange(grid.n_rows) + 0.5) * grid.resolution)[:, np.newaxis]
+    near = partial(_are_near, grid.resolution)
+    must = 'the centre of its cell'
+    check_slices(name, 'x', columns['x'], lambda part, _: near(part, cols), must)
+    check_slices(name, 'y', columns['y'], lambda part, where: near(part, rows[where]), must)
     return grid
 
 
-def _check_field(table: npt.NDArray[np.void]) -> None:
+def _are(value: Any, part: npt.NDArray[Any], _: slice) -> npt.NDArray[np.bool_]:
+    same: npt.NDArray[np.bool_] = part == value
+    return same
+
+
+def _are_near(
+    resolution: float, part: npt.NDArray[Any], centre: npt.NDArray[Any],
+) -> npt.NDArray[np.bool_]:
+    """Return which coordinates are those of the centres of cells, but for rounding."""
+    with np.errstate(over='ignore', invalid='ignore'):
+        near: npt.NDArray[np.bool_] = (
+            np.abs(part - centre) <= 0.01 * resolution + 2e-7 * np.abs(centre))
+    return near
+
+
+def _check_field(columns: dict[str, npt.NDArray[Any]]) -> None:
     """Refuse values that no learner makes."""
-    name = 'control_field'
+    check = partial(check_slices, 'control_field')
     for column in ('vx', 'vy', 'coherence', 'q'):
-        check_column(name, column, table[column], np.isfinite(table[column]), 'finite')
-    length = np.hypot(table['vx'].astype(np.float64), table['vy'])
-    check_column(name, 'length of (vx, vy)', length,
-                 (length == 0.0) | (np.abs(length - 1.0) < 1e-3), '0 or 1')
-    check_column(name, 'coherence', table['coherence'],
-                 (table['coherence'] >= 0.0) & (table['coherence'] <= 1.001), '0 to 1')
-    check_column(name, 'known', table['known'],
-                 (table['known'] >= UNKNOWN) & (table['known'] <= BLOCKED), '-1 to 100')
-    check_column(name, 'flags', table['flags'], table['flags'] < 16, 'below 16')
+        check(column, columns[column], lambda part, _: np.isfinite(part), 'finite')
+    for rows in slices(columns['vx'].shape):
+        length = np.hypot(columns['vx'][rows].astype(np.float64), columns['vy'][rows])
+        good = (length == 0.0) | (np.abs(length - 1.0) < 1e-3)
+        if (place := first_bad(good)) is not None:
+            raise TableError(f'control_field: length of (vx, vy) is {length[place]} at '
+                             f'{(place[0] + rows.start, place[1])}, must be 0 or 1')
+    check('coherence', columns['coherence'],
+          lambda part, _: (part >= 0.0) & (part <= 1.001), '0 to 1')
+    check('known', columns['known'],
+          lambda part, _: (part >= UNKNOWN) & (part <= BLOCKED), '-1 to 100')
+    check('flags', columns['flags'], lambda part, _: part < 16, 'below 16')
