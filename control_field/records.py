@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from enum import IntEnum, StrEnum
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -319,7 +320,7 @@ class ControlField:
         for name in ('vx', 'vy', 'coherence', 'q', 'known', 'flags'):
             _read_only(getattr(self, name))
 
-    @property
+    @cached_property
     def is_void(self) -> bool:
         """Return whether no cell has a heading: there is nothing to drive on."""
         return not (self.vx.any() or self.vy.any())

@@ -77,7 +77,8 @@ class ControlFieldNode(Node):
         self._book = TickBook()
         self._writer = CommandWriter(self._settings, self._book, self._time)
         self._command_publishers = CommandPublishers(self, self._writer.kind)
-        self._fields = FieldReader()
+        trial = self.supervisor.trial
+        self._fields = FieldReader(trial.states, lambda: trial.parameters_in_force)
         self._last_held = ''
         self._teleop_at: float | None = None
         self._out = Publishers(self, self._settings, self.supervisor, self._writer)
@@ -100,7 +101,7 @@ class ControlFieldNode(Node):
 
     def _make_subscriptions(self, threads: ReaderThreads) -> None:
         lockstep, refuse = self._settings.lockstep, self.supervisor.refusals.refuse
-        self._fields.subscribe(self, self._settle if lockstep else None)
+        self._fields.subscribe(self, threads, self._settle if lockstep else None)
         # A lost tick would stop a lock-step for good.
         sensed = qos.LOCKSTEP if lockstep else qos.SENSOR
         kind, is_ours = self._writer.kind, self._writer.acknowledge_raw
@@ -350,12 +351,8 @@ class ControlFieldNode(Node):
         now, supervisor = time.monotonic(), self.supervisor
         supervisor.output.timing.on_guard(now, time.thread_time(), supervisor.is_driving)
         self._out.publish(supervisor.guard(now, self._seconds()))
-        if (outcome := self._fields.take_finished()) is not None:
+        if (outcome := self._fields.take_finished(supervisor.field.current)) is not None:
             self._settle(outcome)
-        supervisor.output.is_to_stand = is_busy = self._fields.is_busy
-        self._out.publish(supervisor.on_field_reading(self._fields.is_reading))
-        if is_busy and self._fields.is_asking and not supervisor.is_driving:
-            self._fields.give_leave()
 
     def _look_at_publishers(self) -> None:
         """Note who is on `cmd_vel`, and log once which parameter to set for another type."""
@@ -380,7 +377,6 @@ class ControlFieldNode(Node):
         self._out.publish_trial()
         self._out.trials.wait_for_all_acked(patience)
         self._threads.close()
-        self._fields.close()
 
 
 def main(args: list[str] | None = None) -> None:

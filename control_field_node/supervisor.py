@@ -105,13 +105,6 @@ class Supervisor:
         self.trial.take_field(field)
         return True
 
-    def on_field_reading(self, is_reading: bool) -> Answer:
-        """Take in whether a large field is being read: stand for as long."""
-        self.field.is_reading = is_reading
-        if is_reading and self.trial.pause is None:
-            return self.trial.halt(StopReason.READING_FIELD)
-        return NOTHING
-
     def start(self, now: float) -> str:
         """Start a trial; return why not, or an empty string."""
         refusal = why_no_start(self, now)
@@ -191,7 +184,7 @@ class Supervisor:
             return self.trial.halt(problem.reason, problem.detail)
         if self.sensing.inputs.is_bad(now):
             return NOTHING
-        if self.field.is_reading or run.stands_to_change:
+        if run.stands_to_change:
             return self._change_field(run)
         if self.output.link.is_lost:
             return self.trial.halt(StopReason.LATE_COMMANDS)
@@ -199,8 +192,8 @@ class Supervisor:
         return self._drive(run, pose, observation, now)
 
     def _change_field(self, run: TrialRun) -> Answer:
-        """Stand while a field is read or changes the cells; change to it once the robot stands."""
-        if self.field.is_reading or self.trial.pause is None:
+        """Stand where a field takes long or changes the cells, and then change to it."""
+        if self.trial.pause is None:
             return self.trial.halt(StopReason.READING_FIELD)
         end = run.change_field()
         if self.field.current is not None:

@@ -15,7 +15,8 @@ from control_field.local_grid import is_local_grid_size, MAX_SIDE
 from control_field.parameters import Parameters
 from control_field.rays import rays_within
 from control_field.records import ControlField, local_grid_dtype, no_local_grids, Outcome, Trial
-from control_field.robot.policy import decisions_from_log, options_of, rules_of, trial_on
+from control_field.robot.decision_table import decisions_from_log
+from control_field.robot.policy import options_of, rules_of, trial_on
 
 #: Rows that a trial's log has room for at first.
 _FIRST_ROWS = 4096

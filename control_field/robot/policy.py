@@ -1,5 +1,6 @@
 """What the robot does in one trial (Case 1): the decisions between cell and cell."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 import math
 from typing import Final
@@ -18,6 +19,7 @@ from control_field.kernels.visibility import remember_cells
 from control_field.local_grid import BLOCKED
 from control_field.parameters import Parameters
 from control_field.records import ControlField, DECISION_DTYPE, Kind
+from control_field.robot.decision_table import decisions_from_log
 from control_field.robot.other_workspace import moved_state
 from control_field.words import counted
 
@@ -28,6 +30,8 @@ _NOTHING_IN_Q: Final = 1.001e-37
 #: Prices that differ by less are the same: a field's Q-values have single precision.
 _SAME_PRICE: Final = 1e-3
 _LEAST_PRICE: Final = 0.01
+#: Cells of a map that are gone over in one go.
+_SLICE: Final = 2**13
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,39 +172,32 @@ def trial_on(
     parameters : Parameters
 
     """
-    q = field.q.astype(np.float64)
-    ground, cost = ground_of(known, parameters), np.zeros(field.grid.shape)
-    if options_of(parameters).rehearsed:
-        cost = cost_from_q(q, parameters.discount)
+    shape, options = field.grid.shape, options_of(parameters)
+    q, cost, factor = np.empty((*shape, N_HEADINGS)), np.zeros(shape), np.empty(shape)
+    headings = np.empty(shape, dtype=np.int8)
+    for rows in _slices(shape):
+        q[rows] = field.q[rows]
+        headings[rows] = headings_from_vectors(field.vx[rows], field.vy[rows])
+        factor[rows] = caution_factor(known[rows], parameters)
+        if options.rehearsed:
+            cost[rows] = cost_from_q(q[rows], parameters.discount)
+    if options.rehearsed:
         cost[field.goal] = 0.0
-        ground = ground._replace(
-            factor=prices_in_q(q, cost, ground.factor, parameters.discount))
-    return new_trial(ground, headings_from_vectors(field.vx, field.vy), field.goal, q, cost)
+        for rows in _slices(shape):
+            around = slice(max(rows.start - 1, 0), rows.stop + 1)
+            prices = prices_in_q(
+                q[around], cost[around], caution_factor(known[around], parameters),
+                parameters.discount)
+            first = rows.start - around.start
+            factor[rows] = prices[first:first + rows.stop - rows.start]
+    return new_trial(Ground(known, factor, rules_of(parameters)), headings, field.goal, q, cost)
 
 
-def decisions_from_log(
-    log: npt.NDArray[np.int32], trial: int, revision: int,
-) -> npt.NDArray[np.void]:
-    """
-    Return the decisions of a log as a table; a decision's stamp is its step.
-
-    Parameters
-    ----------
-    log : ndarray of int32, shape (n, 9)
-        Columns of `LOGGED`.
-    trial, revision : int
-        Number of the trial, and of the field.
-
-    Returns
-    -------
-    ndarray of DECISION_DTYPE, shape (n,)
-
-    """
-    table = np.zeros(len(log), dtype=DECISION_DTYPE)
-    for index, name in enumerate(LOGGED):
-        table[name] = log[:, index]
-    table['trial'], table['revision'], table['stamp'] = trial, revision, table['step']
-    return table
+def _slices(shape: tuple[int, int]) -> Iterator[slice]:
+    """Return slices of a map's rows; between two of them a thread gives Python's lock on."""
+    n = max(_SLICE // shape[1], 1)
+    for row in range(0, shape[0], n):
+        yield slice(row, min(row + n, shape[0]))
 
 
 class TrialPolicy:
@@ -220,26 +217,34 @@ class TrialPolicy:
         For exploration.
     trial : int
         Number written into the decisions.
+    state : TrialState, optional
+        Of `trial_on`, if it is there; it becomes the trial's own.
 
     """
 
     def __init__(self, field: ControlField, parameters: Parameters, rng: np.random.Generator,
-                 trial: int) -> None:
+                 trial: int, state: TrialState | None = None) -> None:
         self.field = field
         self._parameters = parameters
         self._options = options_of(parameters)
         self._rng = rng
         self._trial = trial
-        self.state = trial_on(field, field.known.copy(), parameters)
+        self.state = state or trial_on(field, field.known.copy(), parameters)
         self.n_steps = 0
         self.n_reinforcements = 0
         self.n_decisions = 0
 
-    def replace_field(self, field: ControlField) -> None:
+    def replace_field(self, field: ControlField, state: TrialState | None = None) -> None:
         """
         Go on with a refreshed field; what the local grid has shown in this trial is kept.
 
         Where its workspace is another one, every place has kept its own.
+
+        Parameters
+        ----------
+        field : ControlField
+        state : TrialState, optional
+            Of `trial_on`, if it is there; it becomes the trial's own.
 
         Raises
         ------
@@ -247,16 +252,17 @@ class TrialPolicy:
             If the field is not of the same lattice.
 
         """
-        state = self.state
+        before = self.state
         if field.grid != self.field.grid:
-            state = moved_state(state, self.field.grid, field.grid)
-        known = state.ground.known
-        known[~state.seen] = field.known[~state.seen]
+            before = moved_state(before, self.field.grid, field.grid)
+        new = state or trial_on(field, field.known.copy(), self._parameters)
+        seen = np.flatnonzero(before.seen)
+        new.ground.known.reshape(-1)[seen] = before.ground.known.reshape(-1)[seen]
+        new.ground.factor.reshape(-1)[seen] = 1.0  # there is nothing left to look at
         self.field = field
-        self.state = trial_on(field, known, self._parameters)._replace(
-            counts=state.counts, entered=state.entered, punished=state.punished,
-            seen=state.seen, n_doubted=state.n_doubted)
-        self.state.ground.factor[state.seen] = 1.0  # there is nothing left to look at
+        self.state = new._replace(
+            counts=before.counts, entered=before.entered, punished=before.punished,
+            seen=before.seen, n_doubted=before.n_doubted)
 
     def at_goal(self, row: int, col: int) -> bool:
         """Return whether a cell is the goal."""

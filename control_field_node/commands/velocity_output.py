@@ -34,8 +34,6 @@ class VelocityOutput:
         Why a robot that is to drive stands; empty if it does not.
     is_kept_back : bool
         Whether the last command stands the robot for something that moves.
-    is_to_stand : bool
-        Whether the robot comes to a standstill whatever is asked for, within its acceleration.
     is_stopped : bool
         Whether a person's commands are answered by standstill until the keys are let go.
     link : RobotLink
@@ -47,7 +45,7 @@ class VelocityOutput:
         """Stand."""
         self.velocity: Velocity = STANDSTILL
         self.held = ''
-        self.is_kept_back = self.is_to_stand = self.is_stopped = False
+        self.is_kept_back = self.is_stopped = False
         self.link = RobotLink(settings)
         self.timing = GuardTiming()
         self._counts = counts
@@ -61,13 +59,11 @@ class VelocityOutput:
 
     def ramped(self, wanted: Velocity, dt: float) -> Velocity:
         """Return what can be reached of a velocity, [m/s] and [rad/s], in a time, [s]."""
-        wanted = STANDSTILL if self.is_to_stand else within_speed(wanted, self._limits)
-        return within_acceleration(wanted, self.velocity, dt, self._limits)
+        return within_acceleration(
+            within_speed(wanted, self._limits), self.velocity, dt, self._limits)
 
     def slowed(self, velocity: Velocity) -> Velocity:
         """Return a velocity as far as the latency allows it, and nothing else keeps it back."""
-        if self.is_to_stand:
-            return STANDSTILL
         share = self.link.speed_share
         return share * velocity[0], share * velocity[1]
 

@@ -7,6 +7,7 @@ from control_field.grid import Grid
 from control_field.parameters import Parameters
 from control_field.records import ControlField
 from control_field.robot.limits import nearest_to_rest, STANDSTILL
+from control_field.robot.ready_states import ReadyStates
 from control_field.robot.stop_rules import StopReason
 from control_field_node.commands.velocity_output import VelocityOutput
 from control_field_node.driving.trial_run import Answer, ended_by, Move, NOTHING, STOP, TrialRun
@@ -49,6 +50,8 @@ class TrialControl:
         The trial under way.
     number : int
         Of that or the last trial; 0 before the first.
+    states : ReadyStates
+        What was made ready for trials to begin with.
     pause : Pause or None
     ended : TrialStatus or None
         How the last trial ended; None once there is a new field.
@@ -64,6 +67,7 @@ class TrialControl:
         self.parameters = parameters
         self.run: TrialRun | None = None
         self.number = 0
+        self.states = ReadyStates()
         self.pause: Pause | None = None
         self.ended: TrialStatus | None = None
         self.ended_by: StopReason | None = None
@@ -87,15 +91,21 @@ class TrialControl:
         return None if self._last is None else self._last.grid
 
     @property
+    def parameters_in_force(self) -> Parameters:
+        """Return the parameters of the trial under way, or of the next."""
+        run = self.run
+        return self.parameters if run is None else run.parameters
+
+    @property
     def unknown_is_blocked(self) -> bool:
         """Return whether unknown cells count as blocked, in this trial or the next."""
-        parameters = self.parameters if self.run is None else self.run.parameters
-        return parameters.unknown_is_blocked
+        return self.parameters_in_force.unknown_is_blocked
 
     def start(self, field: ControlField, settings: Settings) -> None:
         """Start the next trial."""
         self.number += 1
-        self.run = self._last = TrialRun(field, self.parameters, settings, self.number)
+        self.run = self._last = TrialRun(
+            field, self.parameters, settings, self.number, self.states)
         self.pause = self.ended = self.ended_by = None
         self._log('info', f'trial {self.number} starts on field revision {field.revision}')
 

@@ -13,10 +13,10 @@ from control_field.records import CellFlag, ControlField, Outcome
 from control_field.robot.limits import STANDSTILL, Velocity
 from control_field.robot.patience import Patience
 from control_field.robot.policy import TrialPolicy
+from control_field.robot.ready_states import ReadyStates
 from control_field.robot.stop_rules import is_lost, ProgressChecker, StopReason
 from control_field_node.driving.path_tracker import PathTracker
 from control_field_node.driving.way_watch import WayWatch
-from control_field_node.inputs.field_reader import FEW_CELLS
 from control_field_node.inputs.observation import Observation
 from control_field_node.settings import Settings
 from msgs_bridge.messages.memory_identity import is_of_another_task, task_of
@@ -24,6 +24,8 @@ from msgs_bridge.messages.poses import Pose
 
 Rows = npt.NDArray[np.void]
 _NO_ROWS: Final = ()
+#: Cells of a field that a trial changes to in a few milliseconds, with nothing ready.
+FEW_CELLS: Final = 5000
 #: What a robot says that waits.
 WAITING: Final = 'waits for something in the way'
 
@@ -101,6 +103,8 @@ class TrialRun:
         How it drives.
     trial : int
         Number of the trial; seeds what is random together with ``parameters.seed``.
+    states : ReadyStates
+        What was made ready for it.
 
     Attributes
     ----------
@@ -111,12 +115,15 @@ class TrialRun:
 
     def __init__(
         self, control_field: ControlField, parameters: Parameters, settings: Settings, trial: int,
+        states: ReadyStates,
     ) -> None:
         """Start at the robot's present cell, wherever that is."""
         self.trial = trial
         self.parameters = parameters
         self.policy = TrialPolicy(
-            control_field, parameters, np.random.default_rng(parameters.seed + trial), trial)
+            control_field, parameters, np.random.default_rng(parameters.seed + trial), trial,
+            states.take(control_field, parameters))
+        self._states = states
         self._tracker = PathTracker(
             control_field.grid, settings.limits, settings.arrival_tolerance,
             parameters.corner_cutting, settings.aside)
@@ -159,7 +166,8 @@ class TrialRun:
     def stands_to_change(self) -> bool:
         """Return whether a field is waiting that takes long, or whose workspace is another."""
         new = self.new_field
-        return new is not None and (new.vx.size > FEW_CELLS or new.grid != self.grid)
+        return new is not None and (new.grid != self.grid or (
+            new.vx.size > FEW_CELLS and not self._states.holds(new, self.parameters)))
 
     def change_field(self) -> Move | None:
         """Change to the field that is waiting, if any; return the move if that ends the trial."""
@@ -170,7 +178,7 @@ class TrialRun:
             return ended_by(StopReason.WRONG_FIELD, StopReason.WRONG_FIELD.sentence_with(
                 f'it is of task {task_of(new.memory)}'))
         before = self.grid
-        self.policy.replace_field(new)
+        self.policy.replace_field(new, self._states.take(new, self.parameters))
         if new.grid != before:
             self._move(before)
         self._way.learn(new.known)

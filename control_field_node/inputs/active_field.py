@@ -27,8 +27,6 @@ class ActiveField:
     current : ControlField or None
     refusal : str
         Why the newest field was refused; empty if it was not.
-    is_reading : bool
-        Whether a large field is being read.
 
     """
 
@@ -36,7 +34,6 @@ class ActiveField:
         """Start without a field."""
         self.current: ControlField | None = None
         self.refusal = ''
-        self.is_reading = False
         self._refusals = refusals
 
     @property

@@ -15,7 +15,6 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from rclpy.subscription import Subscription
 
 from msgs_bridge.node.merged_subscription import MergedSubscription
 from msgs_bridge.node.remaps import note_subscription
@@ -30,21 +29,6 @@ _MOST_DELAY: Final = 600 * 1_000_000_000
 #: Longer between two looks, by a clock that goes on in a suspended computer, and this process
 #: was asleep; others may have forgotten it meanwhile, [s].
 _ASLEEP: Final = 5.0
-
-
-class _AskFirst(MutuallyExclusiveCallbackGroup):
-    """Asks before a message is taken from the middleware, which holds all of Python up."""
-
-    def __init__(self, ask: Callable[[], None]) -> None:
-        super().__init__()  # type: ignore[no-untyped-call]
-        self._ask = ask
-
-    def beginning_execution(self, entity: Any) -> bool:
-        """Wait for leave; the executor takes the message next."""
-        if isinstance(entity, Subscription):
-            self._ask()
-        may: bool = super().beginning_execution(entity)  # type: ignore[no-untyped-call]
-        return may
 
 
 class Listener:
@@ -64,14 +48,12 @@ class Listener:
         Is called periodically, in the thread of the listener.
     part : str
         Name of its thread, and of its node behind the owner's name.
-    ask : callable
-        Is called in the thread of the listener before each message is taken, and may wait.
 
     """
 
     def __init__(
         self, owner: Node, lost: Counter[str], again: Callable[[], None] = lambda: None,
-        part: str = 'recorder', ask: Callable[[], None] = lambda: None,
+        part: str = 'recorder',
     ) -> None:
         is_simulated = owner.get_parameter('use_sim_time').value
         # With the global arguments it would be renamed like its owner, and have the same name.
@@ -86,7 +68,7 @@ class Listener:
         self._is_over = Event()
         self._lost = lost
         self._thread = Thread(target=self._work, name=part, daemon=True)
-        self._group = _AskFirst(ask)
+        self._group = MutuallyExclusiveCallbackGroup()  # type: ignore[no-untyped-call]
         self._subscriptions: list[MergedSubscription] = []
         self._executor: Any = SingleThreadedExecutor(context=owner.context)
         self._is_asked = False

@@ -89,9 +89,32 @@ class RclTaker:
         size = int(self._bytes.length)
         if size <= most:
             return ctypes.string_at(self._bytes.buffer, size)
+        self.give_back()
+        return size
+
+    def lend(self, subscription: int) -> memoryview | None:
+        """
+        Take the next message, of any length, and lend its bytes where they lie.
+
+        They must not be looked at any more once `give_back` has been called.
+
+        Parameters
+        ----------
+        subscription : int
+            What the handle of an rclpy subscription points to.
+
+        """
+        if self._rcl.rcl_take_serialized_message(
+                subscription, ctypes.byref(self._bytes), ctypes.byref(self._about),
+                None) != _OK:
+            return None
+        lent = (ctypes.c_uint8 * int(self._bytes.length)).from_address(self._bytes.buffer or 0)
+        return memoryview(lent).cast('B')
+
+    def give_back(self) -> None:
+        """Give the memory back of what was lent."""
         self.close()
         self._begin()
-        return size
 
     @property
     def number(self) -> int:

@@ -17,7 +17,7 @@ from msgs_bridge.node.rcl_take import RclTaker
 from msgs_bridge.node.remaps import note_subscription
 
 #: Gets a message's bytes, or their number where they are too many.
-RawCallback = Callable[[bytes | int], None]
+RawCallback = Callable[[Any], None]
 
 #: Longest time until `close` is noticed, [ns].
 _PERIOD: Final = 200_000_000
@@ -29,6 +29,7 @@ class _RawSubscription:
     callback: RawCallback
     max_bytes: int
     is_locked: bool
+    lends: bool
 
 
 class ReaderThreads:
@@ -73,6 +74,7 @@ class ReaderThreads:
     def subscribe(
         self, kind: type, topic: str, callback: RawCallback, profiles: Sequence[QoSProfile],
         max_bytes: int = MOST_BYTES, is_locked: bool = True, group: str = '',
+        lends: bool = False,
     ) -> None:
         """
         Subscribe to a topic, once through each profile.
@@ -91,6 +93,8 @@ class ReaderThreads:
             Whether the callback is to hold the lock.
         group : str, optional
             Topics of one group share a thread, which costs less; else each has its own.
+        lends : bool
+            Whether messages of any length are only lent, as a memoryview, while the callback runs.
 
         """
         if not self.is_enabled:
@@ -101,7 +105,7 @@ class ReaderThreads:
             note_subscription(subscription.topic_name)
             members = self._groups.setdefault(group or topic, {})
             members[subscription.handle.pointer] = _RawSubscription(
-                subscription, callback, max_bytes, is_locked)
+                subscription, callback, max_bytes, is_locked, lends)
 
     def subscribe_small(
         self, kind: type, topic: str, callback: Callable[[Any], None],
@@ -192,10 +196,20 @@ class ReaderThreads:
             # One message of each topic: where more wait, those of the others come first.
             for pointer in waiting.get_ready_entities('subscription'):
                 member = members[pointer]
-                if (message := taker.take(pointer, member.max_bytes)) is not None:
+                if member.lends:
+                    self._lend(member, pointer, taker)
+                elif (message := taker.take(pointer, member.max_bytes)) is not None:
                     self._call(member, message)
 
-    def _call(self, member: _RawSubscription, message: bytes | int) -> None:
+    def _lend(self, member: _RawSubscription, pointer: int, taker: RclTaker) -> None:
+        if (message := taker.lend(pointer)) is None:
+            return
+        try:
+            self._call(member, message)
+        finally:
+            taker.give_back()
+
+    def _call(self, member: _RawSubscription, message: bytes | memoryview | int) -> None:
         with self.lock if member.is_locked else nullcontext():
             if not self._end.is_set():
                 member.callback(message)

@@ -1,54 +1,27 @@
 """Fields of any size arrive while a robot drives: who guards it is not held up."""
 
-from itertools import pairwise
-from threading import Thread
-import time
-
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
 
 from control_field.grid import Grid
+from control_field.parameters import Parameters
 from control_field.records import Outcome
-from control_field.robot.stop_rules import StopReason
-from control_field_node.inputs.field_reader import FEW_CELLS, FieldReader, outcome_from_cdr
-from controller_bench import Bench, driving, DT
+from control_field.robot.policy import trial_on
+from control_field.robot.ready_states import ReadyStates
+from control_field_node.driving.trial_run import FEW_CELLS
+from control_field_node.inputs.field_reader import FieldReader, outcome_from_cdr
+from controller_bench import Bench
 from controller_helpers import GRID, straight_field
 from msgs_bridge.messages.tables import cloud_from_field, OtherVersionError
 from msgs_bridge.node.raw_messages import MOST_BYTES, small_only
-from ros_helpers import DEADLINE
 
 LARGE = Grid(80, 80, 0.25)
 
 
 def bytes_of(field):
     return serialize_message(cloud_from_field(field))
-
-
-def wait_for(found):
-    end = time.monotonic() + DEADLINE
-    while not (outcome := found()):
-        assert time.monotonic() < end
-        time.sleep(0.0)
-    return outcome
-
-
-@pytest.fixture
-def reader():
-    reader = FieldReader()
-    yield reader
-    reader.close()
-
-
-def takes(reader, message):
-    """Take a message in a thread, as the listener does."""
-    def work():
-        reader.ask()
-        reader.take(message)
-    thread = Thread(target=work, daemon=True)
-    thread.start()
-    return thread
 
 
 def test_a_field_is_read_as_from_its_message():
@@ -59,34 +32,34 @@ def test_a_field_is_read_as_from_its_message():
     assert np.array_equal(outcome.vx, field.vx)
 
 
-def test_nothing_is_taken_before_there_is_leave(reader):
-    thread = takes(reader, bytes_of(straight_field((5, 9), 3, LARGE)))
-    wait_for(lambda: reader.is_asking)
-    assert reader.is_busy
-    assert reader.take_finished() is None
-    reader.give_leave()
-    thread.join(DEADLINE)
-    assert reader.is_reading
-    assert reader.take_finished().revision == 3
-    assert not any((reader.is_busy, reader.is_asking, reader.is_reading))
+def test_a_field_comes_with_all_that_a_trial_begins_with():
+    states, parameters = ReadyStates(), Parameters()
+    reader = FieldReader(states, lambda: parameters)
+    reader.take(memoryview(bytes(bytes_of(straight_field((5, 9), 3, LARGE)))))
+    field = reader.take_finished(None)
+    assert field.revision == 3
+    assert reader.take_finished(field) is None
+    ready, made = states.take(field, parameters), trial_on(field, field.known.copy(), parameters)
+    assert same(ready, made)
+    assert states.take(field, parameters) is None  # it is that trial's own
+    reader.keep_ready()
+    assert same(states.take(field, parameters), made)
+    assert not states.holds(field, Parameters(seed=1))
 
 
-def test_the_next_one_needs_leave_of_its_own(reader):
-    for revision in (1, 2):
-        thread = takes(reader, bytes_of(straight_field((5, 9), revision)))
-        wait_for(lambda: reader.is_asking)
-        reader.give_leave()
-        thread.join(DEADLINE)
-        assert not reader.is_reading
-        assert reader.take_finished().revision == revision
+def same(first, second):
+    """Return whether two states are the same, whatever is nested in them."""
+    if isinstance(first, tuple):
+        return all(map(same, first, second))
+    return np.array_equal(first, second)
 
 
-def test_who_waits_for_leave_is_let_go_at_the_end(reader):
-    thread = takes(reader, b'')
-    wait_for(lambda: reader.is_asking)
-    reader.close()
-    thread.join(DEADLINE)
-    assert not thread.is_alive()
+def test_what_is_lent_may_change_once_it_was_read():
+    message = bytearray(bytes_of(straight_field((5, 9), 3)))
+    outcome = outcome_from_cdr(memoryview(message))
+    vx = outcome.vx.copy()
+    message[:] = bytes(len(message))
+    assert np.array_equal(outcome.vx, vx)
 
 
 @pytest.mark.parametrize('spoil', [
@@ -105,33 +78,22 @@ def test_another_version_is_told_from_other_faults():
     assert isinstance(outcome_from_cdr(serialize_message(msg)), OtherVersionError)
 
 
-def test_while_a_large_field_is_read_the_robot_stands():
-    bench = driving()
-    assert bench.take(bench.supervisor.on_field_reading(True)).velocity == (0.0, 0.0)
-    for _ in range(10):
+def test_a_large_field_that_is_ready_stops_nobody():
+    bench = Bench(field=False)
+    bench.supervisor.accept_field(straight_field((5, 9), 1, LARGE))
+    bench.start()
+    for _ in range(20):
         bench.tick()
-    assert bench.supervisor.trial.pause_reason is StopReason.READING_FIELD
-    assert bench.velocity == (0.0, 0.0)
-    bench.supervisor.on_field_reading(False)
+    trial, new = bench.supervisor.trial, straight_field((5, 9), 2, LARGE)
+    trial.states.make(new, trial.parameters_in_force)
+    bench.supervisor.accept_field(new)
+    while bench.supervisor.status.revision == 1:
+        bench.tick()
+        assert bench.velocity[0] > 0.1
     assert bench.run().outcome is Outcome.GOAL
 
 
-def test_a_robot_that_is_to_stand_does_so_gently_and_goes_on():
-    bench = driving()
-    bench.supervisor.output.is_to_stand = True
-    speeds = [bench.velocity[0]]
-    while bench.supervisor.is_driving:
-        bench.tick()
-        speeds.append(bench.velocity[0])
-        assert len(speeds) < 20
-    limit = bench.supervisor.settings.limits.a_max * DT
-    assert all(-limit - 1e-9 <= after - before <= 0.0 for before, after in pairwise(speeds))
-    assert bench.supervisor.trial.pause_reason is None
-    bench.supervisor.output.is_to_stand = False
-    assert bench.run().outcome is Outcome.GOAL
-
-
-def test_a_large_field_is_taken_over_standing(monkeypatch):
+def test_a_large_field_that_is_not_ready_is_taken_over_standing(monkeypatch):
     assert LARGE.n_rows * LARGE.n_cols > FEW_CELLS
     bench = Bench(field=False)
     bench.supervisor.accept_field(straight_field((5, 9), 1, LARGE))
@@ -142,8 +104,8 @@ def test_a_large_field_is_taken_over_standing(monkeypatch):
     bench.supervisor.accept_field(straight_field((5, 9), 2, LARGE))
     policy = bench.supervisor.trial.run.policy
     replace, speeds = policy.replace_field, []
-    monkeypatch.setattr(policy, 'replace_field', lambda field: (
-        speeds.append(bench.velocity), replace(field)))
+    monkeypatch.setattr(policy, 'replace_field', lambda *new: (
+        speeds.append(bench.velocity), replace(*new)))
     assert bench.run().outcome is Outcome.GOAL
     assert speeds == [(0.0, 0.0)]
     assert bench.supervisor.status.revision == 2

@@ -121,35 +121,15 @@ def test_it_is_told_when_the_middleware_got_it(ros_node, heard):
     assert all(before <= arrived <= time.time_ns() for _, arrived in heard)
 
 
-def test_nothing_is_taken_before_who_is_asked_agrees(ros_node):
-    asked, leave, found = Event(), Event(), []
-
-    def ask():
-        asked.set()
-        leave.wait(DEADLINE)
-
-    listener = Listener(ros_node, Counter(), part='asking', ask=ask)
-    listener.subscribe(String, '/ask', lambda cdr, arrived: found.append(
-        (deserialize_message(cdr, String).data, leave.is_set())), (qos.LATCHED,))
-    publisher = ros_node.create_publisher(String, '/ask', qos.LATCHED)
-    publisher.publish(String(data='first'))
-    listener.start()
-    try:
-        assert asked.wait(DEADLINE)
-        publisher.publish(String(data='second'))  # what waits is still with the middleware
-        wait_until(publisher.wait_for_all_acked, what='its arrival')
-        leave.set()
-        wait_until(lambda: found, what='a text')
-        assert found[0] == ('second', True)
-    finally:
-        leave.set()
-        listener.close()
-
-
 def test_it_has_caught_up_once_nothing_waits_with_the_middleware(ros_node):
     leave, found = Event(), []
-    listener = Listener(ros_node, Counter(), ask=lambda: leave.wait(DEADLINE))
-    listener.subscribe(String, '/talk', lambda cdr, _: found.append(cdr), (qos.RECORDING,))
+
+    def hear(cdr, _):
+        leave.wait(DEADLINE)
+        found.append(cdr)
+
+    listener = Listener(ros_node, Counter())
+    listener.subscribe(String, '/talk', hear, (qos.RECORDING,))
     publisher = ros_node.create_publisher(String, '/talk', qos.RECORDING)
     wait_until(lambda: publisher.get_subscription_count() == 1, what='who hears')
     listener.start()
