@@ -3,7 +3,6 @@
 import copy
 
 import numpy as np
-from rehearsal_scenes import Rehearsals
 
 from control_field.kernels import compiled, interpolation, rehearsal, steps
 from control_field.kernels.decision import Decision, Log, new_trial, Options, Transition
@@ -17,6 +16,7 @@ from control_field.kernels.visibility import Scanner
 from control_field.rays import rays_within
 from judging_scenes import Judging
 from moving_scenes import MovingThings
+from rehearsal_scenes import Rehearsals
 
 
 class Scene(Judging, MovingThings, Rehearsals):
