@@ -78,8 +78,9 @@ def load_anew(settings: SimSettings, named: Mapping[str, Any], world: World) -> 
 
     """
     # What is of another type stays so: the settings say what is wrong with it.
-    makers = {name: float(value) if isinstance(value, int) else value
-              for name, value in named.items() if name in _MAKE_WORLD}
+    makers: dict[str, Any] = {
+        name: float(value) if isinstance(value, int) else value
+        for name, value in named.items() if name in _MAKE_WORLD}
     if not makers:
         return None
     loaded = load(replace(settings, **makers))
