@@ -8,6 +8,7 @@ between either.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 import math
 from typing import Final
 
@@ -196,6 +197,13 @@ def _by_steps(velocity: Velocity, dt: float, limits: Limits) -> list[Piece]:
     return steps
 
 
+def _halves(before: float, now: float) -> list[tuple[float, float]]:
+    """Return what a value is in both halves of a step: at once the new one, or coming to it."""
+    at_once = now, now
+    change = now - before
+    return [at_once, (before + 0.25 * change, before + 0.75 * change)] if change else [at_once]
+
+
 def _mean(value: float, at: float, until: float, seconds: float) -> float:
     """Return the mean of a value that falls evenly to 0, in a while around a moment."""
     begin, end = at - 0.5 * seconds, at + 0.5 * seconds
@@ -247,10 +255,8 @@ def is_clear_for(
         return all(room.sweep(pose, way) is not None for way in (
             _evenly(previous, limits), _by_steps(previous, dt, limits)))
     stops = list(ways_to_stop(velocity, dt, limits))
-    steps = dict.fromkeys((a, b, dt) for a in (v, 0.5 * (v + v_before))
-                          for b in (w, 0.5 * (w + w_before)))
-    for k, step in enumerate(steps):
-        end = room.sweep(pose, [step])
+    for k, (a, b) in enumerate(product(_halves(v_before, v), _halves(w_before, w))):
+        end = room.sweep(pose, [(a[0], b[0], 0.5 * dt), (a[1], b[1], 0.5 * dt)])
         if end is None or any(room.sweep(end, way) is None
                               for way in (stops[:1] if k else stops)):
             return False
