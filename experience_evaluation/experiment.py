@@ -199,6 +199,7 @@ def run_seed(experiment: Experiment, seed: int, watch: Watch = tell) -> Learning
         If the teacher finds no way.
 
     """
+    watch(f'seed {seed}, loading', 0.0)
     _warm_up(experiment.method, experiment.parameters.profile)
     return _run_seed(
         experiment, seed, lambda what, share: watch(f'seed {seed}, {what}', share))

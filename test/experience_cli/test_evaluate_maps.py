@@ -8,6 +8,7 @@ from PIL import Image
 import pytest
 
 from control_field.grid import Grid
+from control_field.words import counted
 from experience_cli.main import main
 from experience_evaluation import progress
 from experience_evaluation.experiment import Experiment, run_seed
@@ -79,11 +80,11 @@ def test_whoever_waits_is_told_how_much_of_a_seed_is_done():
     assert shares == sorted(shares)
     assert shares[0] == 0.0
     assert shares[-1] == 1.0
-    assert [what for what, _ in told] == [
-        'seed 3, teaching', *(f'seed 3, {what}' for number in (0, 1, 2) for what in (
-            *([f'trial {number} of 2'] if number else []),
-            *(f'judging {n} of 144 starts after {number} trial{"s" * (number != 1)}'
-              for n in (0, 144))))]
+    rounds = [[f'judging {n} of 144 starts after {counted(number, "trial")}' for n in (0, 144)]
+              for number in (0, 1, 2)]
+    assert [what for what, _ in told] == [f'seed 3, {what}' for what in (
+        'loading', 'teaching', *rounds[0], 'trial 1 of 2', *rounds[1], 'trial 2 of 2',
+        *rounds[2])]
 
 
 def test_what_is_told_of_a_run_moves_the_bar(monkeypatch):
