@@ -4,7 +4,7 @@ import copy
 
 import numpy as np
 
-from control_field.kernels import compiled, interpolation, rehearsal, steps
+from control_field.kernels import compiled, interpolation, rehearsal, steps, visibility
 from control_field.kernels.decision import Decision, Log, new_trial, Options, Transition
 from control_field.kernels.interpolation import Attraction, Centres, Sums, Vectors, Window
 from control_field.kernels.last_resort import new_flood
@@ -370,8 +370,10 @@ class Scene(Judging, MovingThings, Rehearsals):
                 1.0 + self.mask % 9)
 
     def for_sum_from(self):
-        return (self.sums.weight, self.known, self.row, self.col, rays_within(1 + self.mask % 4),
-                np.full(self.known.shape, -1), 1.0 + self.mask % 9)
+        rays = rays_within(1 + self.mask % 4)
+        return (self.sums.weight, self.known, self.row, self.col, rays,
+                visibility.shared_beginnings(rays), np.full(self.known.shape, -1),
+                1.0 + self.mask % 9)
 
     def for_look(self):
         reach = 1 + self.mask % 4

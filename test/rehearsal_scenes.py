@@ -4,6 +4,7 @@ import numpy as np
 
 from control_field.kernels import interpolation, rehearsal
 from control_field.kernels.interpolation import View
+from control_field.rays import rays_within
 
 
 class Rehearsals:
@@ -82,3 +83,6 @@ class Rehearsals:
 
     def for_add_windows(self):
         return self.sums, self.known, self.centres, self.window, self.fixed
+
+    def for_shared_beginnings(self):
+        return (rays_within(1 + self.mask % 4),)

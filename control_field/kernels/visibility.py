@@ -122,21 +122,33 @@ def sum_in_view(
     """
     total = np.zeros(known.shape)
     seen_from = np.full(known.shape, -1, dtype=np.int64)
+    shared = shared_beginnings(rays)
     for row in range(known.shape[0]):
         for col in range(known.shape[1]):
             if wanted[row, col] and known[row, col] != _BLOCKED:
                 total[row, col] = sum_from(
-                    worth, known, row, col, rays, seen_from, enough)
+                    worth, known, row, col, rays, shared, seen_from, enough)
     return total
+
+
+def shared_beginnings(rays: Rays) -> npt.NDArray[np.int64]:
+    """Return how many cells each ray has in common with the one before, from the beginning."""
+    shared = np.zeros(rays.shape[0], dtype=np.int64)
+    for i in range(1, rays.shape[0]):
+        while shared[i] < rays.shape[1] and (
+                rays[i, shared[i], 0] == rays[i - 1, shared[i], 0]
+                and rays[i, shared[i], 1] == rays[i - 1, shared[i], 1]):
+            shared[i] += 1
+    return shared
 
 
 def sum_from(
     worth: FloatMap, known: CellMap, row: int, col: int, rays: Rays,
-    seen_from: npt.NDArray[np.int64], enough: float,
+    shared: npt.NDArray[np.int64], seen_from: npt.NDArray[np.int64], enough: float,
 ) -> float:
     """Sum up the worth in view from a cell; ``seen_from`` keeps, at each, the last that saw it."""
     rows, cols = known.shape
-    number, total = row * cols + col, 0.0
+    number, total, end = row * cols + col, 0.0, rays.shape[1]
     for r in range(max(0, row - 1), min(rows, row + 2)):
         for c in range(max(0, col - 1), min(cols, col + 2)):
             seen_from[r, c] = number
@@ -144,13 +156,18 @@ def sum_from(
     for i in range(rays.shape[0]):
         if total >= enough:
             break
-        for j in range(rays.shape[1]):
+        if end < shared[i]:
+            continue  # it ends where the one before did
+        end = rays.shape[1]
+        for j in range(shared[i], rays.shape[1]):
             r, c = row + int(rays[i, j, 0]), col + int(rays[i, j, 1])
             if r < 0 or c < 0 or r >= rows or c >= cols:
+                end = j
                 break
             if seen_from[r, c] != number:
                 seen_from[r, c] = number
                 total += worth[r, c]
             if known[r, c] == _BLOCKED:
+                end = j
                 break
     return total
