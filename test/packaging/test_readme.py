@@ -13,8 +13,8 @@ NODES = {
 #: Every node has these.
 USUAL = {'/rosout', '/parameter_events'}
 README = (ROOT / 'README.md').read_text()
-#: Read instead of another topic, with other parameters than those above.
-NOT_RUNNING = {'/costmap'}
+#: Read instead of another topic, with other parameters than those above, or where tf2_msgs is.
+NOT_RUNNING = {'/costmap', '/tf', '/tf_static'}
 
 
 def rows(title):
