@@ -70,7 +70,7 @@ def test_who_sends_past_the_controller_what_the_base_drops_takes_nothing_over(
             heard.append(velocity), NOTHING)[1])
         monkeypatch.setattr(node.supervisor.refusals, 'refuse', said.append)
         node._on_command(command(age, node.get_clock().now(), 0.2))
-        node._fields.close()
+        node.close()
         node.destroy_node()
     finally:
         context.try_shutdown()

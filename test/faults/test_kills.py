@@ -98,7 +98,7 @@ def test_the_field_is_as_if_the_broken_trials_had_been_marked_aborted(killed):
     relearner = relearnt(task)
     assert field_bytes(relearner.field()) == live
     assert relearner.n_trials == N_TRIALS
-    unbroken = Relearner(relearner.grid, relearner.parameters)
+    unbroken = Relearner(None, relearner.parameters, fitted=True)
     for episode in task.episodes():
         read = content_of(episode.path)
         if getattr(read.record, 'outcome', None) is not Outcome.ABORTED:
