@@ -46,19 +46,20 @@ class Attacker:
 
     def send(self, messages):
         """Send until all is refused; note how long the thread that guards worked."""
-        publishers = [(self._node.create_publisher(kind, topic, qos.LATCHED), message)
-                      for kind, topic, message, _ in messages]
-        for publisher, _ in publishers:
+        left = [(self._node.create_publisher(kind, topic, qos.LATCHED), message, words)
+                for kind, topic, message, words in messages]
+        for publisher, *_ in left:
             self.wait(publisher.get_subscription_count, f'who hears {publisher.topic_name}')
 
         def are_refused():
-            for publisher, message in publishers:
+            left[:] = [each for each in left if each[2] not in self._controller.stderr]
+            for publisher, message, _ in left:
                 with suppress(rcl.RCLError):  # the last one is still on its way
                     publisher.publish(message)
             self._heard.clear()
             self.wait(lambda: self.values, 'diagnostics')
             self.works.append(float(self.values['guard_work_worst']))
-            return all(words in self._controller.stderr for *_, words in messages)
+            return not left
 
         self.wait(are_refused, 'refusals')
 
