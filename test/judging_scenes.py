@@ -96,6 +96,26 @@ class Judging:
         trial.search.is_mended[:] = self.fixed.ravel()
         return trial, self.row, self.col
 
+    def for_new_memo(self):
+        return (self.known.size * (self.mask & 1),)
+
+    def for_memorise(self):
+        start = self.row * self.known.shape[1] + self.col
+        search = new_search(self.known.shape, True)
+        touched = compiled.look_around(
+            self.ground, search, start, self.goal[0] * self.known.shape[1] + self.goal[1], 9)
+        return self.ground, self.cost.reshape(-1), search, start, touched
+
+    def for_recall(self):
+        ground, cost, search, start, touched = self.for_memorise()
+        compiled.memorise(ground, cost, search, start, touched)
+        changed = np.where(np.arange(cost.size) % 7 == self.mask % 9, cost + 0.5, cost)
+        return ground, changed, search, start
+
+    def for_is_as_before(self):
+        *most, _ = self.for_recall()
+        return *most, 0
+
     def for_put_back(self):
         trial = self.kept_trial()
         trial.n_doubted[0] = self.mask & 1

@@ -161,17 +161,20 @@ def put_back(
 ) -> None:
     """Make a trial what it was before its first decision, where it has changed anything."""
     rows, n_cols = before.known.shape
+    cost, cost_before = trial.cost.reshape(-1), before.cost.reshape(-1)
     for place in path[:n_decided]:
         row, col = place // n_cols, place % n_cols
         trial.entered[row, col], trial.punished[row, col] = 0, 0
-        trial.counts[row, col] = 0
-        trial.q[row, col] = before.q[row, col]
+        for heading in range(8):
+            trial.counts[row, col, heading] = 0
+            trial.q[row, col, heading] = before.q[row, col, heading]
         for r in range(max(0, row - reach), min(rows, row + reach + 1)):
             for c in range(max(0, col - reach), min(n_cols, col + reach + 1)):
-                put_cell_back(trial, before, r, c)
+                if trial.seen[r, c]:
+                    put_cell_back(trial, before, r, c)
     search = trial.search
     for place in search.mended[:search.n_mended[0]]:
-        trial.cost.reshape(-1)[place] = before.cost.reshape(-1)[place]
+        cost[place] = cost_before[place]
         search.is_mended[place] = False
     search.n_mended[0] = 0
     if trial.n_doubted[0] > 0:

@@ -6,7 +6,7 @@ same order. Places are numbered row by row, so that they compare as ``(row, col)
 from one that the map allows is a difference of numbers.
 """
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,48 @@ Marks = npt.NDArray[np.int16]
 #: What a place can be: elsewhere, on the rim of what was looked at, or looked at; then this and
 #: the mask of its allowed steps.
 ELSEWHERE, RIM, LOOKED_AT = 0, 1, 2
+#: In a memo: on the rim, and so far from the goal that no cost comes from there.
+_BEYOND: Final = -1
+#: Costs that differ by more have nothing to do with each other's rounding, [cells].
+_APART: Final = 1e-9
+#: Rehearsals that are kept for each place, for all of a map, and how large they may be, [places].
+_N_WAYS: Final = 8
+_N_REHEARSALS: Final = 4096
+_LARGEST: Final = 640
+
+
+class Memo(NamedTuple):
+    """
+    Rehearsals that were made, to be had again where all that they depend on is as it was.
+
+    All of them have one goal and one number of backups.
+
+    Parameters
+    ----------
+    latest : ndarray of int32, shape (n_places, n_ways + 1) or (0, n_ways + 1)
+        Numbers of the latest rehearsals around each place, and how many there were. Empty: none
+        is kept.
+    starts, sizes, differing : ndarray of int64, shape (n_rehearsals,)
+        Of each: the robot's place (-1: none yet), how many places it touched, and which of these
+        was the last to differ.
+    places : ndarray of int32, shape (n_rehearsals, n_touched)
+    states : ndarray of int16, shape (n_rehearsals, n_touched)
+        What `Search.noted` said, or `_BEYOND`.
+    factors, costs : ndarray of float64, shape (n_rehearsals, n_touched)
+        Factor, and cost to go afterwards; of a place beyond the least that it can be.
+    n_made : ndarray of int64, shape (1,)
+
+    """
+
+    latest: npt.NDArray[np.int32]
+    starts: Places
+    sizes: Places
+    differing: Places
+    places: npt.NDArray[np.int32]
+    states: Marks
+    factors: FloatMap
+    costs: FloatMap
+    n_made: Places
 
 
 class Search(NamedTuple):
@@ -38,6 +80,7 @@ class Search(NamedTuple):
         The places whose cost was mended, for who wants to put them back.
     is_mended : ndarray of bool, shape (n_places,) or (0,)
     n_mended : ndarray of int64, shape (1,)
+    memo : Memo
 
     """
 
@@ -47,15 +90,27 @@ class Search(NamedTuple):
     mended: Places
     is_mended: npt.NDArray[np.bool_]
     n_mended: npt.NDArray[np.int64]
+    memo: Memo
+
+
+def new_memo(n_places: int) -> Memo:
+    """Return a memo for a map of so many places; of none, one that keeps nothing."""
+    n, size = min(_N_REHEARSALS, _N_WAYS * n_places), min(_LARGEST, n_places)
+    return Memo(
+        np.zeros((n_places, _N_WAYS + 1), dtype=np.int32), np.full(n, -1, dtype=np.int64),
+        np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64),
+        np.zeros((n, size), dtype=np.int32), np.zeros((n, size), dtype=np.int16),
+        np.zeros((n, size)), np.zeros((n, size)), np.zeros(1, dtype=np.int64))
 
 
 def new_search(shape: tuple[int, int], keeps: bool) -> Search:
-    """Return what searches on a map work in; whether it keeps masks, and what was mended."""
+    """Return what searches on a map work in; whether it keeps what it finds."""
     n_places = shape[0] * shape[1]
     n_kept = n_places if keeps else 0
     return Search(np.zeros(n_places, dtype=np.int16), np.zeros(n_places),
                   np.zeros(n_kept, dtype=np.int16), np.zeros(n_kept, dtype=np.int64),
-                  np.zeros(n_kept, dtype=np.bool_), np.zeros(1, dtype=np.int64))
+                  np.zeros(n_kept, dtype=np.bool_), np.zeros(1, dtype=np.int64),
+                  new_memo(n_kept))
 
 
 def offsets(n_cols: int) -> Places:
@@ -176,6 +231,86 @@ def rim_around(
     return costs, places, n
 
 
+def recall(ground: Ground, cost: FloatMap, search: Search, start: int) -> bool:
+    """Do what an earlier rehearsal around a place did, if one is to be had; return whether."""
+    memo, mended, is_mended = search.memo, search.mended, search.is_mended
+    for way in range(_N_WAYS):
+        number = memo.latest[start, way]
+        if memo.starts[number] != start or not is_as_before(ground, cost, search, number):
+            continue
+        places, states, costs = memo.places[number], memo.states[number], memo.costs[number]
+        n = search.n_mended[0]
+        for i in range(memo.sizes[number]):
+            if states[i] >= LOOKED_AT:
+                place = places[i]
+                cost[place] = costs[i]
+                if not is_mended[place]:
+                    mended[n], is_mended[place] = place, True
+                    n += 1
+        search.n_mended[0] = n
+        return True
+    return False
+
+
+def is_as_before(ground: Ground, cost: FloatMap, search: Search, number: int) -> bool:
+    """
+    Return whether a rehearsal would come to what it came to before.
+
+    That is so with the same steps from the places looked at, the same factors and the same cost on
+    the rim, but for what is beyond. The place that differed last is looked at first.
+    """
+    # One loop, and arrays of its own: to hand them on for each place would take ten times as long.
+    memo, masks, factor = search.memo, search.masks, ground.factor.reshape(-1)
+    known, rules, n_cols = ground.known, ground.rules, ground.known.shape[1]
+    places, states = memo.places[number], memo.states[number]
+    factors, costs, differing = memo.factors[number], memo.costs[number], memo.differing[number]
+    for k in range(-1, memo.sizes[number]):
+        i = k if k >= 0 else differing
+        place, state = places[i], states[i]
+        is_same = factor[place] == factors[i]
+        if state >= LOOKED_AT:
+            if masks[place] == 0:
+                masks[place] = 1 + allowed_steps(known, place // n_cols, place % n_cols, rules)
+            is_same = is_same and masks[place] - 1 == state - LOOKED_AT
+        elif state == RIM:
+            is_same = is_same and cost[place] == costs[i]
+        else:
+            is_same = is_same and cost[place] >= costs[i]
+        if not is_same:
+            memo.differing[number] = i
+            return False
+    return True
+
+
+def memorise(
+    ground: Ground, cost: FloatMap, search: Search, start: int, touched: Places,
+) -> None:
+    """Keep a rehearsal that has just been made, in the place of the oldest one."""
+    memo, factor = search.memo, ground.factor.reshape(-1)
+    steps, noted = offsets(ground.known.shape[1]), search.noted
+    number = memo.n_made[0] % memo.starts.shape[0]
+    memo.n_made[0] += 1
+    memo.latest[start, memo.latest[start, _N_WAYS] % _N_WAYS] = number
+    memo.latest[start, _N_WAYS] += 1
+    memo.starts[number], memo.sizes[number], memo.differing[number] = start, touched.shape[0], 0
+    places, states = memo.places[number], memo.states[number]
+    factors, costs = memo.factors[number], memo.costs[number]
+    for i in range(touched.shape[0]):
+        place = touched[i]
+        places[i], states[i] = place, noted[place]
+        factors[i], costs[i] = factor[place], cost[place]
+        if noted[place] != RIM:
+            continue
+        enough = -np.inf
+        for heading in range(8):
+            other = place - steps[heading]
+            if 0 <= other < noted.shape[0] and noted[other] >= LOOKED_AT and (
+                    (noted[other] - LOOKED_AT) >> heading & 1):
+                enough = max(enough, cost[other] - STEP_LENGTH[heading] * factor[place] + _APART)
+        if cost[place] >= enough:
+            states[i], costs[i] = _BEYOND, enough
+
+
 def rehearse_locally(
     ground: Ground, cost: FloatMap, search: Search, row: int, col: int, goal: tuple[int, int],
     n_backups: int,
@@ -187,10 +322,12 @@ def rehearse_locally(
     costs of the rim back through the places looked at: eq. 6 swept in order of priority over the
     neighbourhood that matters.
     """
-    n_cols, noted = ground.known.shape[1], search.noted
-    touched = look_around(
-        ground, search, row * n_cols + col, goal[0] * n_cols + goal[1], n_backups)
-    to_go, factor, steps = cost.reshape(-1), ground.factor.reshape(-1), offsets(n_cols)
+    n_cols, noted, to_go = ground.known.shape[1], search.noted, cost.reshape(-1)
+    start, keeps = row * n_cols + col, search.memo.latest.shape[0] > 0
+    if keeps and recall(ground, to_go, search, start):
+        return
+    touched = look_around(ground, search, start, goal[0] * n_cols + goal[1], n_backups)
+    factor, steps = ground.factor.reshape(-1), offsets(n_cols)
     costs, places, n = rim_around(to_go, search, touched)
     while n > 0:
         at, place = pop(costs, places, n)
@@ -207,5 +344,7 @@ def rehearse_locally(
             if total < to_go[other] - 1e-12:
                 to_go[other] = total
                 n = push(costs, places, n, total, other)
+    if keeps and touched.shape[0] <= search.memo.places.shape[1]:
+        memorise(ground, to_go, search, start, touched)
     for place in touched:
         noted[place] = ELSEWHERE

@@ -80,3 +80,30 @@ def test_rehearsal_mends_what_a_search_with_dictionaries_mends(
                 kernels.rehearse_locally(
                     ground, mended, search, row, col, tuple(goal), n_backups)
             np.testing.assert_array_equal(mended, expected)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), n_backups=st.sampled_from([5, 30, 200]),
+       moves=st.sampled_from([4, 8]))
+def test_a_rehearsal_had_again_is_the_one_that_would_be_made(seed, n_backups, moves):
+    rng, shape = np.random.default_rng(seed), (9, 11)
+    known = rng.choice([FREE, FREE, FREE, BLOCKED, UNKNOWN], size=shape).astype(np.int8)
+    begun = np.where(rng.random(shape) < 0.1, np.inf, rng.random(shape) * 20.0)
+    ground = Ground(known, np.where(known < 0, 0.9, 1.0), StepRules(False, False, moves))
+    search, cost = local_search.new_search(shape, True), begun.copy()
+    for _ in range(60):
+        if rng.random() < 0.3:  # a trial begins
+            cost[:] = begun
+        row, col, r, c = (int(rng.integers(n)) for n in (*shape, *shape))
+        if rng.random() < 0.3:
+            known[row, col] = rng.choice([FREE, BLOCKED])
+            ground.factor[row, col] = 1.0
+            compiled.forget_masks(search, shape, row, col)
+        if rng.random() < 0.3:
+            cost[row, col] += rng.choice([0.0, 1.0, 30.0])
+        expected, fresh = cost.copy(), local_search.new_search(shape, False)
+        where = r // 3 * 3, c // 3 * 3, (8, 10), n_backups
+        compiled.rehearse_locally(ground, expected, fresh, *where)
+        compiled.rehearse_locally(ground, cost, search, *where)
+        np.testing.assert_array_equal(cost, expected)
+    assert search.memo.n_made[0] < 60
