@@ -39,7 +39,7 @@ from learner_node.learning.kernel_warm_up import warm_up_kernels
 from msgs_bridge.messages.memory_identity import memory_of
 from msgs_bridge.messages.neighbourhoods import grid_from_neighbourhood, Neighbourhood
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
-from msgs_bridge.messages.serialized import cdr_from_message
+from msgs_bridge.messages.serialized import cdr_from_cloud
 from msgs_bridge.messages.tables import cloud_from_field
 from msgs_bridge.node import qos
 
@@ -205,7 +205,7 @@ def push_fields(size: int) -> None:
     node = Node('pusher')
     publisher = node.create_publisher(PointCloud2, '/with/control_field', qos.LATCHED)
     for revision, _ in enumerate(sys.stdin, start=1):
-        publisher.publish(cdr_from_message(cloud_from_field(
+        publisher.publish(cdr_from_cloud(cloud_from_field(
             field_along_x(size, size, revision))))
     rclpy.try_shutdown()
 
@@ -265,7 +265,7 @@ def _report(name: str, learner: Learner, learn: Callable[[], Any]) -> None:
     step(lambda: memory_of('task', refresh.field, refresh.prototypes))
     field = step(lambda: learner.trial_field(exploring=name != 'a drive'))
     message = step(lambda: cloud_from_field(field))
-    step(lambda: cdr_from_message(message))
+    step(lambda: cdr_from_cloud(message))
     print(f'{name:10}' + ''.join(f'{each:8.0f}' for each in (*took, math.fsum(took))), flush=True)
 
 

@@ -15,7 +15,7 @@ from control_field.poses import StartPose
 from control_field.records import ControlField, Prototypes
 from msgs_bridge.messages.markers import markers_from_field
 from msgs_bridge.messages.poses import initialpose_from_pose, Pose
-from msgs_bridge.messages.serialized import cdr_from_message
+from msgs_bridge.messages.serialized import cdr_from_cloud
 from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes
 from msgs_bridge.node import qos
 
@@ -61,8 +61,8 @@ class Publications:
 
     def _publish(self, field: ControlField, prototypes: Prototypes) -> dict[str, bytes]:
         messages = {
-            'control_field': cdr_from_message(cloud_from_field(field)),
-            'prototypes': cdr_from_message(cloud_from_prototypes(prototypes, field.grid))}
+            'control_field': cdr_from_cloud(cloud_from_field(field)),
+            'prototypes': cdr_from_cloud(cloud_from_prototypes(prototypes, field.grid))}
         self._fields.publish(messages['control_field'])
         self._prototypes.publish(messages['prototypes'])
         self._markers.publish(markers_from_field(field, prototypes))
