@@ -4,14 +4,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-import robot_files
-from robot_files import (
-    BASE, BOX, BOX_ROBOT, CLIFF, CONTROLLER, DIFF_DRIVE, LASER, NAV2, ROUND, urdf, WHEELS)
-from robot_parameters import check_parameters
 import yaml
 
 from control_field.robot.footprint import footprint_from_text
 from experience_cli.main import main
+import robot_files
+from robot_files import (
+    BASE, BOX, BOX_ROBOT, CLIFF, CONTROLLER, DIFF_DRIVE, LASER, NAV2, ROUND, urdf, WHEELS)
+from robot_parameters import check_parameters
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 from rclpy.parameter import Parameter
-from transform_messages import transforms_message, type_of_transforms
 
 from control_field.poses import Placement
 from localised_odometry_node.fusion import LocalisedOdometry, LocalisedSettings
@@ -16,6 +15,7 @@ from msgs_bridge.node.tf_type import transforms_type
 from msgs_bridge.sensing.live_frames import LiveFrames
 import ros_helpers
 from strategies import few
+from transform_messages import transforms_message, type_of_transforms
 
 BY_TF = LocalisedSettings(pose_topic='/tf')
 

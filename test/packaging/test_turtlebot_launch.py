@@ -7,11 +7,11 @@ import math
 
 import pytest
 from rcl_interfaces.srv import GetParameters
-from robot_parameters import check_parameters, KINDS
 import yaml
 
 from control_field.robot.footprint import footprint_from_text
 from neighbourhood_node.settings import NeighbourhoodSettings
+from robot_parameters import check_parameters, KINDS
 import ros_helpers
 from ros_helpers import ROOT, start_node
 
