@@ -31,6 +31,7 @@ tools:
 
 PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 test: tools
+	$(BIN)/python tools/compile_kernels.py
 	$(PYTEST) $(TEST_ARGS)
 
 # With what is marked `long` as well.

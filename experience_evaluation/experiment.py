@@ -200,13 +200,13 @@ def run_seed(experiment: Experiment, seed: int, watch: Watch = tell) -> Learning
 
     """
     watch(f'seed {seed}, loading', 0.0)
-    _warm_up(experiment.method, experiment.parameters.profile)
+    warm_up(experiment.method, experiment.parameters.profile)
     return _run_seed(
         experiment, seed, lambda what, share: watch(f'seed {seed}, {what}', share))
 
 
 @cache
-def _warm_up(method: str, profile: str) -> None:
+def warm_up(method: str, profile: str) -> None:
     """Load what this process needs, once, so that no measured second goes into that."""
     parameters = Parameters(profile=profile)
     grid = Grid(6, 6, 1.0)

@@ -23,7 +23,8 @@ def test_without_a_folder_for_the_cache_the_kernels_work(tmp_path):
     (package / 'kernels' / '__pycache__').touch()  # no folder, whoever runs this test
     nowhere = {'HOME': '/dev/null', 'XDG_CACHE_HOME': '/dev/null', 'NUMBA_CACHE_DIR': '',
                'PYTHONPATH': str(tmp_path)}
-    process = run([sys.executable, '-B', '-c', KERNEL], tmp_path, nowhere, cwd=tmp_path)
+    process = run([sys.executable, '-B', '-c', KERNEL], tmp_path, nowhere, deadline=240.0,
+                  cwd=tmp_path)
     assert process.popen.returncode == 0, process.report()
     assert process.stdout.split(maxsplit=1) == [
         str(package / 'kernels' / 'compiled.py'), '[[0, 0, 0], [0, 0, 100], [0, 0, 0]]\n']

@@ -14,7 +14,7 @@ from controller_helpers import straight_field
 from controller_peer import BEHIND, controller, Peer, simulator
 from msgs_bridge.messages.trial_status import State
 from msgs_bridge.node import qos
-from ros_helpers import collect, wait_until
+from ros_helpers import collect, DEADLINE, wait_until
 
 LARGE = b'\x00\x01\x00\x00' + bytes(60_000_000)
 #: Where what was lost is not sent again, nothing of 60 MB gets through.
@@ -38,8 +38,9 @@ class Attacker:
     def values(self):
         return next(filter(None, map(values_of, reversed(self._heard))), {})
 
-    def wait(self, predicate, what):
-        return wait_until(predicate, node=self._node, processes=self._processes, what=what)
+    def wait(self, predicate, what, deadline=DEADLINE):
+        return wait_until(predicate, deadline, node=self._node, processes=self._processes,
+                          what=what)
 
     def is_moving(self):
         return float(self.values.get('speed', 0)) > 0.02
@@ -61,7 +62,7 @@ class Attacker:
             self.works.append(float(self.values['guard_work_worst']))
             return not left
 
-        self.wait(are_refused, 'refusals')
+        self.wait(are_refused, 'refusals', deadline=150.0)
 
 
 @pytest.fixture

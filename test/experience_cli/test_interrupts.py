@@ -126,6 +126,8 @@ def test_without_a_home_nodes_log_and_figures_are_drawn(tmp_path, home, monkeypa
             'from experience_cli.figures.drawing import new_figure; '
             'new_figure().savefig("figure.png")')
     with Process([sys.executable, '-c', code], tmp_path, env=env, cwd=tmp_path) as process:
-        assert process.popen.wait(60) == 0, process.stderr
-    assert process.stderr == ''
+        assert process.popen.wait(180) == 0, process.stderr
+    # On a busy machine Matplotlib says that looking for fonts takes it more than 5 s.
+    said = [line for line in process.stderr.splitlines() if 'building the font cache' not in line]
+    assert said == []
     assert (tmp_path / 'figure.png').stat().st_size > 0
