@@ -1,7 +1,8 @@
-"""Ctrl-C or a kill while a command works: an exception, but never within an import."""
+"""Ctrl-C or a kill while a command works: an exception, but never where it would be lost."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+import ctypes
 import signal
 import sys
 from types import FrameType
@@ -14,7 +15,8 @@ from msgs_bridge.node.environment import ENDING_SIGNALS
 #: exception to heart, [s].
 _SOON: Final = 0.02
 _LATER: Final = 0.5
-_IMPORTS: Final = '<frozen importlib'
+#: C code that calls these overlooks exceptions: imports, constants of kernels, callbacks.
+_FRAGILE: Final = ('<frozen importlib', ctypes.__file__, '/numba/core/serialize.py')
 
 
 class Stopped(KeyboardInterrupt):
@@ -48,16 +50,32 @@ def stoppable(on_command_line: bool) -> Iterator[None]:
     on_command_line : bool
         Whether this process is the command's own; else nothing is changed.
 
+    Raises
+    ------
+    Stopped
+        If a signal came, whatever a library made of it: a file that could not be loaded because
+        reading it was interrupted, a result with an exception set.
+
     """
     if not on_command_line:
         yield
         return
+    told: list[int] = []
+
+    def heard(number: int, frame: FrameType | None) -> None:
+        told.append(number)
+        interrupt(number, frame)
+
     for number in ENDING_SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, interrupt)
+            signal.signal(number, heard)
     usual, sys.unraisablehook = sys.unraisablehook, _lost
     try:
         yield
+    except Exception as error:
+        if told:
+            raise Stopped(told[0]) from error
+        raise
     finally:
         sys.unraisablehook = usual
         end_at_once(ours(sys.orig_argv) or 'experience')
@@ -66,12 +84,12 @@ def stoppable(on_command_line: bool) -> Iterator[None]:
 
 def interrupt(number: int, frame: FrameType | None) -> None:
     """
-    Raise `Stopped`, or try again soon if something is being imported.
+    Raise `Stopped`, or try again soon if an exception would be lost here.
 
     An extension that is being loaded may lose an exception, or make another one of it. So may a
     destructor or a callback: one that is lost is raised again.
     """
-    is_ending, waits = _is_ending(sys.exc_info()[1]), _is_importing(frame)
+    is_ending, waits = _is_ending(sys.exc_info()[1]), _is_fragile(frame)
     signal.signal(signal.SIGALRM, lambda _, later: interrupt(number, later))
     signal.setitimer(signal.ITIMER_REAL, _SOON if waits else _LATER)
     if not waits and not is_ending:
@@ -93,9 +111,10 @@ def _lost(unraisable: 'sys.UnraisableHookArgs') -> None:
         sys.__unraisablehook__(unraisable)
 
 
-def _is_importing(frame: FrameType | None) -> bool:
+def _is_fragile(frame: FrameType | None) -> bool:
     while frame is not None:
-        if frame.f_code.co_filename.startswith(_IMPORTS):
+        name = frame.f_code.co_filename
+        if name.startswith(_FRAGILE) or name.endswith(_FRAGILE):
             return True
         frame = frame.f_back
     return False

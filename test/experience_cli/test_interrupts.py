@@ -34,8 +34,7 @@ def interrupted(command, folder, word, number=signal.SIGINT, **more):
 def test_a_command_says_one_line_wherever_it_is(tmp_path, word):
     code, said = interrupted(['-m', 'experience_cli.main', *EVALUATE], tmp_path, word,
                              env=early_python(tmp_path))
-    assert code == 130
-    assert said == ['experience evaluate: stopped']
+    assert (code, said) == (130, ['experience evaluate: stopped'])
 
 
 def test_a_signal_that_waits_is_heard_at_the_start(tmp_path):
@@ -98,13 +97,35 @@ def test_an_interrupt_that_gets_lost_comes_again_and_only_then(tmp_path):
     assert process.stderr.splitlines() == ['tidy']
 
 
+BENT = """
+import signal, sys
+sys.orig_argv = ['python', '-m', 'experience_cli.main', 'list']
+from experience_cli.interrupts import stoppable, Stopped
+
+try:
+    with stoppable(on_command_line=True):
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt as error:
+            raise OSError('could not load libx.so') from error
+except Stopped as stopped:
+    raise SystemExit(stopped.exit_code)
+"""
+
+
+def test_an_error_that_an_interrupt_was_made_into_is_no_error(tmp_path):
+    with Process([sys.executable, '-c', BENT], tmp_path, env=child_environment(
+            {'PYTHONPATH': str(ROOT)})) as process:
+        assert process.popen.wait(20) == 130
+    assert process.stderr == ''
+
+
 @pytest.mark.parametrize(('word', 'number'), [
     ('sitecustomize', signal.SIGTERM), (' numpy', signal.SIGHUP)])
 def test_so_it_is_for_other_signals_that_end(tmp_path, word, number):
     code, said = interrupted(['-m', 'experience_cli.main', *EVALUATE], tmp_path, word, number,
                              env=early_python(tmp_path))
-    assert code == 128 + number
-    assert said == ['experience evaluate: stopped']
+    assert (code, said) == (128 + number, ['experience evaluate: stopped'])
 
 
 def test_other_programs_keep_their_ctrl_c():
