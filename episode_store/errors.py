@@ -28,6 +28,10 @@ class NothingToLearnError(BagError):
         self.why, self.frame = printable(why), frame
 
 
+class NoSuchMomentError(BagError):
+    """A drive does not reach a moment that somebody asks for."""
+
+
 class UnwritableError(BagError):
     """A bag cannot be mended: no permission, a read-only or a full disk."""
 

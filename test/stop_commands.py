@@ -18,8 +18,8 @@ import sys
 from episode_store.episode import Episode
 from episode_store.lock import changing
 from episode_store.rosbag2 import writer as bag_file
+from episode_store.summary import summary_of
 from episode_store.task_folder import TaskFolder
-from experience_cli.bag_summary import summary_of
 from experience_cli.commands import (  # noqa: F401 - so that no child has to load them
     forget, label, learn, repair, trim)
 from experience_cli.main import main as experience

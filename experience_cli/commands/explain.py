@@ -6,20 +6,16 @@ import json
 import math
 from typing import Any, Final
 
-from control_field.headings import heading_from_vector, STEP_COL, STEP_ROW
-from control_field.learning.provenance import vector_at, Voices
+from control_field.compass import DIRECTIONS
 from control_field.local_grid import BLOCKED
-from control_field.records import ControlField, Kind
-from control_field.robot.footprint import text_from_points
 from control_field.robot.limits import Limits
 from control_field_node.settings import Settings
 from episode_store.episode import Episode
-from episode_store.sources import Sources
+from episode_store.explanation import check_recorded, Moment
+from episode_store.moment_report import about_moment
 from experience_cli.arguments import LIMITS
 from experience_cli.bag_summary import say_cut, say_gaps
-from experience_cli.compass import COMPASS, compass, DIRECTIONS
 from experience_cli.errors import UserError
-from experience_cli.explanation import ExplainedHeading, Moment
 from experience_cli.external_bags import bag_of
 from experience_cli.terminal import table_lines
 
@@ -47,22 +43,12 @@ def run(arguments: argparse.Namespace) -> int:
     limits = _limits(arguments)
     with bag_of(arguments) as folder:
         episode = Episode(folder)
-        _check_recorded(episode, arguments.at)
+        check_recorded(episode, arguments.at)
         about = about_moment(Moment(episode, arguments.at, limits))
         say_cut('explain', episode)
         say_gaps('explain', episode)
     print(json.dumps(about, indent=2) if arguments.json else '\n'.join(lines_from(about)))
     return 1 if about['course'] and not about['course']['adds_up'] else 0
-
-
-def _check_recorded(episode: Episode, at: float) -> None:
-    """Refuse a moment at which nothing was recorded."""
-    # What lies past the end of the drive may be a stamp.
-    second = at if at <= episode.duration + 1e-6 else at - episode.start
-    hole = episode.gaps.hole_at(second)
-    if hole is not None:
-        raise UserError(f'{episode.folder.name} at {second:.2f} s: there is nothing to '
-                        f'explain, the recording is incomplete: {hole}')
 
 
 def _limits(arguments: argparse.Namespace) -> Limits:
@@ -72,108 +58,6 @@ def _limits(arguments: argparse.Namespace) -> Limits:
         return Settings(**given).limits
     except ValueError as error:
         raise UserError(f"the robot's {error}") from None
-
-
-def about_moment(moment: Moment) -> dict[str, Any]:
-    """
-    Return all there is to say of a moment, ready for JSON.
-
-    Raises
-    ------
-    BagError
-        If the bag cannot be read.
-
-    """
-    status = moment.status
-    return {
-        'bag': moment.episode.folder.name, 'kind': str(moment.episode.folder.kind),
-        'at': round(moment.seconds, 6), 'stamp': moment.stamp, 'pose': list(moment.pose),
-        'robot_cell': list(moment.robot_cell), 'cell': list(moment.cell),
-        'place': list(moment.header.grid.world_from_cell(*moment.cell)),
-        'trial': None if status is None else {
-            'number': status.trial, 'state': str(status.state), 'reason': status.reason},
-        'decision': [_row(row, moment) for row in moment.decisions],
-        'command': _command(moment), 'course': _explained_heading(moment),
-        'no_course': moment.no_heading if moment.heading is None else None}
-
-
-def _command(moment: Moment) -> dict[str, Any]:
-    monitored, limits = moment.monitored, moment.limits
-    return {
-        'requested': _finite(moment.requested), 'applied': _finite(moment.applied),
-        'clipped_by': moment.clipped_by, 'at_limits': moment.at_limits,
-        'limits': {name: getattr(limits, name.removeprefix('robot_')) for name in LIMITS} | (
-            {'footprint': text_from_points(limits.footprint.corners)}
-            if limits.footprint else {}),
-        'gate': monitored and {'velocity': list(monitored.velocity), 'rule': monitored.rule,
-                           'reproduces': monitored.reproduces}}
-
-
-def _finite(velocity: tuple[float, float] | None) -> list[float | None] | None:
-    """Return a velocity as JSON can hold it: null for what is no number."""
-    return velocity and [value if math.isfinite(value) else None for value in velocity]
-
-
-def _row(row: Any, moment: Moment) -> dict[str, Any]:
-    return {
-        'kind': Kind(int(row['kind'])).name.lower(), 'heading': compass(int(row['action'])),
-        'reward': int(row['reward']), 'at': round(float(row['stamp']) - moment.episode.start, 6),
-        'cell': [int(row['row']), int(row['col'])],
-        'place': list(moment.header.grid.world_from_cell(int(row['row']), int(row['col']))),
-        'next_cell': [int(row['next_row']), int(row['next_col'])],
-        'sight_blocked': [compass(h) for h in range(8) if int(row['blocked']) >> h & 1],
-        'sight_unknown': [compass(h) for h in range(8) if int(row['unknown']) >> h & 1],
-        'field_revision': int(row['revision'])}
-
-
-def _explained_heading(moment: Moment) -> dict[str, Any] | None:
-    heading = moment.heading
-    if heading is None:
-        return None
-    field, cell, voices = heading.field, heading.cell, heading.voices
-    x, y = vector_at(field, *cell)
-    index = heading_from_vector(x, y) if (x, y) != (0.0, 0.0) else -1
-    return {
-        'source': heading.source, 'revision': field.revision, 'vector': [x, y],
-        'coherence': float(field.coherence[cell]), 'heading': compass(index),
-        'known': int(field.known[cell]), 'known_ahead': _known_ahead(field, cell, index),
-        'q': {name: float(value) for name, value in zip(COMPASS, field.q[cell], strict=True)},
-        'adds_up': voices is not None or heading.source == 'curious',
-        'sum': list(voices.vector) if voices else None,
-        'pull': None if voices is None or voices.attraction < 0 else {
-            'heading': compass(voices.attraction), 'weight': voices.attraction_weight,
-            'share': voices.attraction_share},
-        'prototypes': [] if voices is None else _voices(moment, heading, voices)}
-
-
-def _known_ahead(field: ControlField, cell: tuple[int, int], heading: int) -> int | None:
-    """Return the remembered map where a heading leads; None if nowhere in the workspace."""
-    if heading < 0:
-        return None
-    row, col = cell[0] + int(STEP_ROW[heading]), cell[1] + int(STEP_COL[heading])
-    return int(field.known[row, col]) if field.grid.contains(row, col) else None
-
-
-def _voices(moment: Moment, heading: ExplainedHeading, voices: Voices) -> list[dict[str, Any]]:
-    sources = Sources(moment.episode.folder.task)
-    table, found = heading.prototypes, []
-    # As the moment's own cell is given, in cells of the bag's header.
-    off = heading.cell[0] - moment.cell[0], heading.cell[1] - moment.cell[1]
-    for i, distance, weight, share in zip(
-            voices.indices.tolist(), voices.distances.tolist(), voices.weights.tolist(),
-            voices.shares.tolist(), strict=True):
-        number, stamp = int(table.episodes[i]), float(table.stamps[i])
-        demonstrated = bool(table.demonstrated[i])
-        found.append({
-            'share': share, 'weight': weight, 'distance': distance,
-            'cell': (table.cells[i] - off).tolist(),
-            'place': list(heading.field.grid.world_from_cell(*table.cells[i].tolist())),
-            'heading': compass(int(table.headings[i])),
-            'q': float(table.q[i]), 'demonstrated': demonstrated, 'episode': number,
-            'second': sources.second(number, stamp) if number > 0 else None,
-            'stamp': None if math.isnan(stamp) else stamp,
-            'from': sources.text(number, stamp, demonstrated)})
-    return found
 
 
 def lines_from(about: dict[str, Any]) -> list[str]:

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from control_field.compass import compass, DIRECTIONS
 from control_field.drives.demonstration import DemonstrationReport
 from control_field.grid import Grid
 from control_field.parameters import Parameters
@@ -23,11 +24,11 @@ from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError
 from episode_store.header import EpisodeHeader
 from episode_store.rosbag2.errors import BagError
+from episode_store.summary import summary_of
 from experience_cli.bag_argument import find_readable_bag
 from experience_cli.bag_overview import about_external, lines_from_external, overview, Way, way_of
 from experience_cli.bag_summary import (
-    demonstration_about, grid_text, say_cut, size_text, summary_of, time_text)
-from experience_cli.compass import compass, DIRECTIONS
+    demonstration_about, grid_text, say_cut, size_text, time_text)
 from experience_cli.drive_drawing import drawing_lines
 from experience_cli.external_bags import is_borrowed, there
 from experience_cli.output import write_output

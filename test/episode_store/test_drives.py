@@ -20,8 +20,8 @@ from episode_store.header import EpisodeHeader
 from episode_store.making import start_bag
 from episode_store.relearn import Relearner
 from episode_store.rosbag2.errors import BagError
+from episode_store.summary import summary_of
 from episode_store.task_folder import TaskFolder
-from experience_cli.bag_summary import summary_of
 from experience_cli.main import main
 from external_bags import external_demonstration, STORE
 from msgs_bridge.messages.serialized import cdr_from_message

@@ -12,14 +12,14 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 
 from bridge_helpers import content_of, demonstration_bag
+from control_field.compass import COMPASS
 from control_field.headings import UNIT
 from control_field.learning.provenance import TOLERANCE
 from control_field.records import Kind
 from control_field.robot.limits import Limits
 from episode_store.episode import Episode
+from episode_store.explanation import Moment
 from episode_store.relearn import relearn
-from experience_cli.compass import COMPASS
-from experience_cli.explanation import Moment
 from experience_cli.main import main
 from msgs_bridge.messages.tables import cloud_from_field, cloud_from_prototypes
 from sample_helpers import DEMO, FIRST, rewritten, SECOND

@@ -17,10 +17,10 @@ from control_field.robot.limits import Limits, STANDSTILL, Velocity
 from control_field.robot.obstacle_boxes import local_grid_from_cells, LocalGrid
 from control_field.windows import moved
 from episode_store.episode import Episode
+from episode_store.errors import NoSuchMomentError
 from episode_store.relearn import Relearner
 from episode_store.rosbag2.columns import read_columns
 from episode_store.rosbag2.topic_tables import decision_table, local_grid_table, statuses
-from experience_cli.errors import UserError
 from msgs_bridge.messages.trial_status import TrialStatus
 
 #: A requested command belongs to a moment if it is no older, [s].
@@ -94,7 +94,7 @@ class Moment:
 
     Raises
     ------
-    UserError
+    NoSuchMomentError
         If the drive does not reach it.
 
     """
@@ -105,7 +105,7 @@ class Moment:
         self.header = episode.header
         poses = episode.poses
         if not len(poses.stamps):
-            raise UserError(f'{episode.folder.name} holds no odometry, nothing to explain')
+            raise NoSuchMomentError(f'{episode.folder.name} holds no odometry, nothing to explain')
         stamp = _stamp_of(episode, at)
         self._i = int(np.flatnonzero(poses.stamps <= stamp + 1e-6)[-1])
         self.stamp = float(poses.stamps[self._i])
@@ -335,5 +335,24 @@ def _stamp_of(episode: Episode, at: float) -> float:
         return start + at
     if start <= at <= start + duration + 1e-6:
         return at
-    raise UserError(f'--at {at:g}: {episode.folder.name} lasts from 0 to {duration:.2f} s '
-                    f'(stamps {start:.3f} to {start + duration:.3f} s)')
+    raise NoSuchMomentError(
+        f'--at {at:g}: {episode.folder.name} lasts from 0 to {duration:.2f} s '
+        f'(stamps {start:.3f} to {start + duration:.3f} s)')
+
+
+def check_recorded(episode: Episode, at: float) -> None:
+    """
+    Refuse a moment at which nothing was recorded.
+
+    Raises
+    ------
+    NoSuchMomentError
+        If it lies where messages are missing.
+
+    """
+    # What lies past the end of the drive may be a stamp.
+    second = at if at <= episode.duration + 1e-6 else at - episode.start
+    hole = episode.gaps.hole_at(second)
+    if hole is not None:
+        raise NoSuchMomentError(f'{episode.folder.name} at {second:.2f} s: there is nothing to '
+                                f'explain, the recording is incomplete: {hole}')
