@@ -45,11 +45,14 @@ KEYS = {
     'ruamel': 'python3-ruamel.yaml',
     'scipy': 'python3-scipy',
     'sensor_msgs': 'sensor_msgs',
+    'starlette': 'python3-fastapi',
     'std_msgs': 'std_msgs',
     'std_srvs': 'std_srvs',
     'tf2_msgs': 'tf2_msgs',
     'tqdm': 'python3-tqdm',
+    'uvicorn': 'python3-uvicorn',
     'visualization_msgs': 'visualization_msgs',
+    'websockets': 'python3-websockets',
     'yaml': 'python3-yaml',
 }
 # Declared for what launch files and pytest start, not for an import.
@@ -57,7 +60,7 @@ TOOLS = frozenset({
     'python3-pytest-timeout', 'python3-pytest-xdist', 'ros2launch', 'rviz2', 'tf2_ros'})
 # Nothing on a robot imports these; they come with the virtual environment, or are installed by who
 # wants them (atheris).
-VENV_ONLY = frozenset({'setuptools', 'atheris'})
+VENV_ONLY = frozenset({'setuptools', 'atheris', 'axe_playwright_python', 'playwright'})
 
 
 class Import(NamedTuple):

@@ -1,0 +1,38 @@
+"""The page for the tests of its room: one set of nodes and one browser for a module."""
+
+from collections.abc import Iterator
+
+from playwright.sync_api import Browser
+import pytest
+
+from page_helpers import PageStack, running_browser, running_page, Visitor, visiting
+
+
+@pytest.fixture(scope='module')
+def node_changes() -> dict[str, dict[str, object] | None]:
+    """Return parameters by node, for a module that wants others; None for a node: without it."""
+    return {}
+
+
+@pytest.fixture(scope='module')
+def page_stack(
+    tmp_path_factory: pytest.TempPathFactory, ros_domain: int,
+    node_changes: dict[str, dict[str, object] | None],
+) -> Iterator[PageStack]:
+    """Return simulator, controller, learner and page, on the domain of `ros_node`."""
+    with running_page(tmp_path_factory.mktemp('page'), ros_domain, **node_changes) as stack:
+        yield stack
+
+
+@pytest.fixture(scope='module')
+def browser() -> Iterator[Browser]:
+    """Return a real browser; without one the test is skipped."""
+    with running_browser() as browser:
+        yield browser
+
+
+@pytest.fixture
+def visitor(browser: Browser, page_stack: PageStack) -> Iterator[Visitor]:
+    """Return who opens the page: ``page = visitor.open(viewport=PHONE)``."""
+    with visiting(browser, page_stack.url) as visitor:
+        yield visitor
