@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from msgs_bridge.teaching.actions import Action
+from msgs_bridge.teaching.teaching import Teaching
 from teleop_node.driving import FACTORS, MOVES, STANDING
-from teleop_node.keys import Action, ACTIONS, KeyParser, Press, RepeatDetector
+from teleop_node.keys import ACTIONS, KeyParser, Press, RepeatDetector
 from teleop_node.paste_filter import PASTED, PasteFilter
-from teleop_node.teaching import Teaching
 from teleop_node.terminal import Terminal
 from teleop_node.velocity_commands import VelocityCommands
 

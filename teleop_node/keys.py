@@ -1,8 +1,9 @@
 """Bytes from a terminal to keys, and keys to what they mean."""
 
 from collections.abc import Mapping
-from enum import StrEnum
 from typing import Final, NamedTuple
+
+from msgs_bridge.teaching.actions import Action
 
 #: Time after which an escape character that nothing followed was the Esc key, [s]. Over a slow
 #: line the rest of an arrow key's sequence may come that much later.
@@ -21,41 +22,12 @@ OTHER: Final = ''
 PASTE_BEGINS: Final = '\x1b[200~'
 PASTE_ENDS: Final = '\x1b[201~'
 
-
-class Action(StrEnum):
-    """What a key or a service of the same name asks for."""
-
-    START = 'start_demonstration'
-    KEEP = 'keep'
-    REDO = 'redo'
-    CANCEL = 'cancel'
-    DROP_LAST = 'drop_last'
-    UNDO = 'undo'
-    LABEL_SUCCESS = 'label_success'
-    LABEL_FAILURE = 'label_failure'
-    RUN_TRIALS = 'run_trials'
-    SET_BACK = 'set_back'
-    TEACH_HERE = 'teach_here'
-    STOP = 'stop'
-    QUIT = 'quit'
-
-
 ACTIONS: Final[Mapping[str, Action]] = {
     's': Action.START, 'n': Action.KEEP, 'r': Action.REDO, 'a': Action.CANCEL,
     'd': Action.DROP_LAST, 'b': Action.UNDO, 'y': Action.LABEL_SUCCESS,
     'f': Action.LABEL_FAILURE, 't': Action.RUN_TRIALS, 'g': Action.SET_BACK,
     'h': Action.TEACH_HERE,
     ' ': Action.STOP, ESCAPE: Action.QUIT}
-
-#: What is under way where an action has been asked for and is not done yet.
-DOING: Final[Mapping[Action, str]] = {
-    Action.START: 'starting to record', Action.KEEP: 'keeping the drive',
-    Action.REDO: 'beginning the drive again', Action.CANCEL: 'throwing the drive away',
-    Action.DROP_LAST: 'removing the last one', Action.UNDO: 'bringing the removed back',
-    Action.LABEL_SUCCESS: 'noting that the last one went well',
-    Action.LABEL_FAILURE: 'noting that the last one went wrong',
-    Action.RUN_TRIALS: 'letting the robot try', Action.SET_BACK: 'setting the robot back',
-    Action.TEACH_HERE: 'setting the robot to where teaching helps'}
 
 HELP: Final = """\
 drive (hold to move)     teach                      afterwards

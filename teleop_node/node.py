@@ -26,20 +26,21 @@ from msgs_bridge.node.environment import prepare
 from msgs_bridge.node.peer_monitor import PeerMonitor
 from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import start_node
-from teleop_node.answers import Answer
+from msgs_bridge.teaching.actions import Action
+from msgs_bridge.teaching.answers import Answer
+from msgs_bridge.teaching.robot_placement import RobotPlacement
+from msgs_bridge.teaching.service_clients import ServiceClients
+from msgs_bridge.teaching.status_tracker import problem_with_readers, StatusTracker
+from msgs_bridge.teaching.teaching import Teaching
+from msgs_bridge.teaching.timeouts import Timeouts
 from teleop_node.driving import changed_speeds
 from teleop_node.keyboard import KeyBindings, Keyboard
-from teleop_node.keys import Action, HELP
+from teleop_node.keys import HELP
 from teleop_node.lifecycle import Signals
-from teleop_node.robot_placement import RobotPlacement
 from teleop_node.screen import Screen
-from teleop_node.service_clients import ServiceClients
 from teleop_node.settings import FIXED, Settings
 from teleop_node.status_line import line_from_status
-from teleop_node.status_tracker import problem_with_readers, StatusTracker
-from teleop_node.teaching import Teaching
 from teleop_node.terminal import descriptor, Terminal
-from teleop_node.timeouts import Timeouts
 from teleop_node.velocity_commands import VelocityCommands
 
 #: How often keys are looked at, the line is written, peers are looked for, [s].
@@ -99,7 +100,7 @@ class TeleopNode(Node):
         self._commands = VelocityCommands(self, self.settings, partial(self._stamp, placement))
         peers = PeerMonitor(self, say=self.screen.say)
         self.service_clients = ServiceClients(
-            self, self.settings, self._status, peers, timeouts)
+            self, self.settings.learner, self.settings.controller, self._status, peers, timeouts)
         self.teaching = Teaching(
             self.service_clients, placement, self._status, self._commands)
         # One that waits for an answer must keep neither the answer nor other requests waiting.

@@ -1,12 +1,11 @@
 """One line that says how teaching stands, never wider than the terminal."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 import math
 from typing import Final
 
-from control_field.robot.limits import Velocity
 from control_field.words import counted
+from msgs_bridge.teaching.status import Status
 from msgs_bridge.untrusted.text import printable
 
 _DOING: Final[Mapping[str, str]] = {
@@ -14,61 +13,6 @@ _DOING: Final[Mapping[str, str]] = {
     'learning': 'learning', 'waiting': 'waiting', 'placing': 'setting back',
     'starting': 'starting', 'trial': 'trying', 'finishing': 'trying'}
 _SEPARATOR: Final = ' | '
-
-
-@dataclass(frozen=True)
-class Status:
-    """
-    What the line says.
-
-    Parameters
-    ----------
-    phase : str
-        Of the learner; empty where there is none.
-    seconds : float, [s]
-        How long a demonstration has been recorded.
-    trials_left : int
-        Trials that are still to be run.
-    trial : int
-        Number of the last trial, 0 before the first.
-    trial_state : str
-        ``running``, ``paused`` or ``ended``.
-    outcome : str
-        How it ended.
-    reason : str
-        Why it was paused or stopped.
-    steps : int
-        Of that trial.
-    prototypes : int
-        Of the field in force, -1 without one.
-    basin, fidelity : float, 0 to 1
-        Of its certificate, NaN without one.
-    speeds : tuple of float, [m/s] and [rad/s]
-        Of the keys.
-    problem : str
-        What a person has to mend before the robot moves.
-    held : str
-        Why the collision monitor lets it stand that is told to drive.
-    bag : str
-        In which the last trial is recorded; empty where that is not known.
-
-    """
-
-    phase: str = ''
-    seconds: float = 0.0
-    trials_left: int = 0
-    trial: int = 0
-    trial_state: str = ''
-    outcome: str = ''
-    reason: str = ''
-    steps: int = 0
-    prototypes: int = -1
-    basin: float = math.nan
-    fidelity: float = math.nan
-    speeds: Velocity = (0.0, 0.0)
-    problem: str = ''
-    held: str = ''
-    bag: str = ''
 
 
 def line_from_status(status: Status, width: int) -> str:

@@ -50,6 +50,7 @@ INNER = {
     'learner_node.learning': 'in a thread aside',
     'learner_node.recording': 'into bags',
     'learner_node.session': 'what it is at',
+    'msgs_bridge.teaching': 'what keys and page share: actions, clients, status',
     'msgs_bridge.node': 'what every node shares: run, parameters, QoS, logs, peers',
     'msgs_bridge.sensing': 'scans and costmaps to local grids',
     'msgs_bridge.messages': 'message from and to core type',

@@ -8,8 +8,8 @@ from controller_helpers import straight_field
 from controller_peer import controller, GOAL, Peer, simulator
 from msgs_bridge.node.node_info import workspace_from_grid
 from msgs_bridge.node.peer_monitor import PeerMonitor
+from msgs_bridge.teaching.answers import Answer
 import ros_helpers
-from teleop_node.answers import Answer
 from teleop_node.node import TeleopNode
 
 

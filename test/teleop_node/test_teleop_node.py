@@ -17,8 +17,8 @@ from std_srvs.srv import Trigger
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
 from msgs_bridge.messages.velocities import velocity_from_twist
 from msgs_bridge.node import qos
+from msgs_bridge.teaching.actions import Action
 import ros_helpers
-from teleop_node.keys import Action
 from terminal_helpers import TerminalProcess
 
 

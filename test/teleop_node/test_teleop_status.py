@@ -10,8 +10,9 @@ import pytest
 
 from control_field.records import Outcome
 from msgs_bridge.messages.trial_status import State, TrialStatus
-from teleop_node.status_line import line_from_status, line_over, message_over, share, Status
-from teleop_node.status_tracker import problem_with_readers, SILENCE, StatusTracker
+from msgs_bridge.teaching.status import Status
+from msgs_bridge.teaching.status_tracker import problem_with_readers, SILENCE, StatusTracker
+from teleop_node.status_line import line_from_status, line_over, message_over, share
 
 FULL = Status(phase='demonstration', seconds=12.4, trial=4, trial_state='ended', outcome='goal',
              steps=17, prototypes=34, basin=0.9949, fidelity=1.0, speeds=(0.2, 1.0))

@@ -7,10 +7,9 @@ from rcl_interfaces.srv import GetParameters
 from std_srvs.srv import SetBool, Trigger
 
 from msgs_bridge.node.node_info import Operation
-from teleop_node.answers import absence, Answer
-from teleop_node.settings import Settings
-from teleop_node.status_tracker import StatusTracker
-from teleop_node.timeouts import Timeouts
+from msgs_bridge.teaching.answers import absence, Answer
+from msgs_bridge.teaching.status_tracker import StatusTracker
+from msgs_bridge.teaching.timeouts import Timeouts
 
 #: Services of the learner that actions ask for, beside that which records.
 _LEARNER: Final = (
@@ -31,8 +30,8 @@ class ServiceClients:
     ----------
     node : Node
         Whose clients they are.
-    settings : Settings
-        Name the two nodes.
+    learner, controller : str
+        Names of the two nodes.
     status : StatusTracker
     peers : PeerMonitor
         Knows whether two could hear a request.
@@ -41,20 +40,20 @@ class ServiceClients:
     """
 
     def __init__(
-        self, node: Any, settings: Settings, status: StatusTracker, peers: Any,
+        self, node: Any, learner: str, controller: str, status: StatusTracker, peers: Any,
         timeouts: Timeouts,
     ) -> None:
         """Make the clients."""
-        self.learner = settings.learner
+        self.learner = learner
         self._status, self._peers, self._timeouts = status, peers, timeouts
         self._names = {
-            **{name: f'{settings.learner}/{name}' for name in ('record_demonstration', *_LEARNER)},
-            **{name: f'{settings.controller}/{name}' for name in _CONTROLLER}}
+            **{name: f'{learner}/{name}' for name in ('record_demonstration', *_LEARNER)},
+            **{name: f'{controller}/{name}' for name in _CONTROLLER}}
         self._clients = {
             name: node.create_client(SetBool if name == 'record_demonstration' else Trigger, full)
             for name, full in self._names.items()}
         self._parameters = node.create_client(
-            GetParameters, f'{settings.learner}/get_parameters')
+            GetParameters, f'{learner}/get_parameters')
 
     async def ask(
         self, service: str, on: bool | None = None, patience: float = PATIENCE,

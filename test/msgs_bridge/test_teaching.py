@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 
-from teleop_node.answers import absence, Answer
-from teleop_node.keys import Action, DOING
-from teleop_node.teaching import Teaching
+from msgs_bridge.teaching.actions import Action, DOING
+from msgs_bridge.teaching.answers import absence, Answer
+from msgs_bridge.teaching.teaching import Teaching
 
 
 class Here:

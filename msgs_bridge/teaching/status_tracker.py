@@ -8,7 +8,7 @@ from typing import Any, Final
 from control_field.robot.limits import Velocity
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from msgs_bridge.node.command_types import remedy
-from teleop_node.status_line import Status
+from msgs_bridge.teaching.status import Status
 
 #: Time without a word from the learner after which there is none, [s]; it speaks every second.
 SILENCE = 5.0

@@ -5,12 +5,12 @@ from functools import partial
 import time
 from typing import Final
 
-from teleop_node.answers import absence, Answer
-from teleop_node.keys import Action, DOING
-from teleop_node.robot_placement import RobotPlacement, where_to_teach
-from teleop_node.service_clients import ServiceClients
-from teleop_node.status_tracker import StatusTracker
-from teleop_node.velocity_commands import VelocityCommands
+from msgs_bridge.teaching.actions import Action, DOING
+from msgs_bridge.teaching.answers import absence, Answer
+from msgs_bridge.teaching.robot_placement import RobotPlacement, where_to_teach
+from msgs_bridge.teaching.service_clients import ServiceClients
+from msgs_bridge.teaching.status_tracker import StatusTracker
+from msgs_bridge.teaching.velocity_publisher import Commands
 
 _RECORDED: Final = (
     'cannot {} now: a drive is being recorded; press n to keep it, r to begin it anew, a to throw '
@@ -39,13 +39,13 @@ class Teaching:
     services : ServiceClients
     placement : RobotPlacement
     status : StatusTracker
-    commands : VelocityCommands
+    commands : Commands
 
     """
 
     def __init__(
         self, services: ServiceClients, placement: RobotPlacement, status: StatusTracker,
-        commands: VelocityCommands,
+        commands: Commands,
     ) -> None:
         """Start with nothing under way."""
         self.has_quit = False  #: whether the program is to end; nothing drives on then

@@ -11,8 +11,8 @@ from nav_msgs.msg import Odometry
 
 from msgs_bridge.messages.poses import initialpose_from_pose, Pose, pose_from_odometry
 from msgs_bridge.node import qos
-from teleop_node.answers import Answer
-from teleop_node.timeouts import Timeouts
+from msgs_bridge.teaching.answers import Answer
+from msgs_bridge.teaching.timeouts import Timeouts
 
 #: How near its place a robot that was set there is, [m], and how long that may take, [s].
 _NEAR: Final = 0.05
