@@ -1,0 +1,1 @@
+"""A page to drive, teach and watch the robot from, in any browser."""

@@ -1,0 +1,1 @@
+"""What the robot remembers, as the page shows it; bags are read in a process of its own."""
