@@ -1,7 +1,7 @@
-"""What is answered to a request that cannot be met: a code for the page, a sentence for the log."""
+"""What is answered to a request that cannot be met: a code for the page, and a sentence."""
 
 
-class Refusal(Exception):
+class RefusedError(Exception):
     """
     A request that is refused; the page finds the words for its code.
 

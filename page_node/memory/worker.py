@@ -3,7 +3,7 @@ The process that does what takes long: bags are read and fields are learnt there
 
 A room asks it for something with `Worker.ask(function, arguments...)`. The function is one of a
 module's own, for it is found by its name there; what it is given and returns is copied. What it
-keeps for the next time it keeps in its module, in that process. It raises `Refusal` where a person
+keeps for the next time it keeps in its module, in that process. It raises `RefusedError` where a person
 is to be told something.
 """
 
@@ -18,7 +18,7 @@ from threading import Lock
 from typing import Any, Final, ParamSpec, TypeVar
 
 from msgs_bridge.node.environment import child_environment
-from page_node.memory.refusal import Refusal
+from page_node.memory.refusal import RefusedError
 
 #: Requests that may wait; one more is refused.
 MOST_WAITING: Final = 64
@@ -64,7 +64,7 @@ class Worker:
 
         Raises
         ------
-        Refusal
+        RefusedError
             As the function does; ``busy`` if too many wait, ``too_long`` if it took more than
             `PATIENCE`, ``died`` if the process was lost with it, ``mistake`` for what should not
             be (the process has then written where).
@@ -77,7 +77,7 @@ class Worker:
         """Ask for something that may take so long, [s]; see `ask`."""
         with self._lock:
             if self._is_closed or self._n_waiting >= self._most_waiting:
-                raise Refusal('busy', f'{self._n_waiting} requests wait already', 503)
+                raise RefusedError('busy', f'{self._n_waiting} requests wait already', 503)
             self._n_waiting += 1
             future = self._thread.submit(self._done, patience, function, arguments, named)
         future.add_done_callback(self._count_down)
@@ -111,12 +111,12 @@ class Worker:
             connection.send((function, arguments, named))
             if not connection.poll(patience):
                 self._end()
-                raise Refusal('too_long', f'it took more than {patience:g} s', 503)
+                raise RefusedError('too_long', f'it took more than {patience:g} s', 503)
             answer = connection.recv()
         except (EOFError, OSError) as error:
             self._end()
-            raise Refusal('died', f'the working process was lost: {error}', 503) from None
-        if isinstance(answer, Refusal):
+            raise RefusedError('died', f'the working process was lost: {error}', 503) from None
+        if isinstance(answer, RefusedError):
             raise answer
         return answer[0]
 

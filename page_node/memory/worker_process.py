@@ -1,4 +1,4 @@
-"""The working process itself: it answers one request after the other until nobody asks any more."""
+"""The working process itself: it answers request after request until nobody asks any more."""
 
 from contextlib import suppress
 from multiprocessing.connection import Connection
@@ -11,7 +11,7 @@ import time
 import traceback
 from typing import Any, Final
 
-from page_node.memory.refusal import Refusal
+from page_node.memory.refusal import RefusedError
 
 #: Most memory of its own, [bytes]: a hostile bag must not take the robot's.
 _MOST_MEMORY: Final = 2 * 2**30
@@ -38,13 +38,13 @@ def main() -> None:
 
 
 def _answer(function: Any, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
-    """Return what a function returns, as the only item of a list, or a `Refusal`."""
+    """Return what a function returns, as the only item of a list, or a `RefusedError`."""
     try:
         return [function(*arguments, **named)]
-    except Refusal as refusal:
+    except RefusedError as refusal:
         return refusal
     except MemoryError:
-        return Refusal('too_large', 'it needs more memory than there is for it', 413)
+        return RefusedError('too_large', 'it needs more memory than there is for it', 413)
     except Exception as error:
         return _mistake(error)
 
@@ -58,10 +58,10 @@ def _send(connection: 'Connection[Any, Any]', answer: Any) -> None:
         connection.send(_mistake(error))
 
 
-def _mistake(error: Exception) -> Refusal:
+def _mistake(error: Exception) -> RefusedError:
     """Write where a mistake of ours was made; return what the page is told."""
     traceback.print_exception(error)
-    return Refusal('mistake', f'{type(error).__name__}: {error}', 500)
+    return RefusedError('mistake', f'{type(error).__name__}: {error}', 500)
 
 
 def _give_way() -> None:

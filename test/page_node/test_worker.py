@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from page_node.memory.refusal import Refusal
+from page_node.memory.refusal import RefusedError
 from page_node.memory.worker import Worker
 
 PATIENT = 60.0
@@ -56,20 +56,20 @@ def test_it_is_asked_from_a_loop_and_others_run_meanwhile(worker):
 
 
 def test_a_refusal_comes_back_and_a_mistake_is_one(worker, capfd):
-    with pytest.raises(Refusal) as refused:
+    with pytest.raises(RefusedError) as refused:
         result(worker, int, 'no number')
     assert (refused.value.code, refused.value.status) == ('mistake', 500)
     assert 'invalid literal' in str(refused.value)
     until(lambda: 'ValueError' in capfd.readouterr().err)
     # What cannot be copied back is a mistake, too, and the process goes on.
-    with pytest.raises(Refusal, match='cannot pickle'):
+    with pytest.raises(RefusedError, match='cannot pickle'):
         result(worker, threading.Lock)
     assert result(worker, abs, -1) == 1
 
 
 def test_it_is_started_anew_when_it_died(worker):
     first = result(worker, os.getpid)
-    with pytest.raises(Refusal) as refused:
+    with pytest.raises(RefusedError) as refused:
         result(worker, signal.raise_signal, signal.SIGKILL)
     assert refused.value.code == 'died'
     second = result(worker, os.getpid)
@@ -80,7 +80,7 @@ def test_it_is_started_anew_when_it_died(worker):
 
 def test_what_takes_too_long_is_ended(worker):
     pid = result(worker, os.getpid)
-    with pytest.raises(Refusal) as refused:
+    with pytest.raises(RefusedError) as refused:
         result(worker, time.sleep, 600.0, patience=0.1)
     assert refused.value.code == 'too_long'
     assert not is_alive(pid)
@@ -89,7 +89,7 @@ def test_what_takes_too_long_is_ended(worker):
 
 def test_no_more_may_wait_than_is_said(worker):
     waiting = [worker.submit(PATIENT, time.sleep, 600.0) for _ in range(4)]
-    with pytest.raises(Refusal) as refused:
+    with pytest.raises(RefusedError) as refused:
         worker.submit(PATIENT, abs, -1)
     assert (refused.value.code, refused.value.status) == ('busy', 503)
     until(waiting[0].running)
@@ -105,12 +105,12 @@ def test_it_ends_with_whoever_waits(worker):
     worker.close()
     assert not is_alive(pid)
     assert waiting.cancelled()
-    assert isinstance(sleeping.exception(), Refusal)
-    with pytest.raises(Refusal):
+    assert isinstance(sleeping.exception(), RefusedError)
+    with pytest.raises(RefusedError):
         worker.submit(PATIENT, abs, -1)
 
 
 def test_too_much_memory_is_refused(worker):
-    with pytest.raises(Refusal) as refused:
+    with pytest.raises(RefusedError) as refused:
         result(worker, bytearray, 3 * 2**30)
     assert (refused.value.code, refused.value.status) == ('too_large', 413)
