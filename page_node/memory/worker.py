@@ -3,8 +3,8 @@ The process that does what takes long: bags are read and fields are learnt there
 
 A room asks it for something with `Worker.ask(function, arguments...)`. The function is one of a
 module's own, for it is found by its name there; what it is given and returns is copied. What it
-keeps for the next time it keeps in its module, in that process. It raises `RefusedError` where a person
-is to be told something.
+keeps for the next time it keeps in its module, in that process. It raises `RefusedError` where a
+person is to be told something.
 """
 
 import asyncio
