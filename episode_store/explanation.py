@@ -1,6 +1,8 @@
 """Why the robot did what it did at a moment: decision, command, who had a say in the heading."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cached_property
 import math
 from typing import Final
@@ -31,6 +33,20 @@ _USUAL_STEP = 0.05
 _SAME = 1e-6
 #: Taken where nobody says what the robot is.
 BURGER: Final = Limits()
+_NO_HEADING: Final[Mapping[str, str]] = {
+    'taken_over': 'the bag holds no field: it was taken over from {}',
+    'outside': 'the workspace of the field that was in force did not reach there',
+    'not_yet': 'there was no field yet',
+    'not_recorded': 'the bag holds no field: which one was in force is not known'}
+
+
+class NoHeading(StrEnum):
+    """Why there is no heading to be explained."""
+
+    TAKEN_OVER = 'taken_over'      #: the bag was taken over from another recorder's
+    OUTSIDE = 'outside'            #: the workspace of the field in force did not reach there
+    NOT_YET = 'not_yet'            #: nothing had been learnt
+    NOT_RECORDED = 'not_recorded'  #: which field was in force is not known
 
 
 @dataclass(frozen=True)
@@ -286,18 +302,23 @@ class Moment:
         return (row, col) if field.grid.contains(row, col) else None
 
     @property
-    def no_heading(self) -> str:
-        """Say why there is no heading: there was no field, or just none in the bag."""
+    def why_no_heading(self) -> NoHeading:
+        """Return why there is no heading: there was no field, or just none in the bag."""
         if self.header.imported_from:
-            return f'the bag holds no field: it was taken over from {self.header.imported_from}'
+            return NoHeading.TAKEN_OVER
         folder = self.episode.folder
         end = max(self.log_time, int(self.episode.poses.log_times[0]))
         if self.episode.field(end) is not None:
-            return 'the workspace of the field that was in force did not reach there'
+            return NoHeading.OUTSIDE
         if len(self.episode.messages('control_field')) or all(
                 other.number >= folder.number for other in folder.task.episodes()):
-            return 'there was no field yet'
-        return 'the bag holds no field: which one was in force is not known'
+            return NoHeading.NOT_YET
+        return NoHeading.NOT_RECORDED
+
+    @property
+    def no_heading(self) -> str:
+        """Say it in a sentence."""
+        return _NO_HEADING[self.why_no_heading].format(self.header.imported_from)
 
     def _relearnt(
         self, field: ControlField, prototypes: Prototypes | None, cell: tuple[int, int],
