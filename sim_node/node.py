@@ -34,11 +34,11 @@ from msgs_bridge.node.reader_threads import ReaderThreads
 from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import run_node
 from sim_node.diagnostics import status_from_simulation
-from sim_node.loading import load, load_anew, Loaded, picture_of
+from sim_node.loading import load, picture_of
 from sim_node.robot import Placement
 from sim_node.settings import FIXED, SimSettings
 from sim_node.simulation import Simulation
-from sim_node.start import start_in
+from sim_node.world_change import WorldChange
 
 #: How often the node looks after its peers, in seconds of the wall clock.
 _CARE_PERIOD: Final = 0.5
@@ -59,7 +59,9 @@ class SimNode(Node):
     listens to `cmd_vel`, `initialpose` and `trial`; serves `~/reset` (robot at its start, contacts
     forgotten, the same random numbers again, what moves and changes begins anew). Every parameter
     is described in `sim_node.settings`; setting `world` or `movers` at run time changes the world
-    around the robot.
+    around the robot, also if the file is the same and what it holds has changed. A robot that
+    would stand in an obstacle then is set to the nearest free place; while a trial or a
+    demonstration is recorded such a world is refused.
 
     A collision stops the robot where it touches. It is reported on the latched `contact`
     (std_msgs/Bool, on change, before the sensors of the tick it happened in), on `/diagnostics`
@@ -86,7 +88,6 @@ class SimNode(Node):
             self, SimSettings, fixed=FIXED, on_change=self._on_change)
         check_names(self)
         self.add_on_set_parameters_callback(self._check_world)
-        self._new_world: Loaded | None = None
         world, script, settings, notes = load(self._settings)
         self._warn(notes)
         self._simulation = Simulation(world, settings, script.movers, script.changes)
@@ -99,6 +100,9 @@ class SimNode(Node):
         if not self._settings.lockstep:
             self._threads.enable()
         self._peers = PeerMonitor(self, 'robot', threads=self._threads)
+        self._world_change = WorldChange(
+            self._simulation, self._peers.recorder, lambda: self.count_publishers(
+                self.resolve_topic_name('trial')) > 0)
         self._state_world()
         self._make_topics()
         self._make_timers()
@@ -207,6 +211,7 @@ class SimNode(Node):
         except ValueError as error:
             self._refuse(str(error))
             return
+        self._world_change.on_status(status)
         if status.state == State.ENDED:
             self._simulation.on_trial_end(status.trial)
             if self._simulation.world is not self._shown:
@@ -236,11 +241,9 @@ class SimNode(Node):
 
     def _check_world(self, parameters: list[Parameter]) -> SetParametersResult:
         """Read a new world before it is agreed to."""
-        self._new_world = None
+        named = {parameter.name: parameter.value for parameter in parameters}
         try:
-            self._new_world = load_anew(
-                self._settings, {parameter.name: parameter.value for parameter in parameters},
-                self._simulation.world)
+            self._world_change.check(self._settings, named)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -250,16 +253,12 @@ class SimNode(Node):
             self._change(settings)
 
     def _change(self, settings: SimSettings) -> None:
-        new, self._new_world = self._new_world, None
-        old, self._settings = self._settings, settings
-        settings, note = start_in(new.world if new else self._simulation.world, settings)
-        self._simulation.change(settings, *(new[:2] if new else ()))
-        if note and not new and old.start != self._settings.start:
-            self._warn([note])
+        self._settings = settings
+        new, notes = self._world_change.make(settings)
+        self._warn(notes)
         if self._ticker is not None:
             self._ticker.timer_period_ns = round(1e9 * self._period / settings.speed_factor)
         if new is not None:
-            self._warn(new.notes)
             self.get_logger().info(f'the world is now {new.world.name}, {new.world.size}')
             self._state_world()
             self._publish_map()

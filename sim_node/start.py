@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from control_field.grid import Grid
 from control_field.local_grid import FREE
+from sim_node.robot import Placement
 from sim_node.settings import SimSettings
 from world_maps.clearance import Clearance
 from world_maps.world import World
@@ -50,6 +51,40 @@ def start_in(world: World, settings: SimSettings) -> tuple[SimSettings, str]:
     note = (f'start_x, start_y: ({here[0]:g}, {here[1]:g}) m is no place for the robot in the '
             f'world {world.name}: it starts at ({x:g}, {y:g}) m, in the free cell {where}')
     return replace(settings, start_x=x, start_y=y), note
+
+
+def place_in(world: World, here: Placement, settings: SimSettings) -> Placement | None:
+    """
+    Return where a robot goes in a world that it finds around itself.
+
+    Parameters
+    ----------
+    world : World
+    here : Placement
+        Where it truly is.
+    settings : SimSettings
+        With a start at which it can stand.
+
+    Returns
+    -------
+    Placement or None
+        Where it is, if it can stand there; else the nearest cell of the largest part that is
+        free, or its start if the world does not reach to where it is. None if nothing is free.
+
+    """
+    radius, grid = settings.robot_radius, world.grid
+    if not grid.contains(*grid.cell_from_world(here.x, here.y)):
+        return settings.start if _stands(world, settings.start, radius) else None
+    if _stands(world, here, radius):
+        return here
+    good = largest_part(np.asarray(world.occupancy == FREE))
+    return Placement(*_nearest(good, grid, here[:2]), here.yaw) if good.any() else None
+
+
+def _stands(world: World, where: Placement, radius: float) -> bool:
+    grid = world.grid
+    return (grid.contains(*grid.cell_from_world(where.x, where.y))
+            and Clearance(world, radius).at(where.x, where.y) >= 0.0)
 
 
 def _middle(world: World) -> tuple[float, float]:

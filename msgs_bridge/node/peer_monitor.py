@@ -180,9 +180,13 @@ class PeerMonitor:
             (problem.text for problem in self.problems if operation in problem.prevents), '')
         if problem or operation is not Operation.DRIVE:
             return problem
-        with self._lock:
-            recorder = self._peers.recorder(time.monotonic())
+        recorder = self.recorder()
         return _WHILE_RECORDING.format(recorder) if recorder else ''
+
+    def recorder(self) -> str:
+        """Return the name of a learner that records a demonstration; empty if none does."""
+        with self._lock:
+            return self._peers.recorder(time.monotonic())
 
     def cells(self, *roles: str) -> Grid | None:
         """Return a cell of those that a peer has, of the first of some roles that says any."""
