@@ -20,6 +20,8 @@ from localised_odometry_node.fusion import FIXED as LOCALISED_FIXED
 from localised_odometry_node.fusion import LocalisedSettings
 from neighbourhood_node.settings import FIXED as NEIGHBOURHOOD_FIXED
 from neighbourhood_node.settings import NeighbourhoodSettings
+from page_node.settings import FIXED as PAGE_FIXED
+from page_node.settings import Settings as PageSettings
 from sim_node.settings import FIXED as SIM_FIXED
 from sim_node.settings import SimSettings
 from teleop_node.settings import FIXED as TELEOP_FIXED
@@ -108,6 +110,7 @@ def page() -> str:
         table('neighbourhood_node', '', NeighbourhoodSettings, NEIGHBOURHOOD_FIXED),
         table('localised_odometry_node', '', LocalisedSettings, LOCALISED_FIXED),
         table('teleop_node', '', TeleopSettings, TELEOP_FIXED),
+        table('page_node', '', PageSettings, PAGE_FIXED),
     ])
 
 

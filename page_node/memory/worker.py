@@ -18,7 +18,7 @@ from threading import Lock
 from typing import Any, Final, ParamSpec, TypeVar
 
 from msgs_bridge.node.environment import child_environment
-from page_node.memory.refusal import RefusedError
+from page_node.refusal import RefusedError
 
 #: Requests that may wait; one more is refused.
 MOST_WAITING: Final = 64

@@ -11,7 +11,7 @@ import time
 import traceback
 from typing import Any, Final
 
-from page_node.memory.refusal import RefusedError
+from page_node.refusal import RefusedError
 
 #: Most memory of its own, [bytes]: a hostile bag must not take the robot's.
 _MOST_MEMORY: Final = 2 * 2**30

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from page_node.memory.refusal import RefusedError
+from page_node.refusal import RefusedError
 from page_node.memory.worker import Worker
 
 PATIENT = 60.0

@@ -1,0 +1,1 @@
+"""Who drives, and for how long: the dead-man, without ROS and without sockets."""

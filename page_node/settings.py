@@ -1,0 +1,83 @@
+"""What can be set about the page."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from control_field.parameters import check_fields, parameter
+from control_field.robot.limits import Velocity
+
+#: Settings that sockets, topics and timers are made from: they hold from start to end.
+FIXED: Final = ('host', 'port', 'token', 'names', 'topic', 'enable_stamped_cmd_vel', 'lockstep',
+                'base_frame_id', 'simulation', 'bags', 'learner', 'controller')
+
+
+@dataclass(frozen=True)
+class Settings:
+    """
+    Settings of `page_node`; see the metadata of each field for unit, range and meaning.
+
+    Raises
+    ------
+    ValueError
+        If a value is of the wrong type or out of range; the message names it.
+
+    """
+
+    host: str = parameter(
+        '127.0.0.1', 'address to listen on: 127.0.0.1 for this machine alone, 0.0.0.0 for the '
+        'whole network, which then needs a token')
+    port: int = parameter(8300, 'port to listen on; 0 for any free one', low=0, high=65535)
+    token: str = parameter(
+        '', 'what the address must contain to get in, as in http://robot:8300/?token=...; empty: '
+        'none on this machine alone, else one that is made at each start')
+    names: str = parameter(
+        '', 'more names of this machine that may stand in the address, separated by blanks, such '
+        'as that of a TLS proxy before it')
+    topic: str = parameter(
+        'cmd_vel_teleop', 'where commands go: cmd_vel_teleop passes the collision monitor of the '
+        'controller')
+    enable_stamped_cmd_vel: bool = parameter(
+        False, 'publish TwistStamped instead of Twist (always in lock-step)')
+    lockstep: bool = parameter(
+        False, 'stamp commands with the last odometry, so that a simulator that waits for its '
+        'answers goes on')
+    base_frame_id: str = parameter('base_footprint', 'frame written into stamped commands')
+    speed: float = parameter(0.2, 'forward speed of a full push', unit='m/s', low=0.01, high=5.0)
+    turn: float = parameter(
+        1.0, 'turning rate of a full push', unit='rad/s', low=0.05, high=20.0)
+    speed_max: float = parameter(
+        0.22, 'greatest speed that can be chosen on the page', unit='m/s', low=0.01, high=5.0)
+    turn_max: float = parameter(
+        2.84, 'greatest turning rate that can be chosen on the page', unit='rad/s', low=0.05,
+        high=20.0)
+    simulation: bool = parameter(
+        False, 'the robot is simulated: it can be set to places, and its world can be changed')
+    bags: str = parameter('bags', 'folder of the tasks, as that of the learner')
+    learner: str = parameter('learner_node', 'name of the learner node')
+    controller: str = parameter('control_field_node', 'name of the controller node')
+
+    def __post_init__(self) -> None:
+        """Validate every value against its declaration."""
+        check_fields(self)
+        for name in ('host', 'topic', 'learner', 'controller'):
+            if not getattr(self, name).strip():
+                raise ValueError(f'{name} is empty, must be a name')
+        for name, most in (('speed', self.speed_max), ('turn', self.turn_max)):
+            if getattr(self, name) > most:
+                raise ValueError(f'{name} is {getattr(self, name)}, must be at most {name}_max, '
+                                 f'which is {most}')
+
+    @property
+    def is_stamped(self) -> bool:
+        """Whether commands are TwistStamped."""
+        return self.lockstep or self.enable_stamped_cmd_vel
+
+    @property
+    def speeds(self) -> Velocity:
+        """Return forward speed [m/s] and turning rate [rad/s] of a full push."""
+        return self.speed, self.turn
+
+    @property
+    def greatest(self) -> Velocity:
+        """Return the greatest of both."""
+        return self.speed_max, self.turn_max
