@@ -8,7 +8,8 @@ PACKAGE = 'experience_controller'
 NODES = (
     'sim_node', 'control_field_node', 'learner_node', 'teleop_node', 'neighbourhood_node',
     'localised_odometry_node')
-DATA = ['launch', 'config', 'config/movers', 'config/robots', 'config/worlds']
+DATA = ['launch', 'config', 'config/movers', 'config/robots', 'config/settings',
+        'config/worlds']
 
 
 def data_files():

@@ -18,7 +18,7 @@ from experience_cli.evaluation_options import add_method_options, add_task_optio
 BAGS: Final = Path('bags')
 #: What `demo` takes where nothing is said; what runs already (--attach) has its own.
 DEMO_DEFAULTS: Final[dict[str, Any]] = {
-    'out': Path('out/demo'), 'profile': 'full', 'seed': 0, 'realtime': False}
+    'out': Path('out/demo'), 'profile': 'full', 'seed': 0, 'realtime': False, 'settings': ''}
 #: Limits of the robot by the name of the controller's parameter: unit and meaning.
 LIMITS: Final = {
     'v_max': ('m/s', 'greatest speed'), 'w_max': ('rad/s', 'greatest turning rate'),
@@ -106,11 +106,15 @@ def _demo(parser: argparse.ArgumentParser) -> None:
     add('--out', type=Path, metavar='FOLDER',
         help=f'where everything goes ({DEMO_DEFAULTS["out"]})')
     add('--tasks', metavar='LIST',
-        help='which tasks, or names or files of worlds (1,2; with --attach 1)')
+        help='which tasks, or names or files of worlds (1,2; with --attach 1); in dead_ends the '
+        'robot fails at first, and then improves')
     add('--trials', type=int, default=6, metavar='N',
         help='how often the robot tries each task (%(default)s)')
     add('--movers', default='', metavar='FILE',
         help='who moves and what changes meanwhile: a file of doc/maps.md, or crossing or door')
+    add('--settings', metavar='FILE',
+        help='learning parameters: a file, or the name of one in config/settings (that of the '
+        'world, if there is one)')
     add('--profile', choices=('paper', 'full'),
         help="the paper's equations to the letter, or with what keeps their promise of success "
         f'from everywhere ({DEMO_DEFAULTS["profile"]})')

@@ -7,7 +7,7 @@ from pathlib import Path
 import shutil
 import sys
 import time
-from typing import Final
+from typing import Any, Final
 
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import check_task_name, TaskFolder
@@ -18,6 +18,7 @@ from experience_cli.demo.client_node import DemoNode
 from experience_cli.demo.processes import Children, own_domain
 from experience_cli.demo.report import report_from_bags, report_lines, write_report
 from experience_cli.demo.show_and_try import teach, try_it
+from experience_cli.demo.task_settings import settings_for
 from experience_cli.errors import UserError
 from experience_cli.figures.paper_figures import draw_figures
 from experience_cli.terminal import Progress
@@ -48,11 +49,13 @@ def run(arguments: argparse.Namespace) -> int:
         [(task, world)] = tasks.items()
         return attach(task, world, arguments)
     _check_grids(tasks, worlds)
+    settings = {task: settings_for(world, arguments.settings) for task, world in tasks.items()}
     out = _prepare(arguments.out, tasks)
     with own_domain() as environment:
         for task, world in tasks.items():
-            _teach_and_try(task, world, arguments, out, environment)
-    return _report(list(tasks), worlds, movers, arguments, out, began)
+            parameters = node_parameters(task, arguments, out, settings[task])
+            _teach_and_try(task, world, arguments, out, environment, parameters)
+    return _report(settings, worlds, movers, arguments, out, began)
 
 
 def _fill_in(arguments: argparse.Namespace) -> None:
@@ -153,11 +156,11 @@ def _set_aside(out: Path, task: str) -> None:
 
 
 def node_parameters(
-    task: str, arguments: argparse.Namespace, out: Path,
+    task: str, arguments: argparse.Namespace, out: Path, settings: Mapping[str, Any],
 ) -> dict[str, dict[str, object]]:
-    """Return the parameters of the three nodes."""
+    """Return the parameters of the three nodes, with the settings of their task."""
     common = {'lockstep': not arguments.realtime, 'enable_stamped_cmd_vel': True}
-    learning = {'profile': arguments.profile, 'seed': arguments.seed}
+    learning = {'profile': arguments.profile, 'seed': arguments.seed, **settings}
     return {
         'sim_node': {**common, 'world': 'open', 'rate': _RATE},
         'control_field_node': {**common, **learning},
@@ -168,14 +171,14 @@ def node_parameters(
 
 def _teach_and_try(
     task: str, world: str, arguments: argparse.Namespace, out: Path,
-    environment: Mapping[str, str],
+    environment: Mapping[str, str], parameters: Mapping[str, Mapping[str, object]],
 ) -> None:
     domain = environment.get('ROS_DOMAIN_ID')
     progress = Progress(task, sys.stdout)
     progress.show('starting simulator, controller and learner')
     with Children(out / 'logs' / task, environment) as children:
-        for name, parameters in node_parameters(task, arguments, out).items():
-            children.start_node(name, parameters)
+        for name, values in parameters.items():
+            children.start_node(name, values)
         with DemoNode(int(domain) if domain else None, children.check) as node, progress:
             node.wait_for_peers()
             teach(node, progress)
@@ -183,12 +186,12 @@ def _teach_and_try(
 
 
 def _report(
-    tasks: list[str], worlds: Mapping[str, World], movers: tuple[Mover, ...],
-    arguments: argparse.Namespace, out: Path, began: float,
+    tasks: Mapping[str, Mapping[str, Any]], worlds: Mapping[str, World],
+    movers: tuple[Mover, ...], arguments: argparse.Namespace, out: Path, began: float,
 ) -> int:
     reports = [replace(
         report_from_bags(TaskFolder(out / 'bags', task), worlds[task], arguments.seed),
-        movers=movers) for task in tasks]
+        movers=movers, settings=settings) for task, settings in tasks.items()]
     write_report(out / 'report.json', reports, {
         'trials': arguments.trials, 'profile': arguments.profile, 'seed': arguments.seed,
         'realtime': arguments.realtime, 'seconds': round(time.monotonic() - began, 1)})

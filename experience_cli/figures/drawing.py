@@ -206,6 +206,7 @@ def draw_legend(figure: Figure) -> None:
 
 def draw_history(
     axes: Axes, series: Sequence[tuple[str, Sequence[float]]], what: str, first: int = 1,
+    failed: Sequence[tuple[int, float]] = (),
 ) -> None:
     """
     Draw a number by trial, the first task broken and the second solid, as the paper does.
@@ -219,6 +220,8 @@ def draw_history(
         Stands beside the axis.
     first : int
         The trial that the first number belongs to.
+    failed : sequence of (int, float)
+        Trials that did not reach the goal, each with its number.
 
     """
     styles = (('--', 'o', PATH), ('-', 's', ARROW), ('-.', '^', PROTOTYPE), (':', 'v', GOAL))
@@ -229,6 +232,10 @@ def draw_history(
                   color=colour, linewidth=2.0, markersize=10.0 - 4.0 * (index % 2), label=name,
                   markerfacecolor='none' if index % 2 == 0 else colour,
                   zorder=3.0 - 0.1 * index)
+    if failed:
+        axes.plot(*zip(*failed, strict=True), linestyle='none', marker='X', markersize=11.0,
+                  color=SINK, markeredgecolor='white', label='the goal was not reached',
+                  zorder=3.5)
     axes.set_xlabel('trial')
     axes.set_ylabel(what)
     axes.set_ylim(bottom=0, top=1.15 * max([1.0, *(max(v) for _, v in series if len(v))]))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from control_field.records import Outcome
 from experience_cli.demo.report import TaskReport
 from experience_cli.figures.drawing import (
     DEMONSTRATED, draw_cells, draw_field, draw_frame, draw_goal, draw_history, draw_legend,
@@ -97,7 +98,9 @@ def history_figure(
     figure = new_figure(6.4, 4.2)
     axes = figure.add_subplot()
     draw_history(axes, [(report.name, [getattr(trial, field) for trial in report.trials])
-                        for report in reports], what)
+                        for report in reports], what, failed=[
+        (trial.trial, getattr(trial, field)) for report in reports for trial in report.trials
+        if trial.outcome != Outcome.GOAL])
     axes.set_title(f'Figure {number}  {what[0].upper()}{what[1:]} in each trial', loc='left',
                    fontsize=11, fontweight='bold')
     return figure

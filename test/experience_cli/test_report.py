@@ -113,3 +113,18 @@ def test_every_trial_is_a_row_of_the_table_below_a_sentence_for_its_task(task):
          str(trial.reinforcements), str(trial.collisions), 'goal', f'{trial.seconds:.1f}']
         for trial in report.trials]
     assert len(rows) == 2
+
+
+def test_with_settings_of_its_own_a_task_may_fail_at_first_and_must_not_in_the_end(task):
+    report = report_from_bags(task, WORLD, 0)
+    first, last = report.trials
+    failed = [replace(first, outcome='gave_up'), last]
+    report = replace(report, trials=failed, settings={'step_limit': 50})
+    assert not list(report.problems())
+    assert report.to_json()['settings'] == {'step_limit': 50}
+    [axes] = dict(figures_of([report]))['figure_5'].axes
+    marks = axes.lines[-1]
+    assert marks.get_label() == 'the goal was not reached'
+    assert (list(marks.get_xdata()), list(marks.get_ydata())) == ([1], [first.steps])
+    report = replace(report, trials=failed[::-1])
+    assert any('last trial' in problem for problem in report.problems())
