@@ -59,6 +59,18 @@ export class MapView {
   }
 
   /**
+   * Show something that may be what is shown already.
+   *
+   * @param {'goal' | 'start' | 'decision'} name
+   * @param {any} what
+   */
+  showIfNew(name, what) {
+    if (JSON.stringify(what) !== JSON.stringify(this._shown[name] ?? null)) {
+      this.show(name, what);
+    }
+  }
+
+  /**
    * Show the way driven.
    *
    * @param {Point[]} points

@@ -1,7 +1,15 @@
-/** @typedef {import('../page.js').Page} Page */
+/** The room to teach in: the map, and three steps beside it. */
 
 import {element} from '../dom.js';
 import {mount as mountLive} from '../live/live.js';
+import {Buttons} from './buttons.js';
+import {mountGamepadHelp} from './gamepad_help.js';
+import {trialWords} from './words.js';
+
+/** @typedef {import('../page.js').Page} Page */
+
+/** How many trials are offered, one after the other. */
+const SERIES = [1, 5, 20];
 
 /**
  * @param {HTMLElement} root
@@ -9,6 +17,80 @@ import {mount as mountLive} from '../live/live.js';
  */
 export function mount(root, page) {
   const live = element('figure', {class: 'live'});
-  root.append(live);
+  const buttons = new Buttons(page, () => ({run_trials: {n: chosenSeries(root)}}));
+  const steps = element('div', {class: 'steps'},
+    showStep(page, buttons), tryStep(page, buttons), judgeStep(page, buttons));
+  root.append(live, steps);
   mountLive(live, page);
+  mountGamepadHelp(steps, page);
+  page.on('state', () => buttons.refresh());
+  page.on('asked', ({action}) => buttons.press(action));
+}
+
+/**
+ * @param {Page} page
+ * @param {string} name
+ * @param {...import('../dom.js').Child} children
+ */
+function step(page, name, ...children) {
+  const title = `step-${name}`;
+  return element('section', {class: `card step ${name}`, 'aria-labelledby': title},
+    element('h2', {id: title}, page.t(`teach.${name}`)), ...children);
+}
+
+/** @param {Page} page @param {Buttons} buttons */
+function showStep(page, buttons) {
+  const recording = element('p', {class: 'recording', hidden: true});
+  page.on('state', ({phase, seconds}) => {
+    recording.hidden = phase !== 'demonstration';
+    recording.textContent = page.t('teach.recording', {seconds: Math.floor(seconds)});
+  });
+  return step(page, 'show', recording, element('div', {class: 'row'},
+    ...['start', 'keep', 'redo', 'cancel'].map(action => buttons.make(action))));
+}
+
+/** @param {Page} page @param {Buttons} buttons */
+function tryStep(page, buttons) {
+  const left = element('p', {class: 'left', hidden: true});
+  page.on('state', ({trials_left: n}) => {
+    left.hidden = n < 1;
+    left.textContent = page.t('teach.left', {n});
+  });
+  return step(page, 'try', left, element('div', {class: 'row'},
+    buttons.make('run_trials'), seriesChoice(page)));
+}
+
+/** @param {Page} page @param {Buttons} buttons */
+function judgeStep(page, buttons) {
+  const told = element('p', {class: 'told'});
+  page.on('state', ({trial}) => {
+    const words = trialWords(page, trial);
+    if (told.textContent !== words) {
+      told.textContent = words;
+    }
+    told.dataset.outcome = trial.state === 'ended' ? trial.outcome : '';
+  });
+  return step(page, 'judge', told, element('div', {class: 'row'},
+    ...['label_success', 'label_failure', 'drop_last', 'undo', 'set_back'].map(
+      action => buttons.make(action))));
+}
+
+/** @param {Page} page How many trials, one after the other. */
+function seriesChoice(page) {
+  const choice = element('fieldset', {class: 'series'},
+    element('legend', {class: 'unseen'}, page.t('teach.series')),
+    ...SERIES.map((n, index) => element('label', {},
+      element('input', {type: 'radio', name: 'series', value: n, checked: index === 0}),
+      element('span', {}, page.t('teach.times', {n})))));
+  page.on('state', ({simulation}) => {
+    choice.hidden = !simulation;
+  });
+  return choice;
+}
+
+/** @param {HTMLElement} root @returns {number} */
+function chosenSeries(root) {
+  const chosen = root.querySelector('input[name=series]:checked');
+  return chosen instanceof HTMLInputElement && chosen.closest('[hidden]') === null
+    ? Number(chosen.value) : 1;
 }
