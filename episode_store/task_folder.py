@@ -118,6 +118,15 @@ def episode_from_path(path: Path) -> EpisodeFolder:
     return EpisodeFolder(int(match[1]), EpisodeKind(match[2]), path)
 
 
+def is_named_like_own(folder: Path) -> bool:
+    """Return whether a folder is named like that of a bag of ours."""
+    try:
+        episode_from_path(folder.absolute())
+    except BagError:
+        return False
+    return True
+
+
 class TaskFolder:
     """
     All bags of one task.

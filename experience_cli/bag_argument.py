@@ -15,7 +15,7 @@ from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.reader import BagReader
 from episode_store.rosbag2.writer import HEADER_NAME
 from episode_store.task_folder import (
-    check_task_name, episode_from_path, EpisodeFolder, TaskFolder, tasks)
+    check_task_name, episode_from_path, EpisodeFolder, is_named_like_own, TaskFolder, tasks)
 from experience_cli.arguments import BAGS
 from experience_cli.errors import UserError
 
@@ -281,15 +281,6 @@ def _was_external(path: Path, files: list[Path]) -> bool:
     """Return whether a path is what is left of an external bag whose files are missing."""
     return path.is_dir() and not files and not is_named_like_own(path) and (
         path / 'metadata.yaml').exists()
-
-
-def is_named_like_own(folder: Path) -> bool:
-    """Return whether a folder is named like that of a bag of ours."""
-    try:
-        episode_from_path(folder.absolute())
-    except BagError:
-        return False
-    return True
 
 
 def _has_our_header(file: Path) -> bool:

@@ -25,11 +25,12 @@ from episode_store.making import NewBags
 from episode_store.rosbag2.bag_files import storage_files
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.metadata import NAME
-from episode_store.task_folder import episode_from_path, EpisodeFolder, EpisodeKind, TaskFolder
+from episode_store.task_folder import (
+    episode_from_path, EpisodeFolder, EpisodeKind, is_named_like_own, TaskFolder)
 from episode_store.workspaces import check_workspaces
 from experience_cli.arguments import READING, ROBOT_RADIUS, TOPICS, WORKSPACE
 from experience_cli.bag_argument import (
-    episodes_from_paths, find_readable_bag, is_external, is_named_like_own)
+    episodes_from_paths, find_readable_bag, is_external)
 from experience_cli.bag_summary import grid_text
 from experience_cli.errors import UserError
 from msgs_bridge.sensing.laser_mount import Mount

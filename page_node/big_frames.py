@@ -35,12 +35,13 @@ def bytes_from_frame(
         If an array is of another type, or a number in the header is none.
 
     """
-    columns = [{'name': name, 'dtype': _type_of(name, array), 'shape': list(array.shape)}
+    types = {name: _type_of(name, array) for name, array in arrays.items()}
+    columns = [{'name': name, 'dtype': types[name], 'shape': list(array.shape)}
                for name, array in arrays.items()]
     text = json.dumps({**header, 'arrays': columns}, allow_nan=False).encode()
     text += b' ' * (-len(text) % 4)
-    parts = [np.ascontiguousarray(array, TYPES[column['dtype']]).tobytes()
-             for column, array in zip(columns, arrays.values(), strict=True)]
+    parts = [np.ascontiguousarray(array, TYPES[types[name]]).tobytes()
+             for name, array in arrays.items()]
     return b''.join([len(text).to_bytes(4, 'little'), text, *parts])
 
 

@@ -9,9 +9,10 @@ import sys
 from episode_store.episode import Episode
 from episode_store.rosbag2.errors import BagError
 from episode_store.summary import Summary, summary_of
-from episode_store.task_folder import episode_from_path, EpisodeFolder, task_folders
+from episode_store.task_folder import (
+    episode_from_path, EpisodeFolder, is_named_like_own, task_folders)
 from experience_cli.arguments import BAGS
-from experience_cli.bag_argument import is_named_like_own, named_path, task_folder, tasks_in
+from experience_cli.bag_argument import named_path, task_folder, tasks_in
 from experience_cli.bag_summary import size_text, time_text
 from experience_cli.errors import UserError
 from experience_cli.terminal import table_lines
