@@ -13,7 +13,7 @@ from episode_store.lock import is_in_use
 from episode_store.rosbag2.errors import BagError
 from episode_store.rosbag2.metadata import NAME
 from episode_store.task_folder import EpisodeFolder, TaskFolder
-from page_node.memory.refusal import RefusedError
+from page_node.refusal import RefusedError
 
 #: So many stay open: the one that is looked at, and a few before it.
 _MOST_OPEN: Final = 4

@@ -8,7 +8,7 @@ from episode_store.errors import NoSuchMomentError
 from episode_store.explanation import check_recorded, Moment
 from episode_store.moment_report import about_moment
 from page_node.memory.opened import reading
-from page_node.memory.refusal import RefusedError
+from page_node.refusal import RefusedError
 
 
 def why(bags: str, task: str, number: str, at: float) -> dict[str, Any]:
