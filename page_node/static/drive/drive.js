@@ -21,6 +21,7 @@ export class Drive {
     this._held = new Map();
     /** @type {Move} */
     this._told = STANDING;
+    this._share = 1;
     this._timer = 0;
     this._socket = new Socket('/drive', {
       message: data => this._hear(data),
@@ -33,7 +34,14 @@ export class Drive {
 
   /** @returns {Move} What is asked for now. */
   get move() {
-    return [...this._held.values()].at(-1) ?? STANDING;
+    const [v, w] = [...this._held.values()].at(-1) ?? STANDING;
+    return [v * this._share, w * this._share];
+  }
+
+  /** @param {number} share Of the speeds, that all that is held comes to. */
+  setShare(share) {
+    this._share = share;
+    this._tell();
   }
 
   /** @returns {boolean} Whether commands arrive. */

@@ -14,6 +14,7 @@ const STOPS = [' ', 'k'];
 export const LETTERS = {
   s: 'start', n: 'keep', r: 'redo', a: 'cancel', d: 'drop_last', b: 'undo', t: 'run_trials',
   y: 'label_success', f: 'label_failure', g: 'set_back', h: 'teach_here',
+  q: 'faster', w: 'faster', e: 'faster', z: 'slower', x: 'slower', c: 'slower',
 };
 
 /** Where keys are meant for what has the focus. */

@@ -50,7 +50,7 @@ export function makePad(page) {
     ...BUTTONS.map(button => makeButton(page, ...button)), knob);
   followPointer(page, pad);
   page.on('move', ({v, w}) => {
-    knob.style.transform = `translate(${-w * 100}%, ${-v * 100}%)`;
+    knob.style.transform = `translate(${-w * 90}%, ${-v * 90}%)`;
     pad.classList.toggle('held', Boolean(v || w));
   });
   page.on('driver', ({who}) => pad.classList.toggle('taken', who === 'other'));

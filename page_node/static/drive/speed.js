@@ -4,12 +4,35 @@ import {element} from '../dom.js';
 
 /** @typedef {import('../page.js').Page} Page */
 
-/** @param {Page} page @returns {HTMLElement} */
+const STORED = 'speed';
+const SLOWEST = 0.1;
+
+/**
+ * Make the slider; keys that ask for `faster` or `slower` move it, too.
+ *
+ * @param {Page} page
+ * @returns {HTMLElement}
+ */
 export function makeSpeed(page) {
   const range = element('input', {
-    type: 'range', min: 0.05, max: 1, step: 0.05, id: 'speed',
-    onchange: () => page.post('/api/actions/set_speeds', {share: Number(range.value)}),
+    type: 'range', min: SLOWEST, max: 1, step: 'any',
+    value: Number(localStorage.getItem(STORED)) || 1, oninput: () => choose(page, range),
+  });
+  choose(page, range);
+  page.on('asked', ({action}) => {
+    const factor = {faster: 1.1, slower: 1 / 1.1}[/** @type {string} */ (action)];
+    if (factor) {
+      range.value = String(Number(range.value) * factor);
+      choose(page, range);
+    }
   });
   return element('label', {class: 'speed'},
     element('span', {}, page.t('drive.speed')), range);
+}
+
+/** @param {Page} page @param {HTMLInputElement} range */
+function choose(page, range) {
+  page.drive.setShare(Number(range.value));
+  range.setAttribute('aria-valuetext', page.words.share(Number(range.value)));
+  localStorage.setItem(STORED, range.value);
 }

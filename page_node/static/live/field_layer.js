@@ -96,7 +96,7 @@ export function drawCells(context, picture, {rows, cols, resolution, origin}) {
 export function drawArrows(context, field, viewport, colours) {
   const {rows, cols, resolution, origin} = field;
   const stride = Math.max(1, Math.ceil(SPACING / (resolution * viewport.scale)));
-  const size = Math.min(stride * resolution * 0.33, 9 / viewport.scale);
+  const size = Math.min(stride * resolution * 0.3, 8 / viewport.scale);
   const [homeward, astray] = [new Path2D(), new Path2D()];
   for (let row = stride >> 1; row < rows; row += stride) {
     for (let col = stride >> 1; col < cols; col += stride) {

@@ -56,7 +56,7 @@ export function describe(page, robot, sight) {
 /** @param {Robot} robot @param {Sight} sight @returns {string[]} Sides with something close. */
 function wallsAround(robot, {rows, cols, resolution, x0, y0, cells}) {
   const sides = new Set();
-  const reach = 2.2 * resolution + robot.radius;
+  const reach = 2.2 * resolution + (robot.radius ?? 0);
   for (let index = 0; index < rows * cols; index += 1) {
     const x = x0 + (index % cols + 0.5) * resolution;
     const y = y0 + (Math.floor(index / cols) + 0.5) * resolution;

@@ -70,9 +70,10 @@ function judgeStep(page, buttons) {
     }
     told.dataset.outcome = trial.state === 'ended' ? trial.outcome : '';
   });
-  return step(page, 'judge', told, element('div', {class: 'row'},
-    ...['label_success', 'label_failure', 'drop_last', 'undo', 'set_back'].map(
-      action => buttons.make(action))));
+  const row = /** @param {string} kind @param {string[]} actions */ (kind, ...actions) => (
+    element('div', {class: kind}, ...actions.map(action => buttons.make(action))));
+  return step(page, 'judge', told, row('row', 'label_success', 'label_failure'),
+    row('row small', 'drop_last', 'undo', 'set_back'));
 }
 
 /** @param {Page} page How many trials, one after the other. */
