@@ -12,6 +12,9 @@ import {UNKNOWN_STATE} from './types.js';
 /** @typedef {import('./drive/drive.js').Drive} Drive */
 /** @typedef {(frame: any) => void} Listener */
 
+/** How long what was said once can be read, [ms]. */
+const SAID = 12000;
+
 export class Page {
   /** @param {Words} words */
   constructor(words) {
@@ -26,6 +29,7 @@ export class Page {
     /** @type {Map<string, Set<Listener>>} */
     this._listeners = new Map();
     this._seen = 0;
+    this._forgetting = 0;
   }
 
   /** Begin to hear what the server tells. */
@@ -135,6 +139,12 @@ export class Page {
     const place = document.getElementById('notice');
     place?.replaceChildren(text, details && text ? element('details', {},
       element('summary', {}, this.t('page.details')), details) : '');
+    clearTimeout(this._forgetting);
+    this._forgetting = setTimeout(() => {
+      if (!place?.querySelector('[open]')) {
+        place?.replaceChildren();
+      }
+    }, SAID);
   }
 
   /** @param {string} path @param {AbortSignal} [signal] */

@@ -18,10 +18,19 @@ export function mount(root, page) {
     onpointerdown: () => page.drive.stop(), onclick: onlyByKeyboard(() => page.drive.stop()),
   }, element('strong', {}, page.t('drive.stop')),
   element('small', {class: 'keys'}, page.t('drive.space')));
-  root.append(
-    element('div', {class: 'driving'}, makePad(page), makeSpeed(page)), stop);
+  root.append(element('div', {class: 'driving'}, makePad(page), makeSpeed(page)),
+    makeDriver(page), stop);
   new Keys(page);
   new Gamepads(page);
+}
+
+/** @param {Page} page Says it while somebody else drives. @returns {HTMLElement} */
+function makeDriver(page) {
+  const driver = element('p', {class: 'driver', role: 'status'});
+  page.on('driver', ({who}) => {
+    driver.textContent = who === 'other' ? page.t('drive.other') : '';
+  });
+  return driver;
 }
 
 /**

@@ -20,6 +20,8 @@ export const LETTERS = {
 /** Where keys are meant for what has the focus. */
 const WRITING = 'input:not([type=range]):not([type=checkbox]):not([type=radio])' +
   ':not([type=button]), textarea, [contenteditable]';
+/** What a browser ticks by space alone, which stops here: Enter does it, as it presses buttons. */
+const TICKED = 'input[type=checkbox], input[type=radio]';
 const CHOOSING = 'select, input, [role=slider], [role=listbox], [data-keys]';
 
 export class Keys {
@@ -41,13 +43,18 @@ export class Keys {
     }
     if (key === ' ' || (STOPS.includes(key) && !isIn(event, CHOOSING))) {
       this._stop(event);
+    } else if (key === 'enter' && isIn(event, TICKED)) {
+      /** @type {HTMLElement} */ (event.target).click();
     } else if (this._page.room === 'teach' && !isIn(event, CHOOSING)) {
       this._drive(event, key);
     }
   }
 
-  /** Space stops whatever has the focus, so that nobody has to look first; Enter presses. */
-  /** @param {KeyboardEvent} event */
+  /**
+   * Space stops whatever has the focus, so that nobody has to look first; Enter presses.
+   *
+   * @param {KeyboardEvent} event
+   */
   _stop(event) {
     event.preventDefault();
     event.stopPropagation();

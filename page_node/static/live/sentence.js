@@ -8,8 +8,9 @@
  */
 export function mount(root, page) {
   let isOpen = false;
+  let away = 'connecting';
   const say = () => {
-    const {code, values} = isOpen ? page.state.advice : {code: 'connecting', values: {}};
+    const {code, values} = isOpen ? page.state.advice : {code: away, values: {}};
     const text = page.t(`advice.${code}`, values);
     // Only what is new is written, or a screen reader says it again and again.
     if (root.textContent !== text) {
@@ -18,6 +19,7 @@ export function mount(root, page) {
   };
   page.on('connection', ({open}) => {
     isOpen = open;
+    away = open ? 'away' : away;
     document.body.classList.toggle('away', !open);
     say();
   });
