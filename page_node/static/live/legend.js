@@ -8,7 +8,7 @@ const SIGNS = ['home', 'lost', 'wall', 'near', 'truth', 'shown', 'learnt', 'goal
 
 /** @param {Page} page @returns {HTMLElement} */
 export function makeLegend(page) {
-  const signs = SIGNS.map(name => element('li', {class: `sign ${name}`},
+  const signs = SIGNS.map(name => element('li', {class: `sign ${name}-sign`},
     element('span', {class: 'swatch', 'aria-hidden': 'true'}), page.t(`sign.${name}`)));
   page.on('state', ({simulation, prototypes, teach_here: places}) => {
     signs[SIGNS.indexOf('truth')]?.toggleAttribute('hidden', !simulation);

@@ -6,7 +6,7 @@ import {LETTERS} from '../drive/keys.js';
 /** @typedef {import('../page.js').Page} Page */
 /** @typedef {import('../types.js').State} State */
 
-const RECORDING = ['demonstration', 'settling'];
+export const RECORDING = ['demonstration', 'settling'];
 const SERIES = ['waiting', 'placing', 'starting', 'trial', 'finishing'];
 
 /** @type {Record<string, string>} */

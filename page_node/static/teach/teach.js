@@ -2,7 +2,7 @@
 
 import {element} from '../dom.js';
 import {mount as mountLive} from '../live/live.js';
-import {Buttons} from './buttons.js';
+import {Buttons, RECORDING} from './buttons.js';
 import {mountGamepadHelp} from './gamepad_help.js';
 import {trialWords} from './words.js';
 
@@ -23,7 +23,10 @@ export function mount(root, page) {
   root.append(live, steps);
   mountLive(live, page);
   mountGamepadHelp(steps, page);
-  page.on('state', () => buttons.refresh());
+  page.on('state', ({phase}) => {
+    steps.classList.toggle('recording', RECORDING.includes(phase));
+    buttons.refresh();
+  });
   page.on('asked', ({action}) => buttons.press(action));
 }
 
@@ -40,7 +43,7 @@ function step(page, name, ...children) {
 
 /** @param {Page} page @param {Buttons} buttons */
 function showStep(page, buttons) {
-  const recording = element('p', {class: 'recording', hidden: true});
+  const recording = element('p', {class: 'watching', hidden: true});
   page.on('state', ({phase, seconds}) => {
     recording.hidden = phase !== 'demonstration';
     recording.textContent = page.t('teach.recording', {seconds: Math.floor(seconds)});
