@@ -24,6 +24,8 @@ from msgs_bridge.node.throttled_log import ThrottledLog
 from msgs_bridge.teaching.velocity_publisher import VelocityPublisher
 from page_node.driving.drive_watch import DriveWatch
 from page_node.exchange import Endpoint
+from page_node.memory.endpoints import MemoryEndpoints
+from page_node.memory.worker import Worker
 from page_node.ros_tasks import RosTasks
 from page_node.server.app import make_app
 from page_node.server.guard import make_policy
@@ -73,6 +75,7 @@ class PageNode(Node):
         self.tasks = RosTasks(self)
         self.watch = DriveWatch(self._commands.send, self.settings.speeds)
         self.peers = PeerMonitor(self)
+        self.worker = Worker()
         self._make_server(self._endpoints())
         self._make_topics()
 
@@ -99,7 +102,7 @@ class PageNode(Node):
 
     def _endpoints(self) -> list[Endpoint]:
         """Return what the rooms answer."""
-        return []
+        return MemoryEndpoints(self.worker, self.settings.bags).all()
 
     # What is driven
 
@@ -157,6 +160,7 @@ class PageNode(Node):
         if was_driving:
             self._commands.stand_still(_STANDSTILL_TIME)
         self._server.close()
+        self.worker.close()
 
 
 def main(args: list[str] | None = None) -> None:

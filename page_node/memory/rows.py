@@ -31,24 +31,37 @@ def list_of(bags: str, task: str) -> dict[str, Any]:
     """
     Return all bags of a task, the newest first.
 
+    Parameters
+    ----------
+    bags : str
+        Folder of the tasks.
+    task : str
+        Name of one; empty: the first there is.
+
     Returns
     -------
     dict
         ``episodes``: rows, as `_row` has them; of those that were not read yet, with ``state``
         ``unread``, only the names. ``complete``: whether there is none of these, else the same is
-        to be asked again. ``others``: names of what other programs recorded there. ``tasks``: that
-        have bags.
+        to be asked again. ``others``: names of what other programs recorded there. ``task``: whose
+        they are. ``tasks``: those that have bags.
+
+    Raises
+    ------
+    RefusedError
+        ``no_task`` if there cannot be such a task, ``folder`` if its folder cannot be read.
 
     """
-    deadline = time.monotonic() + _READS_FOR
-    found = task_of(bags, task)
-    rows = []
+    deadline, there, rows = time.monotonic() + _READS_FOR, _tasks(bags), list[dict[str, Any]]()
+    if not task and not there:
+        return {'task': '', 'tasks': [], 'episodes': [], 'complete': True, 'others': []}
+    found = task_of(bags, task or there[0])
     for folder in reversed(folders_of(found)):
         key = folder, BagState.of(folder)
         if key not in _kept and time.monotonic() < deadline:
             _keep(key)
         rows.append(_kept.get(key) or _names(folder) | {'state': 'unread'})
-    return {'task': found.task, 'tasks': _tasks(bags), 'episodes': rows,
+    return {'task': found.task, 'tasks': there, 'episodes': rows,
             'complete': all(row['state'] != 'unread' for row in rows),
             'others': _others(found)}
 

@@ -5,8 +5,6 @@ from typing import Any
 
 from episode_store.episode import Episode
 from episode_store.errors import NoSuchMomentError
-from episode_store.explanation import check_recorded, Moment
-from episode_store.moment_report import about_moment
 from page_node.memory.opened import reading
 from page_node.refusal import RefusedError
 
@@ -34,6 +32,10 @@ def why(bags: str, task: str, number: str, at: float) -> dict[str, Any]:
 
 
 def _about(episode: Episode, at: float) -> dict[str, Any]:
+    # Learning is imported in the working process only: who asks names the function, no more.
+    from episode_store.explanation import check_recorded, Moment
+    from episode_store.moment_report import about_moment
+
     at = min(at, episode.duration)
     try:
         check_recorded(episode, at)
@@ -55,3 +57,10 @@ def finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [finite(each) for each in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def get_ready() -> None:
+    """Import what a first answer would else wait for."""
+    from episode_store import explanation, moment_report
+
+    del explanation, moment_report
