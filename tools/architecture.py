@@ -32,8 +32,8 @@ ROOMS = {
     'page_node': ('a page to drive\nand to teach', 664, 134, '#3f74b5'),
     'control_field_node': ('the controller:\nodom to cmd_vel', 806, 138, '#3f74b5'),
     'learner_node': ('records drives and trials,\nlearns between them', 952, 238, '#3f74b5'),
-    'world_maps': ('map_server,\nMovingAI', 78, 130, '#6d9442'),
-    'episode_store': ("the robot's memory:\ntasks, episodes, relearning", 928, 208, '#c9762b'),
+    'world_maps': ('map_server, MovingAI', 78, 650, '#6d9442'),
+    'episode_store': ("the robot's memory:\ntasks, episodes, relearning", 740, 396, '#c9762b'),
     'msgs_bridge': ('between ROS 2 and the core', 0, 1190, '#64748b'),
     'control_field': ('the paper, in NumPy: no ROS, no files, no clock', 0, 1190, '#b8901f'),
 }
