@@ -37,9 +37,10 @@ class Rooms {
       this._links.set(name, link);
     }
     place('rooms').append(...this._links.values());
-    page.on('state', ({simulation}) => SIMULATED.forEach(name => {
-      /** @type {HTMLElement} */ (this._links.get(name)).hidden = !simulation;
-    }));
+    page.on('state', ({simulation, phase, trial}) => {
+      Object.assign(document.body.dataset, {phase, trial: trial.state});
+      SIMULATED.forEach(name => this._links.get(name)?.toggleAttribute('hidden', !simulation));
+    });
     addEventListener('hashchange', () => this.show());
   }
 

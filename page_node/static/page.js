@@ -83,7 +83,8 @@ export class Page {
     const answer = await this.post(`/api/actions/${action}`, body);
     const key = answer.success ? `done.${action}` : `refused.${answer.code ?? ''}`;
     const words = this.words.has(key) ? key : answer.success ? '' : 'refused.unknown';
-    this.say(words && this.t(words, answer.values), answer.success ? '' : answer.message);
+    this.say(words && this.t(words, answer.values), answer.success ? '' : answer.message,
+      answer.success ? action : '');
     return answer;
   }
 
@@ -134,9 +135,11 @@ export class Page {
    *
    * @param {string} text
    * @param {string} [details] In the words of whoever refused, for those who want to know.
+   * @param {string} [done] The action that has been done.
    */
-  say(text, details = '') {
+  say(text, details = '', done = '') {
     const place = document.getElementById('notice');
+    place?.setAttribute('data-done', done);
     place?.replaceChildren(text, details && text ? element('details', {},
       element('summary', {}, this.t('page.details')), details) : '');
     clearTimeout(this._forgetting);
