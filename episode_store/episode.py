@@ -1,23 +1,25 @@
 """A bag of ours, opened: what it says of itself, what it teaches, and what is wrong with it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 import math
 import os
 from pathlib import Path
-from typing import TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from control_field.drives.demonstration import DemonstrationReport
+from control_field.drives.breaks import ImplausibleDriveError
+from control_field.drives.demonstration import DemonstrationReport, TooShortError
+from control_field.drives.workspace import OutsideWorkspaceError
 from control_field.records import (
     ControlField, DECISION_DTYPE, Demonstration, Outcome, Prototypes, Trial)
 from control_field.words import counted
 from episode_store.damage import Damage, find_damage
-from episode_store.drives import NoPoseError, read_drive, remedy_for_own
+from episode_store.drives import LeadsNowhereError, NoPoseError, read_drive, remedy_for_own
 from episode_store.errors import NothingToLearnError
 from episode_store.gaps import BagGaps, find_gaps
 from episode_store.header import EpisodeHeader, find_topic
@@ -37,6 +39,10 @@ from msgs_bridge.messages.raw_cloud import cloud_from_cdr
 from msgs_bridge.messages.tables import field_from_cloud, prototypes_from_cloud
 from msgs_bridge.messages.trial_status import Label, State, TrialStatus
 
+#: What is wrong with a drive, for a page that has words of its own.
+_CODES: Final[Mapping[type[ValueError], str]] = {
+    TooShortError: 'too_short', LeadsNowhereError: 'leads_nowhere',
+    ImplausibleDriveError: 'implausible', OutsideWorkspaceError: 'outside'}
 _Table = TypeVar('_Table', ControlField, Prototypes)
 
 
@@ -254,7 +260,8 @@ class Episode:
         except ValueError as error:
             frame = error.frame if isinstance(error, NoPoseError) else ''
             raise NothingToLearnError(
-                self.path, f'{error}{remedy_for_own(error, self.folder.name)}', frame) from None
+                self.path, f'{error}{remedy_for_own(error, self.folder.name)}', frame,
+                _CODES.get(type(error), '')) from None
         return Content(record, report, self.status, (*notes, *self._beside()))
 
     def _check_kept(self) -> None:

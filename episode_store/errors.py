@@ -19,13 +19,19 @@ class NothingToLearnError(BagError):
         What is wrong with it.
     frame : str
         The frame that its poses are in, if that is what is wrong.
+    code : str
+        What is wrong, for a page that has words of its own; empty for what is rare.
 
     """
 
-    def __init__(self, path: Path, why: str, frame: str = '') -> None:
+    def __init__(self, path: Path, why: str, frame: str = '', code: str = '') -> None:
         """Keep all of them."""
         super().__init__(f'{path}: {why}')
-        self.why, self.frame = printable(why), frame
+        self.why, self.frame, self.code = printable(why), frame, code
+
+
+class NothingThereError(BagError):
+    """There is no bag to do with what is asked for."""
 
 
 class NoSuchMomentError(BagError):

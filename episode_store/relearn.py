@@ -60,6 +60,8 @@ class LearntBag:
         A sentence on where the goal is now and was before; empty if it is where it was.
     missing : str
         What the recording lacks; empty if nothing.
+    code : str
+        Why nothing was learnt, for a page that has words of its own; empty for what is rare.
 
     """
 
@@ -70,6 +72,7 @@ class LearntBag:
     why_not: str = ''
     moved: str = ''
     missing: str = ''
+    code: str = ''
 
     @property
     def note(self) -> str:
@@ -182,7 +185,8 @@ class Relearner:
             return self._learn_demonstration(episode, record)
         except NothingToLearnError as error:
             return LearntBag(episode.folder, None, None,
-                             why_not=f'{error.why}{remedy_for_frame(error.frame)}')
+                             why_not=f'{error.why}{remedy_for_frame(error.frame)}',
+                             code=error.code)
         except BagError:
             raise
         except ValueError as error:

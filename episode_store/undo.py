@@ -14,6 +14,7 @@ import time
 from typing import Final
 
 from episode_store.episode import Episode
+from episode_store.errors import NothingThereError
 from episode_store.rosbag2.errors import BagError, error_line
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from msgs_bridge.messages.trial_status import Label
@@ -60,7 +61,7 @@ def bring_back(task: TaskFolder, number: int | None = None) -> list[EpisodeFolde
         last = max(map(_taken_at, gone), default=0)
         numbers = [episode.number for episode in gone if _taken_at(episode) == last]
         if not numbers:
-            raise BagError(f'nothing was taken away from {task.path}')
+            raise NothingThereError(f'nothing was taken away from {task.path}')
     else:
         numbers = [number]
     return [_kept(task.recall(each)) for each in numbers]

@@ -8,7 +8,7 @@ import time
 from typing import Any, Final
 
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -138,7 +138,8 @@ class LearnerNode(Node):
     def _make_services(self) -> None:
         self.learner_services = LearnerServices(
             self, self._session, self.learning, self._handler.carry_out, self._collect_all,
-            lambda: Future(executor=self.executor), MutuallyExclusiveCallbackGroup())
+            lambda: Future(executor=self.executor), MutuallyExclusiveCallbackGroup(),
+            ReentrantCallbackGroup())
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_TICK_PERIOD, self._tick, clock=steady)
         self.create_timer(_PEERS_PERIOD, self._look_at_peers, clock=steady)
@@ -258,7 +259,8 @@ class LearnerNode(Node):
     def tell(self) -> None:
         """Publish the status of the learner."""
         self._name_trial()
-        more = {**self._task_memory.places, **self._named,
+        more = {**self._task_memory.places, **self._named, **self._task_memory.counts(),
+                'simulation': str(self._settings.simulation).lower(),
                 'refused': str(self._dispatcher.n_refused)}
         status = diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self.learning.newest,
@@ -287,7 +289,7 @@ class LearnerNode(Node):
         """Report, also to a request that waits, that nothing can be recorded any more."""
         self.get_logger().error(text)
         self.said = why
-        self.learner_services.answer(False, why)
+        self.learner_services.answer(False, why, 'disk')
         self._handler.carry_out(self._session.on_recording_failed(why, time.monotonic()))
 
     def on_answer(self, accepted: bool, message: str) -> None:

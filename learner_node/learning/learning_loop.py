@@ -9,6 +9,7 @@ from typing import Any, Final
 from control_field.grid import TooLargeError
 from control_field.parameters import Parameters
 from episode_store.episode import Episode
+from episode_store.errors import NothingThereError
 from episode_store.gaps import BagGaps, note_gaps
 from episode_store.relearn import LearntBag
 from episode_store.rosbag2.errors import BagError
@@ -121,7 +122,8 @@ class LearningLoop:
             text = self._result(future)
         except BagError as error:
             self._go_on()
-            self._node.learner_services.answer(False, str(error))
+            self._node.learner_services.answer(False, str(error), (
+                'nothing_there' if isinstance(error, NothingThereError) else 'bags'))
             return
         self._learnt()
         self._node.say(text)
@@ -155,7 +157,8 @@ class LearningLoop:
         self._node.say(sentence, warns=is_demo and not is_learnt)
         if numbers := numbers_from_learnt_bag(newest):
             self._node.get_logger().info(f'in numbers: {numbers}')
-        self._node.learner_services.answer(is_learnt, sentence)
+        self._node.learner_services.answer(
+            is_learnt, sentence, '' if is_learnt else newest.code or 'not_learnt')
 
     def _on_noted(self, future: 'Future[BagGaps]') -> None:
         try:

@@ -1,6 +1,7 @@
 """The bags of a task, and what they have taught so far."""
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
 import math
@@ -21,13 +22,13 @@ from episode_store.gaps import note_gaps
 from episode_store.header import EpisodeHeader
 from episode_store.relearn import goal_moved, LearntBag, Relearner
 from episode_store.repair import repair_task
-from episode_store.rosbag2.errors import BagError, error_line
+from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.undo import bring_back, names_of, take_away, UNDO
+from learner_node.learning.task_bags import bag_named, check_writable, counts_of, set_aside
 from msgs_bridge.messages.memory_identity import memory_of, NOTHING
 from msgs_bridge.messages.poses import FRAME_OWNERS, problem_with_frame
 from msgs_bridge.messages.trial_status import Label
-from msgs_bridge.untrusted.files import draft_beside
 
 #: Places to teach from that are told of.
 _N_PLACES: Final = 5
@@ -94,7 +95,8 @@ class TaskMemory:
         self.memory = NOTHING
         self._starts = starts
         self._n_asked = 0
-        _check_writable(task)
+        self._counts: dict[str, str] = {}
+        check_writable(task)
         self.aside = set_aside(task) if fresh else ''
 
     def _new_fold(self, parameters: Parameters) -> Relearner:
@@ -257,9 +259,14 @@ class TaskMemory:
         self.memory = NOTHING if refresh is None else memory_of(
             self.task.task, refresh.field, refresh.prototypes)
 
-    def drop_last(self) -> str:
+    def drop(self, name: str = '') -> str:
         """
-        Take the newest bag away and relearn from the others; return what to tell people.
+        Take a bag away and relearn from the others; return what to tell people.
+
+        Parameters
+        ----------
+        name : str
+            Such as ``0001_demo``; empty: the newest.
 
         Raises
         ------
@@ -267,9 +274,15 @@ class TaskMemory:
             If there is none, it cannot be moved, or the others cannot be relearnt from.
 
         """
-        last = self._last()
-        take_away(self.task, [last.number])
-        return self._relearn_after(f'{last.name} is dropped ({UNDO})')
+        bag = bag_named(self.task, name)
+        take_away(self.task, [bag.number])
+        return self._relearn_after(f'{bag.name} is dropped ({UNDO})')
+
+    def counts(self) -> dict[str, str]:
+        """Return how many bags there are, and whether any was taken away, for diagnostics."""
+        with suppress(BagError):  # who changes bags is told so
+            self._counts = counts_of(self.task)
+        return self._counts
 
     def find_places(self) -> None:
         """Note where trials start and where one more demonstration would help most."""
@@ -294,9 +307,15 @@ class TaskMemory:
         return self._relearn_after(
             f'{names_of(back)} {"is" if len(back) == 1 else "are"} back')
 
-    def label_last(self, label: Label) -> str:
+    def label(self, label: Label, name: str = '') -> str:
         """
-        Note what a person says of the newest bag, and relearn; return what to tell people.
+        Note what a person says of a bag, and relearn; return what to tell people.
+
+        Parameters
+        ----------
+        label : Label
+        name : str
+            Such as ``0001_demo``; empty: the newest.
 
         Raises
         ------
@@ -304,9 +323,9 @@ class TaskMemory:
             If there is none, it cannot be noted, or the bags cannot be relearnt from.
 
         """
-        last = self._last()
-        Episode(last).judge(label)
-        return self._relearn_after(f'{last.name} is labelled {label}')
+        bag = bag_named(self.task, name)
+        Episode(bag).judge(label)
+        return self._relearn_after(f'{bag.name} is labelled {label}')
 
     def _relearn_after(self, change: str) -> str:
         before = self.refresh
@@ -316,12 +335,6 @@ class TaskMemory:
             raise BagError(f'{change}, but the control field stays as it was: {error}') from None
         moved = goal_moved(before, self.refresh)
         return sentences([change, self._standing(), moved])
-
-    def _last(self) -> EpisodeFolder:
-        episodes = self.task.episodes()
-        if not episodes:
-            raise BagError(f'there is no bag in {self.task.path}')
-        return episodes[-1]
 
     def _standing(self) -> str:
         if self.refresh is None:
@@ -351,31 +364,3 @@ class TaskMemory:
         if not poses:
             raise ValueError('nothing was demonstrated yet')
         return poses[(self.n_trials + asked) % len(poses)]
-
-
-def set_aside(task: TaskFolder) -> str:
-    """
-    Take all bags of a task away, so that it begins anew; return what to tell people.
-
-    Raises
-    ------
-    BagError
-        If they cannot be moved.
-
-    """
-    aside = take_away(task, [episode.number for episode in task.episodes()])
-    if not aside:
-        return ''
-    return (f'fresh: {names_of(aside)} {"is" if len(aside) == 1 else "are"} set aside in '
-            f'{aside[0].path.parent} ({UNDO})')
-
-
-def _check_writable(task: TaskFolder) -> None:
-    probe = task.path / '.writable'
-    try:
-        task.path.mkdir(parents=True, exist_ok=True)
-        with draft_beside(probe) as draft:
-            draft.touch()
-    except OSError as error:
-        raise BagError(error_line('record into', task.path, error)
-                       + '; set the parameter bags to a folder that can be written') from None

@@ -51,7 +51,7 @@ class Demonstration:
         state = self._state
         state.check_idle('record a demonstration', Operation.TEACH)
         if problem := self.odometry.problem(now, state.settings):
-            raise SessionError(f'cannot record a demonstration: {problem}')
+            raise SessionError(f'cannot record a demonstration: {problem}', 'no_robot')
         inputs = state.inputs
         self.intruder.begin(inputs.status, inputs.odometry_stamp, state.settings.controller)
         self.teacher.begin(now)
@@ -76,7 +76,7 @@ class Demonstration:
         if self._state.phase is not Phase.DEMONSTRATION:
             why = self.ended_because
             lost = f': {why}' if why else '; press s in teleop_node to start one'
-            raise SessionError(f'no demonstration is being recorded{lost}')
+            raise SessionError(f'no demonstration is being recorded{lost}', 'not_recording')
 
     def wants_pose(self, now: float) -> bool:
         """Return True if it matters whether the robot moves."""

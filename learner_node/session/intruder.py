@@ -51,7 +51,7 @@ class Intruder:
         """
         if is_running(status):
             raise SessionError(f'cannot record a demonstration now: trial {status.trial} is still '
-                               f'{status.state}, stop it ({controller}/stop_trial)')
+                               f'{status.state}, stop it ({controller}/stop_trial)', 'trying')
         self._since, self._has_run, self._n_ticks = stamp, False, 0
 
     def on_status(self, status: TrialStatus, before: TrialStatus | None) -> None:

@@ -6,7 +6,22 @@ from typing import Final
 
 
 class SessionError(ValueError):
-    """What was asked for cannot be done now; the message says why and what to do."""
+    """
+    What was asked for cannot be done now.
+
+    Parameters
+    ----------
+    message : str
+        Why, and what to do.
+    code : str
+        Why, for a page that has words of its own.
+
+    """
+
+    def __init__(self, message: str, code: str) -> None:
+        """Keep both."""
+        super().__init__(message)
+        self.code = code
 
 
 class Phase(StrEnum):
@@ -72,6 +87,13 @@ WORDS: Final = {
     Phase.IDLE: 'nothing is under way', Phase.DEMONSTRATION: 'a demonstration is recorded',
     Phase.SETTLING: 'a demonstration is being kept', Phase.LEARNING: 'learning',
     Phase.PLACING: 'the robot is being set back', Phase.STARTING: 'a trial is being started'}
+
+
+#: The code of what is refused in a phase.
+CODES: Final[Mapping[Phase, str]] = {
+    Phase.DEMONSTRATION: 'recording', Phase.SETTLING: 'learning', Phase.LEARNING: 'learning',
+    Phase.WAITING: 'trying', Phase.PLACING: 'trying', Phase.STARTING: 'trying',
+    Phase.TRIAL: 'trying', Phase.FINISHING: 'trying'}
 
 
 def remedy(phase: Phase) -> str:

@@ -144,12 +144,14 @@ class Series:
         """Run trials one after the other; SessionError if that cannot be done now, or at all."""
         settings = self._state.settings
         if not settings.simulation:
-            raise SessionError('cannot set a real robot back (simulation is false): carry it to '
-                               f'its start and call {settings.controller}/start_trial')
+            raise SessionError(
+                'cannot set a real robot back (simulation is false): carry it to its start and '
+                f'call {settings.controller}/start_trial', 'real_robot')
         self._state.check_idle('run trials', Operation.DRIVE)
         if self._state.revision < 0:
             raise SessionError(
-                'nothing was learnt yet: show the way first, press s in teleop_node')
+                'nothing was learnt yet: show the way first, press s in teleop_node',
+                'nothing_learnt')
         return self.begin(n_trials, now)
 
     def begin(self, n_trials: int, now: float) -> Outputs:
@@ -163,7 +165,7 @@ class Series:
         phase = self._state.phase
         is_between = phase in (Phase.WAITING, Phase.PLACING)
         if not is_between and phase not in IN_TRIAL and self.n_left == 0:
-            raise SessionError('no trials are being run')
+            raise SessionError('no trials are being run', 'no_trials')
         self.end()
         if is_between:
             self._state.go(Phase.IDLE, now)

@@ -5,7 +5,8 @@ import math
 from typing import Final
 
 from learner_node.session.inputs import Inputs, is_running
-from learner_node.session.phases import Phase, RECORDING, remedy, SessionError, TRANSITIONS, WORDS
+from learner_node.session.phases import (
+    CODES, Phase, RECORDING, remedy, SessionError, TRANSITIONS, WORDS)
 from learner_node.session.unheard_stop import UnheardStop
 from learner_node.settings import Settings
 from msgs_bridge.messages.memory_identity import difference
@@ -116,6 +117,7 @@ class SessionState:
 
         """
         if self.phase is not Phase.IDLE:
-            raise SessionError(f'cannot {what} now: {self.describe()}{remedy(self.phase)}')
+            raise SessionError(f'cannot {what} now: {self.describe()}{remedy(self.phase)}',
+                               CODES[self.phase])
         if why := self.why_not(operation):
-            raise SessionError(f'cannot {what}: {why}')
+            raise SessionError(f'cannot {what}: {why}', 'conflict')

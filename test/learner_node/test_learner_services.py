@@ -23,7 +23,7 @@ class Services:
         self.done = []
         self.services = LearnerServices(
             self, self.session, self, lambda outputs: self.done.append('request'),
-            lambda: self.done.append('what arrived before'), Future, None)
+            lambda: self.done.append('what arrived before'), Future, None, None)
 
     def create_service(self, kind, name, callback, callback_group=None):
         self.callbacks[name] = callback
@@ -68,7 +68,7 @@ def test_a_change_is_answered_when_it_is_learnt():
     services = Services()
     change = services.ask('drop_last')
     assert goes_on(change)
-    assert services.changes == [('drop_last',)]
+    assert services.changes == [('drop',)]
     services.services.answer(True, 'dropped')
     assert not goes_on(change)
     assert change.response.message == 'dropped'

@@ -58,7 +58,7 @@ def test_a_bag_that_is_taken_away_may_move_the_goal_back(tmp_path):
         loop_bag(tmp_path, ROUND[:n])
     task_memory = TaskMemory(TaskFolder(tmp_path, 'task1'), GRID, Parameters())
     task_memory.relearn()
-    assert 'The goal is now at (1.38, 0.88) m, it was at (1.12, 1.12) m' in task_memory.drop_last()
+    assert 'The goal is now at (1.38, 0.88) m, it was at (1.12, 1.12) m' in task_memory.drop()
 
 
 def test_a_drive_that_is_refused_says_why_and_what_to_do(tmp_path, relearner):

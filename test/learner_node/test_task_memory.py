@@ -118,7 +118,7 @@ class TestTaskMemory:
         assert 'press b in teleop_node' in task_memory.lines[0]
         assert set_aside(task) == ''
         assert task_memory.undo().startswith('task1/0001 and task1/0002 are back. ')
-        task_memory.drop_last()
+        task_memory.drop()
         assert task_memory.field().q.tobytes() == field
 
     def test_drops_the_newest_bag(self, task):
@@ -127,7 +127,7 @@ class TestTaskMemory:
         task_memory = task_memory_of(task)
         assert task_memory.field().q.tobytes() != field
         more = task_memory.field().q.tobytes()
-        assert 'task1/0002 is dropped (press b in teleop_node' in task_memory.drop_last()
+        assert 'task1/0002 is dropped (press b in teleop_node' in task_memory.drop()
         assert task_memory.field().q.tobytes() == field
         assert 'task1/0002 is back' in task_memory.undo()
         assert task_memory.field().q.tobytes() == more
@@ -136,9 +136,9 @@ class TestTaskMemory:
 
     def test_heeds_labels(self, task):
         task_memory = task_memory_of(task)
-        assert 'Nothing is left' in task_memory.label_last(Label.FAILURE)
+        assert 'Nothing is left' in task_memory.label(Label.FAILURE)
         assert task_memory.refresh is None
-        task_memory.label_last(Label.SUCCESS)
+        task_memory.label(Label.SUCCESS)
         assert task_memory.refresh is not None
 
     def test_a_drive_that_teaches_nothing_leaves_the_task_usable(self, task):
@@ -156,7 +156,7 @@ class TestTaskMemory:
         before = task_memory.field().q.tobytes()
         task.find(1).bag.write_bytes(b'no bag at all')
         with pytest.raises(BagError, match='but the control field stays as it was'):
-            task_memory.drop_last() if change == 'drop' else task_memory.label_last(Label.FAILURE)
+            task_memory.drop() if change == 'drop' else task_memory.label(Label.FAILURE)
         assert task_memory.field().q.tobytes() == before
 
     def test_the_field_in_force_stays_until_all_bags_are_relearnt(self, task):
