@@ -127,7 +127,7 @@ class TeleopNode(Node):
 
     def _service(self, action: Action) -> Any:
         async def serve(_: Any, response: Any) -> Any:
-            response.success, response.message = await self._perform(action)
+            response.success, response.message, _ = await self._perform(action)
             return response
 
         return serve

@@ -4,10 +4,22 @@ from typing import NamedTuple
 
 
 class Answer(NamedTuple):
-    """What came of a request, and one sentence about it."""
+    """
+    What came of a request.
+
+    Parameters
+    ----------
+    success : bool
+    message : str
+        One sentence about it, for who types keys.
+    code : str
+        The same for a page with words of its own; empty where the action says it all.
+
+    """
 
     success: bool
     message: str
+    code: str = ''
 
     @property
     def sentence(self) -> str:

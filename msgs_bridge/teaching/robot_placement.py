@@ -94,21 +94,25 @@ class RobotPlacement:
         if start:
             return await self.set_to(*start)
         if known is None:
-            return Answer(False, _NO_ODOMETRY)
+            return Answer(False, _NO_ODOMETRY, 'no_robot')
         return await self.set_to(known.x, known.y, known.yaw)
+
+    async def set_to_place(self, x: float, y: float) -> Answer:
+        """Set a simulated robot to a place, [m], looking where it looks now."""
+        return await self.set_to(x, y, self._pose.yaw if self._pose else 0.0)
 
     async def set_to_next(self, places: Sequence[Sequence[float]]) -> Answer:
         """Set a simulated robot to the next of some places, (x, y) [m]."""
         if not places:
-            return Answer(False, NOWHERE)
+            return Answer(False, NOWHERE, 'nowhere')
         if places != self._offered:
             self._offered, self._n_offered = list(places), 0
         x, y = places[self._n_offered % len(places)][:2]
         self._n_offered += 1
-        answer = await self.set_to(x, y, self._pose.yaw if self._pose else 0.0)
+        answer = await self.set_to_place(x, y)
         more = f'press h again for the next of {len(places)} places' if len(places) > 1 else ''
         if not answer.success:
-            return Answer(False, '; '.join(filter(None, (answer.message, more))))
+            return answer._replace(message='; '.join(filter(None, (answer.message, more))))
         start = 'Press s to start it' + (f', or {more}' if more else '')
         return Answer(True, f'{answer.message}. {_HELPS}: a drive from here to the goal helps '
                             f'most. {start}')
@@ -116,7 +120,7 @@ class RobotPlacement:
     async def set_to(self, x: float, y: float, yaw: float) -> Answer:
         """Set a simulated robot to a place, [m, rad], and wait until odometry shows it there."""
         if self._pose is None:
-            return Answer(False, _NO_ODOMETRY)
+            return Answer(False, _NO_ODOMETRY, 'no_robot')
         deadline = time.monotonic() + _SET_BACK_TIME
         # What is published before a simulator was found is lost.
         await self._timeouts.until(lambda: self._places.get_subscription_count() > 0, deadline)
@@ -126,13 +130,15 @@ class RobotPlacement:
             await self._next_pose()
             if math.hypot(self._pose.x - x, self._pose.y - y) < _NEAR:
                 return Answer(True, f'the robot stands at ({x:.2f}, {y:.2f}) m')
-        return Answer(False, f'the robot was not set to ({x:.2f}, {y:.2f}) m: is something there?')
+        return Answer(False, f'the robot was not set to ({x:.2f}, {y:.2f}) m: is something there?',
+                      'not_set')
 
 
 def where_to_teach(places: Sequence[Sequence[float]]) -> Answer:
     """Say to which places a real robot may be driven, (x, y) [m]."""
     if not places:
-        return Answer(False, NOWHERE)
+        return Answer(False, NOWHERE, 'nowhere')
     named = ', '.join(f'({x:.2f}, {y:.2f})' for x, y in places)
     return Answer(True, f'one more drive to the goal helps most from one of these places, best '
-                        f'first, (x, y) in metres: {named}. Drive the robot there, then press s')
+                        f'first, (x, y) in metres: {named}. Drive the robot there, then press s',
+                  'drive_there')

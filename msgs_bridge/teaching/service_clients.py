@@ -1,5 +1,6 @@
 """The services of learner and controller that actions ask for."""
 
+from collections.abc import Mapping
 import time
 from typing import Any, Final
 
@@ -56,7 +57,7 @@ class ServiceClients:
             GetParameters, f'{learner}/get_parameters')
 
     async def ask(
-        self, service: str, on: bool | None = None, patience: float = PATIENCE,
+        self, service: str, on: bool | None = None, patience: float = PATIENCE, **values: Any,
     ) -> Answer:
         """
         Call a service; where two could hear it, only one that ends something.
@@ -69,22 +70,36 @@ class ServiceClients:
             What `record_demonstration` is asked for.
         patience : float, [s]
             Longest wait for the answer.
+        **values
+            What it is about, for those that can be asked so.
 
         """
         # A request reaches whichever of them is there, the neighbour's, too.
         if on is not False and service not in _ENDING and (
                 why := self._peers.why_not(Operation.CHANGE)):
-            return Answer(False, why)
-        request = Trigger.Request() if on is None else SetBool.Request(data=on)
-        client, node = self._clients[service], self._names[service].rpartition('/')[0]
-        response = await self._call(client, request, patience)
-        if response is not None:
-            answer = Answer(response.success, response.message)
-        else:
-            answer = Answer(False, f'{node} does not answer' if client.service_is_ready() else (
-                absence(node)))
+            return Answer(False, why, 'conflict')
+        answer = await self._request(service, on, patience, values)
         self._status.on_answer(service, on, answer.success, time.monotonic())
         return answer
+
+    async def _request(
+        self, service: str, on: bool | None, patience: float, values: Mapping[str, Any],
+    ) -> Answer:
+        assert not values, f'{service} is not asked with values'
+        request = Trigger.Request() if on is None else SetBool.Request(data=on)
+        client = self._clients[service]
+        response = await self._call(client, request, patience)
+        if response is None:
+            return self._silence(service, client)
+        return Answer(response.success, response.message, (
+            '' if response.success else 'refused'))
+
+    def _silence(self, service: str, client: Any) -> Answer:
+        """Say that a service has not answered, and whether anybody is there."""
+        node, is_learner = self._names[service].rpartition('/')[0], service not in _CONTROLLER
+        if client.service_is_ready():
+            return Answer(False, f'{node} does not answer', 'no_answer')
+        return Answer(False, absence(node), 'no_learner' if is_learner else 'no_controller')
 
     async def _call(self, client: Any, request: Any, patience: float) -> Any:
         """Return the answer of a service; None if there is none."""

@@ -40,6 +40,7 @@ class StatusTracker:
         #: Where trials start, (x, y, yaw), and where to teach next, (x, y), [m, rad].
         self.start: tuple[float, ...] = ()
         self.teach_here: list[tuple[float, ...]] = []
+        self.learner_values: Mapping[str, str] = {}  #: all that the learner says of itself
 
     def on_trial(self, trial: TrialStatus) -> None:
         """Note how the trial stands; how the last one ended stays, until there is another."""
@@ -57,12 +58,20 @@ class StatusTracker:
 
     def has_series(self, now: float) -> bool:
         """Return True if the learner runs trials by itself, as far as is known."""
-        return now - self._learner_seen <= SILENCE and (
+        return self.has_learner(now) and (
             self._status.phase in _SERIES or self._status.trials_left > 0)
 
     def is_recording(self, now: float) -> bool:
         """Return True if the learner records a demonstration, as far as is known."""
-        return self._status.phase in _RECORDING and now - self._learner_seen <= SILENCE
+        return self._status.phase in _RECORDING and self.has_learner(now)
+
+    def has_learner(self, now: float) -> bool:
+        """Return True if the learner was heard lately."""
+        return now - self._learner_seen <= SILENCE
+
+    def has_controller(self, now: float) -> bool:
+        """Return True if the controller was heard lately."""
+        return now - self._controller_seen <= SILENCE
 
     def on_answer(self, service: str, on: bool | None, success: bool, now: float) -> None:
         """
@@ -101,6 +110,7 @@ class StatusTracker:
 
     def _on_learner(self, values: Mapping[str, str], now: float) -> None:
         self._on_phase(values.get('phase', ''), now)
+        self.learner_values = values
         self._bag = int(_number(values, 'trial', 0.0)), values.get('bag', '')
         self.start = _place(values.get('start', ''), 3)
         places = (_place(text, 2) for text in values.get('teach_here', '').split(';'))
@@ -124,9 +134,9 @@ class StatusTracker:
         trial, bag = self._bag
         if trial == status.trial:
             status = replace(status, bag=bag)
-        if now - self._controller_seen > SILENCE:
+        if not self.has_controller(now):
             status = replace(status, held='')
-        return replace(status, phase='') if now - self._learner_seen > SILENCE else status
+        return status if self.has_learner(now) else replace(status, phase='')
 
 
 def _number(values: Mapping[str, str], key: str, missing: float) -> float:

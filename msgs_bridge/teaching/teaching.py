@@ -1,9 +1,9 @@
 """What the actions do: which services of learner and controller are asked, in which order."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 import time
-from typing import Final
+from typing import Any, Final
 
 from msgs_bridge.teaching.actions import Action, DOING
 from msgs_bridge.teaching.answers import absence, Answer
@@ -26,6 +26,8 @@ _TRYING: Final = 'cannot {} now: the robot tries by itself; press space to stop 
 _STOP_PATIENCE: Final = 1.0
 #: Longest wait for a service of a learner that has just answered, [s].
 _FINDING_TIME: Final = 5.0
+#: The code of what needs a learner.
+NO_LEARNER: Final = 'no_learner'
 #: Actions that never wait for another.
 _URGENT: Final = (Action.STOP, Action.QUIT)
 
@@ -54,7 +56,7 @@ class Teaching:
         self._under_way: set[Action] = set()
         self._n_stops = 0
         ask = partial(partial, services.ask)
-        self._steps: Final[dict[Action, Callable[[], Awaitable[Answer]]]] = {
+        self._steps: Final[dict[Action, Callable[..., Awaitable[Answer]]]] = {
             Action.START: self._start, Action.KEEP: ask('record_demonstration', False),
             Action.REDO: self._redo, Action.CANCEL: ask('discard_demonstration'),
             Action.DROP_LAST: ask('drop_last'), Action.UNDO: ask('undo'),
@@ -75,18 +77,29 @@ class Teaching:
         return (Action.RUN_TRIALS in self._under_way or self._status.is_trying
                 or self._status.has_series(time.monotonic()))
 
-    async def perform(self, action: Action) -> Answer:
-        """Carry out an action; keys that are held are let go of first, whatever it is."""
+    async def perform(self, action: Action, **values: Any) -> Answer:
+        """
+        Carry out an action; keys that are held are let go of first, whatever it is.
+
+        Parameters
+        ----------
+        action : Action
+        **values
+            What it is about, where there is more to say than by a key: the `episode` that is
+            labelled or removed, how many trials to run (`n`), a place to teach from (`x`, `y`).
+
+        """
         if action is Action.STOP:
             self._commands.halt()
         else:
             self._commands.let_go()
         for other in self._under_way.difference(_URGENT):
             if action not in _URGENT:
-                return Answer(False, f'still {DOING[other]}; press it again when that is done')
+                return Answer(False, f'still {DOING[other]}; press it again when that is done',
+                              'busy')
         self._under_way.add(action)
         try:
-            return await self._steps[action]()
+            return await self._steps[action](**values)
         finally:
             self._under_way.discard(action)
 
@@ -107,9 +120,10 @@ class Teaching:
             return answer
         simulated = await self._services.is_simulated(_FINDING_TIME)
         if simulated is None:
-            return Answer(False, f'{answer.message}; {absence(self._services.learner)}')
+            return Answer(
+                False, f'{answer.message}; {absence(self._services.learner)}', NO_LEARNER)
         if not simulated:
-            return Answer(True, f'{answer.message}; {_BACK}')
+            return Answer(True, f'{answer.message}; {_BACK}', 'drive_back')
         then = await self._placement.set_back()
         if then.success:
             then = await self._start()
@@ -119,49 +133,58 @@ class Teaching:
     def _is_recording(self) -> bool:
         return self._status.is_recording(time.monotonic())
 
-    def _refusal(self, what: str) -> str:
-        """Say why the robot is not set elsewhere; empty if it may be."""
+    def _refusal(self, what: str) -> Answer | None:
+        """Say why the robot is not set elsewhere; None if it may be."""
         if self._is_recording:
-            return _RECORDED.format(what)
-        return _TRYING.format(what) if self.drives_by_itself else ''
+            return Answer(False, _RECORDED.format(what), 'recording')
+        if self.drives_by_itself:
+            return Answer(False, _TRYING.format(what), 'trying')
+        return None
 
     async def _set_back(self) -> Answer:
         """Set a simulated robot back to the start."""
         if refusal := self._refusal('set the robot back'):
-            return Answer(False, refusal)
+            return refusal
         simulated = await self._services.is_simulated()
         if simulated is None:
-            return Answer(False, absence(self._services.learner))
+            return Answer(False, absence(self._services.learner), NO_LEARNER)
         if not simulated:
-            return Answer(False, 'a real robot is not set back: drive it back by the keys')
+            return Answer(
+                False, 'a real robot is not set back: drive it back by the keys', 'real_robot')
         return await self._placement.set_to_start(self._status.start)
 
-    async def _teach_here(self) -> Answer:
-        """Set a simulated robot to where to teach next; of a real one say where that is."""
+    async def _teach_here(self, x: float | None = None, y: float | None = None) -> Answer:
+        """
+        Set a simulated robot to where to teach next; of a real one say where that is.
+
+        ``x`` and ``y`` are a place that somebody has chosen, [m].
+        """
         if refusal := self._refusal('set the robot elsewhere'):
-            return Answer(False, refusal)
+            return refusal
         simulated = await self._services.is_simulated()
         if simulated is None:
-            return Answer(False, absence(self._services.learner))
+            return Answer(False, absence(self._services.learner), NO_LEARNER)
         if not simulated:
             return where_to_teach(self._status.teach_here)
+        if x is not None and y is not None:
+            return await self._placement.set_to_place(x, y)
         return await self._placement.set_to_next(self._status.teach_here)
 
-    async def _run_trials(self) -> Answer:
+    async def _run_trials(self, **values: Any) -> Answer:
         """Run trials; who stops meanwhile may have been quicker, and is to be right."""
         n_stops = self._n_stops
-        answer = await self._ask_for_trials()
+        answer = await self._ask_for_trials(values)
         if self._n_stops == n_stops or not answer.success:
             return answer
         return await self._end_trials()
 
-    async def _ask_for_trials(self) -> Answer:
+    async def _ask_for_trials(self, values: Mapping[str, Any]) -> Answer:
         """Ask for trials; with a real robot for one, from where it was put."""
         if await self._services.is_simulated():
-            return await self._services.ask('run_trials')
+            return await self._services.ask('run_trials', **values)
         if self._is_recording:
             # The controller does not know of it, and what it drives would be recorded.
-            return Answer(False, _RECORDED.format('run a trial'))
+            return Answer(False, _RECORDED.format('run a trial'), 'recording')
         return await self._services.ask('start_trial')
 
     async def _stop(self) -> Answer:
@@ -187,7 +210,7 @@ class Teaching:
         if self._status.is_trying and not stopped.success:
             stopped = await self._services.ask('stop_trial', patience=_STOP_PATIENCE)
         if self._status.is_trying and not stopped.success:
-            return Answer(False, f'the trial may go on: {stopped.message}')
+            return Answer(False, f'the trial may go on: {stopped.message}', 'may_go_on')
         said = [answer.message for answer in (stopped, ended) if answer.success]
         return Answer(True, '; '.join(said) if drives or ended.success else '')
 

@@ -98,23 +98,26 @@ def test_a_real_robot_is_not_set_back_and_tries_once():
         here, Action.REDO, Action.RUN_TRIALS, Action.SET_BACK, Action.TEACH_HERE)
     # Its drive back is no part of the way.
     assert here.asked == ['let go', DISCARD, 'let go', 'start_trial', 'let go', 'let go']
-    assert redone == (True, f'{DISCARD} says so; drive the robot back to the start, then press s')
+    assert redone == (
+        True, f'{DISCARD} says so; drive the robot back to the start, then press s', 'drive_back')
     assert tried.success
-    assert back == (False, 'a real robot is not set back: drive it back by the keys')
+    assert back == (
+        False, 'a real robot is not set back: drive it back by the keys', 'real_robot')
     assert there.success
     assert there.message.startswith('one more drive to the goal helps most from one of these')
+    assert there.code == 'drive_there'
 
 
 @pytest.mark.parametrize('action', [Action.SET_BACK, Action.TEACH_HERE])
 def test_without_a_learner_nobody_is_called_a_real_robot(action):
-    assert perform(Here(simulated=None), action) == [(False, absence('l'))]
+    assert perform(Here(simulated=None), action) == [(False, absence('l'), 'no_learner')]
 
 
 def test_a_learner_that_cannot_say_whether_the_robot_is_simulated_is_named():
     here = Here(simulated=None)
     answer, = perform(here, Action.REDO)
     assert here.asked == ['let go', DISCARD]
-    assert answer == (False, f'{DISCARD} says so; {absence("l")}')
+    assert answer == (False, f'{DISCARD} says so; {absence("l")}', 'no_learner')
 
 
 @pytest.mark.parametrize(('state', 'words'), [
@@ -145,7 +148,7 @@ def test_who_stops_or_quits_ends_the_trial_and_the_series(trying, series, action
     here = Here(trying=trying, series=series)
     answer, = perform(here, action)
     assert here.asked == [*before, 'halt', *STOPS, *after]
-    assert answer == (True, 'stop_trial says so; stop_trials says so')
+    assert answer == (True, 'stop_trial says so; stop_trials says so', '')
 
 
 def test_who_leaves_a_recording_reads_that_it_goes_on():
@@ -165,7 +168,7 @@ def test_a_trial_that_cannot_be_ended_is_asked_again_and_named(refused):
     here = Here(trying=True, refused=refused)
     stopped, left = perform(here, Action.STOP, Action.QUIT)
     assert here.asked.count('stop_trial') == 4
-    assert stopped == (False, 'the trial may go on: stop_trial says so')
+    assert stopped == (False, 'the trial may go on: stop_trial says so', 'may_go_on')
     assert left.message == stopped.message
 
 
@@ -220,7 +223,7 @@ def test_one_at_a_time_but_stopping_never_waits():
         assert (await teaching.perform(Action.START)).success
         return refused
     assert asyncio.run(both()) == (
-        False, 'still keeping the drive; press it again when that is done')
+        False, 'still keeping the drive; press it again when that is done', 'busy')
 
 
 @pytest.mark.parametrize(('success', 'message', 'sentence'), [

@@ -1,0 +1,41 @@
+"""The services of learner and controller, asked so that answers carry a code."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from rcl_interfaces.srv import SetParameters
+
+from msgs_bridge.messages.learner_requests import (
+    answer_from_response, request_from_action, SERVICE)
+from msgs_bridge.teaching.answers import Answer
+from msgs_bridge.teaching.service_clients import ServiceClients
+
+#: What the learner calls the actions of services that are named otherwise.
+_ACTIONS: Final[Mapping[str, str]] = {'discard_demonstration': 'discard', 'drop_last': 'drop'}
+#: What `record_demonstration` is asked for.
+_RECORD: Final = {True: 'record', False: 'keep'}
+#: Services of the controller, which has sentences only.
+_PLAIN: Final = ('start_trial', 'stop_trial')
+
+
+class CodedClients(ServiceClients):
+    """Asks the learner through `~/request`: with values, and for a code in its answer."""
+
+    def __init__(self, node: Any, learner: str, *others: Any) -> None:
+        """Make the clients; arguments are those of `ServiceClients`."""
+        super().__init__(node, learner, *others)
+        self._coded = node.create_client(SetParameters, f'{learner}/{SERVICE}')
+
+    async def _request(
+        self, service: str, on: bool | None, patience: float, values: Mapping[str, Any],
+    ) -> Answer:
+        if service in _PLAIN:
+            return await super()._request(service, on, patience, values)
+        action = _ACTIONS.get(service, service) if on is None else _RECORD[on]
+        response = await self._call(self._coded, request_from_action(action, values), patience)
+        if response is None:
+            return self._silence(service, self._coded)
+        try:
+            return Answer(*answer_from_response(response))
+        except ValueError as error:
+            return Answer(False, str(error), 'refused')
