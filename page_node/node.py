@@ -1,19 +1,21 @@
 """The node `page_node`: a page to drive and to teach from, in any browser."""
 
 from collections.abc import Iterable
+from functools import partial
 import time
 from typing import Any, Final
 
-from nav_msgs.msg import Odometry
 import rclpy
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.task import Future
 from std_msgs.msg import Empty
 
-from msgs_bridge.messages.poses import pose_from_odometry
+from control_field.robot.limits import Velocity
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names, names_of, Program
 from msgs_bridge.node.environment import prepare
@@ -21,11 +23,15 @@ from msgs_bridge.node.peer_monitor import PeerMonitor
 from msgs_bridge.node.ros_parameters import declare_parameters_from
 from msgs_bridge.node.run import spin_until_signal, start_node
 from msgs_bridge.node.throttled_log import ThrottledLog
+from msgs_bridge.teaching.timeouts import Timeouts
 from msgs_bridge.teaching.velocity_publisher import VelocityPublisher
+from page_node.actions.api import endpoints as action_endpoints
+from page_node.actions.wanted import Wanted
 from page_node.driving.drive_watch import DriveWatch
 from page_node.exchange import Endpoint
 from page_node.memory.endpoints import MemoryEndpoints
 from page_node.memory.worker import Worker
+from page_node.robot_side import RobotSide
 from page_node.ros_tasks import RosTasks
 from page_node.server.app import make_app
 from page_node.server.guard import make_policy
@@ -67,7 +73,6 @@ class PageNode(Node):
         check_names(self)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._throttled_log = ThrottledLog(self)
-        self._odometry: Odometry | None = None
         self._commands = VelocityPublisher(
             self, self.settings.topic, self._stamp if self.settings.is_stamped else None,
             self.settings.base_frame_id)
@@ -76,6 +81,10 @@ class PageNode(Node):
         self.watch = DriveWatch(self._commands.send, self.settings.speeds)
         self.peers = PeerMonitor(self)
         self.worker = Worker()
+        self.robot = RobotSide(
+            self, self.settings, self.watch, self.peers, self.hub,
+            Timeouts(self, lambda: Future(executor=self.executor), self._steady),
+            self._set_speeds)
         self._make_server(self._endpoints())
         self._make_topics()
 
@@ -91,8 +100,8 @@ class PageNode(Node):
             policy, endpoints, drive, self._view, on_start))
 
     def _make_topics(self) -> None:
-        self.create_subscription(Odometry, 'odom', self._on_odometry, (
-            qos.ODOMETRY_PUB if self.settings.lockstep else qos.SENSOR))
+        self.robot.listen(self._commands, self.settings.topic, self._throttled_log.log_refused,
+                          self._steady)
         self._heartbeat = self.create_publisher(Empty, 'teleop_heartbeat', qos.COMMAND)
         # From the loop that answers: one that hangs falls silent.
         self.create_timer(_HEARTBEAT_PERIOD, self._show_presence, clock=self._steady)
@@ -102,34 +111,31 @@ class PageNode(Node):
 
     def _endpoints(self) -> list[Endpoint]:
         """Return what the rooms answer."""
-        return MemoryEndpoints(self.worker, self.settings.bags).all()
+        return [
+            *action_endpoints(lambda wanted: self.tasks.do(partial(self.robot.perform, wanted))),
+            *MemoryEndpoints(self.worker, self.settings.bags).all()]
 
     # What is driven
 
     def _stamp(self) -> Any:
         """Return the stamp of a command; in lock-step it answers the last odometry."""
-        odometry = self._odometry if self.settings.lockstep else None
+        odometry = self.robot.placement.odometry if self.settings.lockstep else None
         return self.get_clock().now().to_msg() if odometry is None else odometry.header.stamp
 
     def _on_stop(self) -> None:
         """End whatever drives, besides who drives here: the standstill was told already."""
+        self.tasks.begin(partial(self.robot.perform, Wanted('stop', {})))
+
+    def _set_speeds(self, speeds: Velocity) -> str:
+        """Set the speeds of a full push; return what is wrong with them."""
+        result = self.set_parameters_atomically([
+            Parameter(name, value=value)
+            for name, value in zip(('speed', 'turn'), speeds, strict=True)])
+        return '' if result.successful else str(result.reason)
 
     def _on_settings(self, settings: Settings) -> None:
         self.settings = settings
         self.watch.speeds = settings.speeds
-
-    # What comes in
-
-    def _on_odometry(self, msg: Odometry) -> None:
-        self._odometry = msg
-        try:
-            pose = pose_from_odometry(msg)
-        except ValueError as error:
-            self._throttled_log.log_refused(error)
-            return
-        self.hub.put('robot', {
-            'stamp': pose.stamp, 'x': pose.x, 'y': pose.y, 'yaw': pose.yaw, 'v': pose.v,
-            'w': pose.w})
 
     # Beginning and end
 
@@ -152,6 +158,7 @@ class PageNode(Node):
 
     async def leave(self) -> None:
         """End what was begun here, before nobody watches it."""
+        await self.robot.leave()
 
     def close(self) -> None:
         """Leave the robot standing, and tell the browsers."""

@@ -8,7 +8,7 @@ from control_field.robot.limits import Velocity
 
 #: Settings that sockets, topics and timers are made from: they hold from start to end.
 FIXED: Final = ('host', 'port', 'token', 'names', 'topic', 'enable_stamped_cmd_vel', 'lockstep',
-                'base_frame_id', 'simulation', 'bags', 'learner', 'controller')
+                'base_frame_id', 'simulation', 'robot_radius', 'bags', 'learner', 'controller')
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,8 @@ class Settings:
         high=20.0)
     simulation: bool = parameter(
         False, 'the robot is simulated: it can be set to places, and its world can be changed')
+    robot_radius: float = parameter(
+        0.105, 'radius of the body, as it is drawn', unit='m', low=0.01, high=10.0)
     bags: str = parameter('bags', 'folder of the tasks, as that of the learner')
     learner: str = parameter('learner_node', 'name of the learner node')
     controller: str = parameter('control_field_node', 'name of the controller node')
