@@ -12,8 +12,11 @@ import pytest
 from page_helpers import PHONE, Visitor
 from ros_helpers import wait_until
 
-#: What the buttons of a standard gamepad are, and its left stick.
+KEYS = {'ahead': 'ArrowUp', 'left': 'ArrowLeft'}
+#: Buttons of a standard gamepad, A, B, X, Y and Back, and how to push its left stick.
 A, B, X, Y, BACK = 0, 1, 2, 3, 8
+BUTTONS = {'start': A, 'keep': A, 'redo': Y, 'run_trials': X, 'undo': BACK}
+AXES = {'ahead': (1, -1.0), 'left': (0, -1.0)}
 #: Way that is shown, [m].
 WAY = 0.7
 WAITING = 30_000
@@ -59,17 +62,15 @@ class Mouse(Person):
 class Keyboard(Person):
     """Keys alone: letters for what there is one for, as the buttons show them."""
 
-    KEYS = {'ahead': 'ArrowUp', 'left': 'ArrowLeft'}
-
     def press(self, action: str) -> None:
         button = self.page.locator(f'[data-action={action}]')
         self.page.keyboard.press(button.get_attribute('aria-keyshortcuts') or '')
 
     @contextmanager
     def holding(self, direction: str) -> Iterator[None]:
-        self.page.keyboard.down(self.KEYS[direction])
+        self.page.keyboard.down(KEYS[direction])
         yield
-        self.page.keyboard.up(self.KEYS[direction])
+        self.page.keyboard.up(KEYS[direction])
 
 
 class Touch(Person):
@@ -99,11 +100,9 @@ class Gamepad(Person):
     FAKE = """window.fake = {axes: [0, 0, 0, 0],
         buttons: Array.from({length: 17}, () => ({pressed: false, value: 0}))};
         navigator.getGamepads = () => [window.fake, null, null, null];"""
-    BUTTONS = {'start': A, 'keep': A, 'redo': Y, 'run_trials': X, 'undo': BACK}
-    AXES = {'ahead': (1, -1.0), 'left': (0, -1.0)}
 
     def press(self, action: str) -> None:
-        if action not in self.BUTTONS:
+        if action not in BUTTONS:
             self.page.click(f'[data-action={action}]')
             return
         # Held until it was looked at.
@@ -113,11 +112,11 @@ class Gamepad(Person):
             await wait(100);
             window.fake.buttons[index].pressed = false;
             await wait(100);
-        }""", [self.BUTTONS[action]])
+        }""", [BUTTONS[action]])
 
     @contextmanager
     def holding(self, direction: str) -> Iterator[None]:
-        index, value = self.AXES[direction]
+        index, value = AXES[direction]
         self._push(index, value)
         yield
         self._push(index, 0.0)

@@ -27,6 +27,7 @@ export function mount(root, page) {
     steps.classList.toggle('recording', RECORDING.includes(phase));
     buttons.refresh();
   });
+  buttons.refresh();
   page.on('asked', ({action}) => buttons.press(action));
 }
 
