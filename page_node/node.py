@@ -39,6 +39,7 @@ from page_node.server.sockets import DriveSockets, ViewSockets
 from page_node.server.view_hub import ViewHub
 from page_node.server.web_server import address_of, listen, WebServer
 from page_node.settings import FIXED, Settings
+from page_node.story.endpoints import StoryEndpoints
 
 #: How often it is told that somebody is there, [s]: a few may be lost before a trial ends.
 _HEARTBEAT_PERIOD: Final = 0.1
@@ -111,9 +112,10 @@ class PageNode(Node):
 
     def _endpoints(self) -> list[Endpoint]:
         """Return what the rooms answer."""
+        worker, bags = self.worker, self.settings.bags
         return [
             *action_endpoints(lambda wanted: self.tasks.do(partial(self.robot.perform, wanted))),
-            *MemoryEndpoints(self.worker, self.settings.bags).all()]
+            *MemoryEndpoints(worker, bags).all(), *StoryEndpoints(worker, bags).all()]
 
     # What is driven
 
