@@ -50,6 +50,7 @@ INNER = {
     'control_field_node.inputs': '',
     'page_node.server': '',
     'page_node.driving': '',
+    'page_node.actions': '',
     'page_node.memory': '',
     'page_node.story': '',
     'page_node.view': '',
