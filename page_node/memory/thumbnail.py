@@ -6,8 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.grid import Grid
+from control_field.records import Outcome
 from episode_store.episode import Episode
 from episode_store.errors import NothingToLearnError
+from episode_store.task_folder import EpisodeKind
 from page_node.memory.ground import ground_seen, Known
 from page_node.memory.opened import reading
 from page_node.memory.way import Way, way_of
@@ -21,7 +23,8 @@ _MOST_WALLS: Final = 1500
 #: Least size of what is shown, [m].
 _SMALLEST: Final = 0.5
 #: Told apart from a light and from a dark page.
-_WALL, _WAY, _TRIED, _START, _GOAL = '#7d848c', '#2f7de1', '#a05bd0', '#2f7de1', '#2a9d57'
+_WALL, _WAY, _TRIED, _START = '#7d848c', '#2f7de1', '#a05bd0', '#2f7de1'
+_GOAL, _FAILED = '#2a9d57', '#e0453f'
 
 
 def thumbnail_of(bags: str, task: str, number: str) -> bytes:
@@ -30,7 +33,7 @@ def thumbnail_of(bags: str, task: str, number: str) -> bytes:
         way = way_of(episode)
         if not len(way):
             raise NothingToLearnError(episode.path, 'it holds no odometry')
-        return _picture(way, *_ground(episode), episode.folder.kind == 'trial').encode()
+        return _picture(way, *_ground(episode), _marks(episode)).encode()
 
 
 def _ground(episode: Episode) -> tuple[Grid, Known]:
@@ -38,7 +41,15 @@ def _ground(episode: Episode) -> tuple[Grid, Known]:
     return ground_seen(episode) if field is None else (field.grid, field.known)
 
 
-def _picture(way: Way, grid: Grid, known: Known, is_trial: bool) -> str:
+def _marks(episode: Episode) -> tuple[str, str]:
+    """Return the colours of the way and of its end: not all trials come to the goal."""
+    if episode.folder.kind is EpisodeKind.DEMO:
+        return _WAY, _GOAL
+    ended = episode.status
+    return _TRIED, _GOAL if ended is not None and ended.outcome is Outcome.GOAL else _FAILED
+
+
+def _picture(way: Way, grid: Grid, known: Known, marks: tuple[str, str]) -> str:
     place = _Place(way.xy, grid, known)
     points = way.xy[np.unique(np.linspace(0, len(way) - 1, _MOST_POINTS).astype(int))]
     line = ' '.join(f'{x:.1f},{y:.1f}' for x, y in place.on_picture(points))
@@ -46,10 +57,10 @@ def _picture(way: Way, grid: Grid, known: Known, is_trial: bool) -> str:
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDE:g} {_HIGH:g}">'
         f'<path fill="{_WALL}" d="{place.walls(grid, known)}"/>'
-        f'<polyline fill="none" stroke="{_TRIED if is_trial else _WAY}" stroke-width="2.5" '
+        f'<polyline fill="none" stroke="{marks[0]}" stroke-width="2.5" '
         f'stroke-linejoin="round" stroke-linecap="round" points="{line}"/>'
         f'<circle cx="{x0:.1f}" cy="{y0:.1f}" r="3.2" fill="none" stroke="{_START}" '
-        f'stroke-width="2"/><circle cx="{x1:.1f}" cy="{y1:.1f}" r="3.6" fill="{_GOAL}"/></svg>')
+        f'stroke-width="2"/><circle cx="{x1:.1f}" cy="{y1:.1f}" r="3.6" fill="{marks[1]}"/></svg>')
 
 
 class _Place:

@@ -1,25 +1,12 @@
 """Big frames: what is put in comes out, as the page's own reader would read it."""
 
-import json
-
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
 
+from frame_helpers import frame_from_bytes
 from page_node.big_frames import bytes_from_frame, TYPES
-
-
-def read(data):
-    """Read a frame as binary.js does."""
-    length = int.from_bytes(data[:4], 'little')
-    header, offset, arrays = json.loads(data[4:4 + length]), 4 + length, {}
-    for column in header.pop('arrays'):
-        kind, n = np.dtype(TYPES[column['dtype']]), int(np.prod(column['shape']))
-        arrays[column['name']] = np.frombuffer(data, kind, n, offset).reshape(column['shape'])
-        offset += n * kind.itemsize
-    assert offset == len(data)
-    return header, arrays
 
 
 @given(text=st.text(max_size=9), types=st.lists(st.sampled_from(sorted(TYPES)), max_size=4),
@@ -28,7 +15,7 @@ def test_what_is_put_in_comes_out(text, types, shape):
     rng = np.random.default_rng(0)
     arrays = {f'a{i}': rng.integers(0, 100, shape).astype(kind) for i, kind in enumerate(types)}
     data = bytes_from_frame({'type': 'field', 'text': text}, arrays)
-    header, found = read(data)
+    header, found = frame_from_bytes(data)
     assert header == {'type': 'field', 'text': text}
     assert int.from_bytes(data[:4], 'little') % 4 == 0
     for name, array in arrays.items():

@@ -9,8 +9,8 @@ import time
 
 import pytest
 
-from page_node.refusal import RefusedError
 from page_node.memory.worker import Worker
+from page_node.refusal import RefusedError
 
 PATIENT = 60.0
 
