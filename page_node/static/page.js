@@ -81,8 +81,9 @@ export class Page {
    */
   async act(action, body = {}) {
     const answer = await this.post(`/api/actions/${action}`, body);
-    const key = answer.success ? `done.${action}` : `refused.${answer.code ?? ''}`;
-    const words = this.words.has(key) ? key : answer.success ? '' : 'refused.unknown';
+    const keys = answer.success ? [`done.${answer.code}`, `done.${action}`]
+      : [`refused.${answer.code}`, `why.${answer.code}`, 'refused.unknown'];
+    const words = keys.find(key => this.words.has(key)) ?? '';
     this.say(words && this.t(words, answer.values), answer.success ? '' : answer.message,
       answer.success ? action : '');
     return answer;

@@ -14,6 +14,12 @@
  * @property {number} decisions
  * @property {number} reinforcements
  *
+ * @typedef {object} Advice What goes on and what to do next.
+ * @property {string} code Of `advice.<code>`.
+ * @property {Record<string, string | number>} [values]
+ * @property {string} [because] A key of a second sentence.
+ * @property {string} [details] In a node's own words.
+ *
  * @typedef {object} State
  * @property {'state'} type
  * @property {string} task
@@ -26,7 +32,7 @@
  * @property {number} prototypes -1 where nothing is learnt yet.
  * @property {number | null} basin
  * @property {number | null} fidelity
- * @property {string} held Why the robot is held; empty if it is not.
+ * @property {string} held Why the robot is held, of `held.<held>`; empty if it is not.
  * @property {string} problem
  * @property {Pose | null} start
  * @property {Point | null} goal
@@ -37,7 +43,8 @@
  * @property {{learner: boolean, controller: boolean, robot: boolean}} nodes
  * @property {boolean} can_undo
  * @property {number} episodes
- * @property {{code: string, values?: Record<string, string | number>}} advice
+ * @property {number} tries_left Tries of a real robot that wait until it is driven back.
+ * @property {Advice} advice
  *
  * @typedef {{type: 'robot', stamp: number, x: number, y: number, yaw: number, v: number,
  *   w: number, radius: number}} Robot
@@ -64,5 +71,6 @@ export const UNKNOWN_STATE = {
   trials_left: 0, prototypes: -1, basin: null, fidelity: null, held: '', problem: '',
   start: null, goal: null, teach_here: [], speeds: [0.2, 1.0], driver: 'nobody', revision: -1,
   nodes: {learner: false, controller: false, robot: false}, can_undo: false, episodes: 0,
+  tries_left: 0,
   advice: {code: 'connecting'},
 };

@@ -30,7 +30,7 @@ class Advice:
     values : mapping
         What stands in them; ``n`` is what a plural goes by.
     because : str
-        Of a second sentence, `because.<because>`; empty for none.
+        Key of a second sentence, such as ``stopped.no_way`` or ``held.blocked``; empty for none.
     details : str
         The same in a node's own words, for who wants to know; empty for none.
 
@@ -73,16 +73,15 @@ def _about_absence(situation: Situation) -> Advice | None:
 def _about_drive(situation: Situation) -> Advice | None:
     """Say what is in the way of who drives, and how a recording goes."""
     status = situation.status
-    seconds = {'n': int(status.seconds)}
     if status.phase == 'demonstration':
         if situation.held and situation.is_driven:
-            return Advice('record_held', seconds, situation.held, status.held)
+            return Advice('record_held', {}, _held(situation), status.held)
         if situation.is_stuck:
-            return Advice('does_not_move', seconds)
-        return Advice('record' if situation.has_moved else 'record_begin', seconds)
+            return Advice('does_not_move')
+        return Advice('record' if situation.has_moved else 'record_begin')
     if situation.is_driven and not _is_under_way(situation.trial):
         if situation.held:
-            return Advice('drive_held', {}, situation.held, status.held)
+            return Advice('drive_held', {}, _held(situation), status.held)
         if situation.is_stuck:
             return Advice('does_not_move')
     return None
@@ -97,16 +96,15 @@ def _about_trial(situation: Situation) -> Advice | None:
     trial, status = situation.trial, situation.status
     if not _is_under_way(trial):
         return None
-    values = {'trial': trial.trial, 'n': trial.steps, 'left': status.trials_left}
     if trial.stop_reason is StopReason.TAKEN_OVER:
         if situation.held and situation.is_driven:
-            return Advice('trial_corrected_held', values, situation.held, status.held)
-        return Advice('trial_corrected', values)
+            return Advice('trial_corrected_held', {}, _held(situation), status.held)
+        return Advice('trial_corrected')
     if trial.state is State.PAUSED:
-        return Advice('trial_paused', values, str(trial.stop_reason or ''), trial.reason)
+        return Advice('trial_paused', {}, _stopped(trial), trial.reason)
     if situation.held:
-        return Advice('trial_held', values, situation.held, status.held)
-    return Advice('trial_series' if status.trials_left > 1 else 'trial', values)
+        return Advice('trial_held', {}, _held(situation), status.held)
+    return Advice('trial_series' if status.trials_left > 1 else 'trial')
 
 
 def _about_work(situation: Situation) -> Advice | None:
@@ -114,8 +112,7 @@ def _about_work(situation: Situation) -> Advice | None:
     code = _BUSY.get(situation.status.phase, '')
     if not code:
         return None
-    return Advice(code, {'n': situation.status.trials_left},
-                  details=situation.doing if code == 'waiting' else '')
+    return Advice(code, details=situation.doing if code == 'waiting' else '')
 
 
 def _about_next(situation: Situation) -> Advice:
@@ -136,7 +133,15 @@ def _about_end(trial: TrialStatus, outcome: Outcome, robot: str) -> Advice:
         return Advice(f'ended_goal_{robot}', values)
     if trial.stop_reason is StopReason.ASKED:
         return Advice(f'ended_asked_{robot}', values)
-    return Advice(f'ended_{outcome}_{robot}', values, str(trial.stop_reason or ''), trial.reason)
+    return Advice(f'ended_{outcome}_{robot}', values, _stopped(trial), trial.reason)
+
+
+def _held(situation: Situation) -> str:
+    return f'held.{situation.held}'
+
+
+def _stopped(trial: TrialStatus) -> str:
+    return f'stopped.{trial.stop_reason}' if trial.stop_reason else ''
 
 
 def _percent(share: float) -> int:

@@ -238,7 +238,7 @@ class LiveView:
             'task': values.get('task', '')[:100], 'simulation': situation.is_simulated,
             'phase': status.phase, 'seconds': int(status.seconds), 'bag': status.bag,
             'trial': trial_content(situation.trial),
-            'trials_left': status.trials_left or situation.tries_left,
+            'trials_left': status.trials_left, 'tries_left': situation.tries_left,
             'prototypes': status.prototypes, 'basin': number_or_none(status.basin),
             'fidelity': number_or_none(status.fidelity), 'held': situation.held,
             'problem': status.problem, 'start': list(tracker.start) or None,

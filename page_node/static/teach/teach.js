@@ -8,7 +8,7 @@ import {trialWords} from './words.js';
 
 /** @typedef {import('../page.js').Page} Page */
 
-/** How many trials are offered, one after the other. */
+/** How many trials are offered, one after the other; a real robot is driven back in between. */
 const SERIES = [1, 5, 20];
 
 /**
@@ -56,7 +56,8 @@ function showStep(page, buttons) {
 /** @param {Page} page @param {Buttons} buttons */
 function tryStep(page, buttons) {
   const left = element('p', {class: 'left', hidden: true});
-  page.on('state', ({trials_left: n}) => {
+  page.on('state', ({trials_left: running, tries_left: waiting}) => {
+    const n = running || waiting;
     left.hidden = n < 1;
     left.textContent = page.t('teach.left', {n});
   });
@@ -82,15 +83,11 @@ function judgeStep(page, buttons) {
 
 /** @param {Page} page How many trials, one after the other. */
 function seriesChoice(page) {
-  const choice = element('fieldset', {class: 'series'},
+  return element('fieldset', {class: 'series'},
     element('legend', {class: 'unseen'}, page.t('teach.series')),
     ...SERIES.map((n, index) => element('label', {},
       element('input', {type: 'radio', name: 'series', value: n, checked: index === 0}),
       element('span', {}, page.t('teach.times', {n})))));
-  page.on('state', ({simulation}) => {
-    choice.hidden = !simulation;
-  });
-  return choice;
 }
 
 /** @param {HTMLElement} root @returns {number} */
