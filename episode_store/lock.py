@@ -110,6 +110,28 @@ def is_in_use(folder: Path) -> bool:
         os.close(file)
 
 
+def check_unused(folder: Path) -> None:
+    """
+    Check that a task's folder is nobody's.
+
+    Raises
+    ------
+    BagError
+        If a learner records into it, or another process changes it.
+
+    """
+    if is_in_use(folder):
+        raise BagError(_taken(folder))
+
+
+def let_go(folder: Path, file: int) -> None:
+    """Give a folder up that `hold` has kept; one that nothing came into goes again."""
+    with suppress(OSError):
+        if not {entry.name for entry in folder.iterdir()} - {_LOCK, _IN_USE}:
+            _remove_unused(folder)
+    os.close(file)
+
+
 def _lock(file: int) -> bool:
     """Lock a file that is open; return False if another process has locked it."""
     try:

@@ -13,7 +13,7 @@ import re
 import shutil
 from typing import Final
 
-from episode_store.lock import hold, numbering, REMOVED
+from episode_store.lock import hold, let_go, numbering, REMOVED
 from episode_store.rosbag2.errors import BagError, error_line, mcap_path
 from msgs_bridge.node.close_names import close_name
 from msgs_bridge.untrusted.files import check_folder
@@ -169,6 +169,12 @@ class TaskFolder:
         if self._held is not None:
             os.close(self._held)
         self._held = held
+
+    def release(self) -> None:
+        """Give the folder up, if this process holds it."""
+        held, self._held = self._held, None
+        if held is not None:
+            let_go(self.path, held)
 
     def episodes(self) -> list[EpisodeFolder]:
         """

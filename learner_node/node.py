@@ -1,6 +1,7 @@
 """The node `learner_node`: records, learns between trials, publishes the field."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from operator import attrgetter
 import os
@@ -36,6 +37,7 @@ from learner_node.session.phases import Phase
 from learner_node.session.room_watch import RoomWatch
 from learner_node.session.session import Session
 from learner_node.settings import FIXED, Settings, start_poses_from_list
+from learner_node.task_change import TaskChange
 from msgs_bridge.node import qos
 from msgs_bridge.node.command_line import check_names
 from msgs_bridge.node.listener import Listener
@@ -65,6 +67,9 @@ class LearnerNode(Node):
     """
     The learner.
 
+    Setting `task` while nothing is under way lets it go on with another task, whose bags it
+    learns from first; if that fails it stays at the one it had.
+
     Raises
     ------
     ValueError, rclpy.exceptions.ParameterException
@@ -83,14 +88,13 @@ class LearnerNode(Node):
             'start_poses', Parameter.Type.DOUBLE_ARRAY, _START_POSES).value
         check_names(self)
         task = TaskFolder(self._settings.bags, self._settings.task)
-        grid = self._settings.grid
-        starts = start_poses_from_list(poses, grid)
+        self._method = parameters
+        self._starts = start_poses_from_list(poses, self._settings.grid)
         if not self._settings.new_task:
             task.check_is_meant()
         task.hold()
-        self._task_memory = TaskMemory(task, grid, parameters, starts, self._settings.fresh)
-        self._task_memory.speed_max = self._settings.speed_max
-        self._task_memory.resolution = self._settings.resolution
+        self._topics = recorded_topics(self._settings)
+        self._task_memory = self._memory_of(task, self._settings.fresh)
         self._session = Session(
             self._settings,
             lambda: self._task_memory.next_start(self._settings.starts == 'spread'))
@@ -98,17 +102,41 @@ class LearnerNode(Node):
         self.has_ended = False  #: whether the worker is done, too; nothing is lost if it is not
         self._told: tuple[object, ...] = ()
         self.said = ''  #: what people were told last
-        self._named: dict[str, str] = {}
-        self._room_watch = RoomWatch(self._task_memory.has_room)
         self._peers, self._field_monitor = PeerMonitor(self, 'learner'), FieldMonitor()
-        self._cells = CellsCheck(
-            self._settings, partial(self._peers.cells, 'sight', 'robot'))
+        self._look_after(self._task_memory)
         self.describe()
         self._session.state.why_not = self._why_not
         self._make_topics()
         self._make_services()
+        self._task_change = TaskChange(self, self._session, self.learning, self._memory_of)
         self.learning.begin(parameters, time.monotonic())
         self._listener.start()
+
+    def _memory_of(self, task: TaskFolder, fresh: bool = False) -> TaskMemory:
+        """Return the memory of a task; nothing of it is learnt from yet."""
+        settings = self._settings
+        memory = TaskMemory(task, settings.grid, self._method, self._starts, fresh)
+        memory.speed_max, memory.resolution = settings.speed_max, settings.resolution
+        memory.topics = {each.name: self.resolve_topic_name(each.name) for each in self._topics}
+        memory.robot = lambda: self._dispatcher.place
+        memory.lattice = lambda: self._cells.lattice(self._dispatcher.local_grid)
+        return memory
+
+    def enter(self, memory: TaskMemory) -> None:
+        """Be at another task from now on."""
+        self._task_memory.task.release()
+        self._task_memory = memory
+        self._settings = self._session.state.settings = replace(
+            self._settings, task=memory.task.task)
+        self._recorder.change_task(memory.task, memory.header)
+        self._handler.bag = ''
+        self._look_after(memory)
+
+    def _look_after(self, memory: TaskMemory) -> None:
+        self._named: dict[str, str] = {}
+        self._room_watch = RoomWatch(memory.has_room)
+        self._cells = CellsCheck(
+            self._settings, partial(self._peers.cells, 'sight', 'robot'))
 
     def _make_topics(self) -> None:
         self._publications = Publications(self, self._settings.frame_id)
@@ -119,10 +147,6 @@ class LearnerNode(Node):
         self._dispatcher = MessageDispatcher(
             self._session, self._settings.grid, self._handler.carry_out,
             OdometryCheck(self._settings.frame_id, self._settings.grid), ThrottledLog(self))
-        self._task_memory.robot = lambda: self._dispatcher.place
-        self._task_memory.lattice = lambda: self._cells.lattice(self._dispatcher.local_grid)
-        topics = recorded_topics(self._settings)
-        self._task_memory.topics = {t.name: self.resolve_topic_name(t.name) for t in topics}
         teacher = self._session.demonstration.teacher
         self.create_subscription(
             Empty, 'teleop_heartbeat',
@@ -130,7 +154,7 @@ class LearnerNode(Node):
         self._wake = self.create_guard_condition(self._collect).trigger
         self._newest = 0  #: stamp of the newest odometry that the listener has heard, [ns]
         self._listener = Listener(self, self._recorder.lost, self._recorder.catch_up)
-        for topic in topics:
+        for topic in self._topics:
             self._listener.subscribe(topic.kind, self._task_memory.topics[topic.name],
                                 self._reader(topic), topic.profiles, topic.spare, topic.kept)
         self._session.state.has_heard_all = self._has_heard_all
@@ -151,7 +175,10 @@ class LearnerNode(Node):
             self.create_timer(_PLACE_PERIOD, self._look_at_place, clock=steady)
 
     def _on_settings(self, settings: Settings) -> None:
-        self._settings = self._session.state.settings = settings
+        task = self._task_memory.task.task
+        self._settings = self._session.state.settings = replace(settings, task=task)
+        if settings.task != task:
+            self._task_change.begin(settings.task)
 
     # What comes in
 

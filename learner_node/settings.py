@@ -13,8 +13,8 @@ from msgs_bridge.node.workspace_settings import check_workspace, set_workspace
 
 #: Settings that the memory or the topics are made from: they hold from start to end.
 FIXED: Final = (
-    'task', 'bags', 'new_task', 'fresh', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x',
-    'origin_y', 'robot_radius', 'simulation', 'lockstep', 'enable_stamped_cmd_vel', 'controller')
+    'bags', 'fresh', 'frame_id', 'rows', 'cols', 'resolution', 'origin_x', 'origin_y',
+    'robot_radius', 'simulation', 'lockstep', 'enable_stamped_cmd_vel', 'controller')
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,9 @@ class Settings:
 
     """
 
-    task: str = parameter('task', "name of the task, its bags' folder: letters, digits, _ and -")
+    task: str = parameter(
+        'task', "name of the task, its bags' folder: letters, digits, _ and -; it may become "
+        'another one while nothing is under way')
     bags: str = parameter('bags', "folder of all tasks' bags: the robot's memory")
     new_task: bool = parameter(
         False, 'begin a task also where its name is nearly that of another one with bags')

@@ -101,7 +101,7 @@ class LearningLoop:
 
     def _on_room_made(self, future: 'Future[None]') -> None:
         try:
-            self._result(future)
+            self.result(future)
         except TooLargeError as error:
             self._node.say(_TOO_FAR.format(error), warns=True)
             return
@@ -114,14 +114,15 @@ class LearningLoop:
         return self._task_memory.relearner.explores(
             self._session.state.settings.starts == 'spread')
 
-    def _result(self, future: 'Future[Any]') -> Any:
+    def result(self, future: 'Future[Any]') -> Any:
+        """Return what a job of the worker came to, see `result_of`."""
         return result_of(future, self._node.get_logger().error)
 
     def _on_changed(self, future: 'Future[str]') -> None:
         try:
-            text = self._result(future)
+            text = self.result(future)
         except BagError as error:
-            self._go_on()
+            self.go_on()
             self._node.learner_services.answer(False, str(error), (
                 'nothing_there' if isinstance(error, NothingThereError) else 'bags'))
             return
@@ -131,11 +132,27 @@ class LearningLoop:
 
     def _on_relearnt(self, future: 'Future[list[str]]') -> None:
         try:
-            for line in self._result(future):
-                self._node.say(line)
+            lines: list[str] = self.result(future)
         except BagError as error:
             self.fatal = str(error)
             return
+        self.begin_with(self._task_memory, lines)
+
+    def begin_with(self, task_memory: TaskMemory, lines: list[str]) -> None:
+        """
+        Go on with a task whose bags were learnt from.
+
+        Parameters
+        ----------
+        task_memory : TaskMemory
+        lines : list of str
+            What to tell people of that.
+
+        """
+        if task_memory is not self._task_memory:
+            self._task_memory, self.newest = task_memory, None
+        for line in lines:
+            self._node.say(line)
         for line in self._task_memory.doubts:
             self._node.say(line, warns=True)
         self._node.say(sentence_at_start(
@@ -144,7 +161,7 @@ class LearningLoop:
 
     def _on_learnt_bag(self, future: 'Future[LearntBag]') -> None:
         try:
-            newest: LearntBag = self._result(future)
+            newest: LearntBag = self.result(future)
         except BagError as error:
             self._handler.lose(error)
             return
@@ -162,7 +179,7 @@ class LearningLoop:
 
     def _on_noted(self, future: 'Future[BagGaps]') -> None:
         try:
-            gaps = self._result(future)
+            gaps = self.result(future)
         except BagError as error:
             self._node.say(str(error), warns=True)
             return
@@ -171,7 +188,7 @@ class LearningLoop:
 
     def _on_done(self, future: 'Future[None]') -> None:
         try:
-            self._result(future)
+            self.result(future)
         except BagError as error:
             self._node.say(str(error), warns=True)
 
@@ -181,11 +198,12 @@ class LearningLoop:
         if self._task_memory.too_far:
             self._node.say(_TOO_FAR.format(self._task_memory.too_far), warns=True)
         self._node.describe()
-        self._go_on()
+        self.go_on()
         # Aside, after what somebody waits for.
         self.worker.do(self._task_memory.find_places, self._on_done)
 
-    def _go_on(self) -> None:
+    def go_on(self) -> None:
+        """Let the session go on with what is in force."""
         refresh, settings = self._task_memory.refresh, self._session.state.settings
         self._handler.carry_out(self._session.on_learnt(
             -1 if refresh is None else refresh.field.revision, time.monotonic(),

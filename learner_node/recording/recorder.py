@@ -70,6 +70,17 @@ class Recorder:
         self.lost: Counter[str] = Counter()
         self._lost_before: Counter[str] = Counter()
 
+    def change_task(
+        self, task: TaskFolder, header: Callable[[EpisodeKind], Mapping[str, str]],
+    ) -> None:
+        """Make the next bags in another folder; no bag is open, and what came early is not its."""
+        with self._lock:
+            assert self._writer is None
+            self.task, self._header = task, header
+            self._folder = _identity(task.path)
+            self._early.clear()
+            self._n_early_bytes = 0
+
     @property
     def kind(self) -> EpisodeKind | None:
         """Return the kind of the open bag; None without one."""

@@ -9,9 +9,9 @@ from collections.abc import Callable
 
 from control_field.poses import StartPose
 from learner_node.session.demonstration import Demonstration
-from learner_node.session.inputs import Peers
+from learner_node.session.inputs import is_running, Peers
 from learner_node.session.outputs import Abandon, Outputs, Say, StopTrial
-from learner_node.session.phases import IN_TRIAL, Phase
+from learner_node.session.phases import IN_TRIAL, Phase, SessionError
 from learner_node.session.series import Series
 from learner_node.session.state import SessionState
 from learner_node.session.trial_recording import TrialRecording
@@ -48,6 +48,27 @@ class Session:
         self.state.check_idle('change a bag', Operation.CHANGE)
         self.begin(now)
         return []
+
+    def check_between(self, what: str, operation: Operation) -> None:
+        """
+        Check that nothing is under way, be it somebody else's trial.
+
+        Raises
+        ------
+        SessionError
+            If something is, or it must not be done now.
+
+        """
+        self.state.check_idle(what, operation)
+        status = self.state.inputs.status
+        if is_running(status):
+            raise SessionError(f'cannot {what} now: trial {status.trial} is still {status.state}')
+
+    def on_other_task(self) -> None:
+        """Record nothing of a trial that somebody runs on the field of the task before."""
+        status = self.state.inputs.status
+        if is_running(status):
+            self.trials.unrecorded.pass_over(status.trial)
 
     def shut_down(self, now: float) -> Outputs:
         """End what is under way, because the learner ends."""
