@@ -30,7 +30,7 @@ def cells_that_lead_home(field: ControlField) -> npt.NDArray[np.bool_]:
             break
         ahead = farther
     leads: npt.NDArray[np.bool_] = (ahead == goal).reshape(n_rows, n_cols)
-    return leads
+    return leads & (field.known != BLOCKED)
 
 
 def _cells_ahead(field: ControlField) -> npt.NDArray[np.int64]:

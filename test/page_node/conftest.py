@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from playwright.sync_api import Browser
 import pytest
 
-from page_helpers import PageStack, running_browser, running_page, Visitor, visiting
+from page_helpers import PageStack, running_browser, running_page, visiting, Visitor
 
 
 @pytest.fixture(scope='module')
