@@ -1,4 +1,4 @@
-# `make demo` shows everything, `make test` and `make check` are what has to pass.
+# `make page` is for people, `make demo` shows everything, `make test` and `make check` are what has to pass.
 # The interpreter is found by itself; `make PYTHON=/path/to/python3.12 demo` names one.
 
 VENV := .venv
@@ -6,6 +6,7 @@ BIN := $(VENV)/bin
 # Every package of the top folder.
 CODE := $(patsubst %/__init__.py,%,$(wildcard */__init__.py)) launch test tools setup.py
 DEMO_ARGS ?=
+PAGE_ARGS ?=
 TEST_ARGS ?=
 BENCH_ARGS ?=
 EVALUATION_ARGS ?=
@@ -17,10 +18,14 @@ export PYTHON VENV
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH \
 	RMW_IMPLEMENTATION LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo setup tools test test-all check bench evaluation lock clean
+.PHONY: demo page setup tools test test-all check bench evaluation lock clean
 
 demo: setup
 	$(BIN)/experience demo $(DEMO_ARGS)
+
+# To teach and to watch a simulated robot in a browser, until Ctrl-C.
+page: setup
+	@$(BIN)/experience page $(PAGE_ARGS)
 
 # What runs; and what testing and checking need on top.
 setup:
@@ -47,6 +52,7 @@ check: tools
 	$(BIN)/python tools/documents.py
 	$(BIN)/python tools/architecture.py --check
 	$(BIN)/python tools/parameter_tables.py --check
+	sh tools/check_javascript.sh
 
 bench: tools
 	$(BIN)/python -m benchmarks.speed $(BENCH_ARGS)
