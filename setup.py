@@ -7,7 +7,7 @@ from setuptools import find_packages, setup
 PACKAGE = 'experience_controller'
 NODES = (
     'sim_node', 'control_field_node', 'learner_node', 'teleop_node', 'neighbourhood_node',
-    'localised_odometry_node')
+    'localised_odometry_node', 'page_node')
 DATA = ['launch', 'config', 'config/movers', 'config/robots', 'config/settings',
         'config/worlds']
 
@@ -31,6 +31,8 @@ setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(exclude=['benchmarks', 'test*', 'tools*']),
+    # What browsers load: no packages, and no Python.
+    package_data={'page_node': ['static/**/*', 'static/*']},
     data_files=data_files(),
     install_requires=['setuptools'],
     # colcon runs pytest only if this says so.

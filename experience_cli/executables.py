@@ -43,6 +43,11 @@ def localised_odometry_node() -> None:
     _run('localised_odometry_node.node')
 
 
+def page_node() -> None:
+    """Run the page to teach from."""
+    _run('page_node.node')
+
+
 def _run(module: str) -> None:
     """Import a node and run its `main`, which installs signal handlers of its own."""
     for number in ENDING_SIGNALS:

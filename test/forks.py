@@ -24,7 +24,8 @@ from typing import Any
 #: The modules whose imports are done in advance.
 PROGRAMS = (
     'sim_node.node', 'control_field_node.node', 'learner_node.node', 'teleop_node.node',
-    'neighbourhood_node.node', 'localised_odometry_node.node', 'experience_cli.main')
+    'neighbourhood_node.node', 'localised_odometry_node.node', 'page_node.node',
+    'experience_cli.main')
 
 
 def command(module: str, *arguments: str) -> list[str]:

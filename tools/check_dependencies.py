@@ -55,9 +55,10 @@ KEYS = {
     'websockets': 'python3-websockets',
     'yaml': 'python3-yaml',
 }
-# Declared for what launch files and pytest start, not for an import.
+# Declared for what launch files, pytest and uvicorn load, not for an import.
 TOOLS = frozenset({
-    'python3-pytest-timeout', 'python3-pytest-xdist', 'ros2launch', 'rviz2', 'tf2_ros'})
+    'python3-pytest-timeout', 'python3-pytest-xdist', 'python3-websockets', 'ros2launch', 'rviz2',
+    'tf2_ros'})
 # Nothing on a robot imports these; they come with the virtual environment, or are installed by who
 # wants them (atheris).
 VENV_ONLY = frozenset({'setuptools', 'atheris', 'axe_playwright_python', 'playwright'})

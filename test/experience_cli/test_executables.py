@@ -10,7 +10,7 @@ from experience_cli import executables
 from ros_helpers import Process, wait_until
 
 NODES = ['control_field_node', 'learner_node', 'localised_odometry_node', 'neighbourhood_node',
-         'sim_node', 'teleop_node']
+         'page_node', 'sim_node', 'teleop_node']
 
 
 def test_there_is_one_for_every_node():

@@ -59,7 +59,7 @@ def test_executables_lie_where_ros2_run_looks(workspace):
     folder = executable(workspace, '')
     assert {path.name for path in folder.iterdir()} == set(EXECUTABLES)
     assert {'sim_node', 'control_field_node', 'learner_node', 'teleop_node', 'neighbourhood_node',
-            'localised_odometry_node', 'experience'} == set(EXECUTABLES)
+            'localised_odometry_node', 'page_node', 'experience'} == set(EXECUTABLES)
 
 
 def test_share_holds_what_launch_needs(workspace):
