@@ -128,6 +128,28 @@ def _demo(parser: argparse.ArgumentParser) -> None:
     add('--namespace', default='', metavar='NAME', help='of the nodes that run already')
 
 
+def _page(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        'Start a simulated robot, controller, learner and a page to teach them from, and open it '
+        'in a browser, until Ctrl-C. With --robot: for a robot that has been brought up.')
+    add = parser.add_argument
+    add('--world', metavar='WORLD',
+        help='where the simulated robot is: a name in config/worlds, or a file (task1)')
+    add('--robot', metavar='ROBOT',
+        help='a real robot: its name in config/robots, or a parameter file that `experience '
+        'robot` has written')
+    add('--task', metavar='NAME', help="what is learnt (the world's name; of a robot: task)")
+    add('--bags', type=Path, default=BAGS, metavar='FOLDER',
+        help='where the memory is (%(default)s)')
+    add('--host', default='127.0.0.1', metavar='ADDRESS',
+        help='who can open the page: this machine alone (%(default)s), or with 0.0.0.0 whoever '
+        'has the address that is then printed')
+    add('--port', type=int, metavar='N', help='(8300, or a free one)')
+    add('--no-browser', action='store_true', help='print the address, open nothing')
+    add('--out', type=Path, default=Path('out/page'), metavar='FOLDER',
+        help='where the logs go (%(default)s)')
+
+
 def _learn(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         'Learn anew from bags, in the order of their numbers, and say what each of them has '
@@ -360,6 +382,7 @@ def _add_reading(group: Any) -> None:
 #: All commands, by name.
 COMMANDS: Final = {
     'demo': Command('demo', "teach and try the paper's two tasks on real nodes", _demo),
+    'page': Command('page', 'teach and watch the robot in a browser', _page),
     'learn': Command('learn', 'learn anew from bags, and say what each has taught', _learn),
     'evaluate': Command(
         'evaluate', 'judge what is learnt on a map, from all its free cells', _evaluate),

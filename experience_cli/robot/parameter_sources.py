@@ -46,20 +46,28 @@ def add_parameter_file(path: Path, facts: Facts) -> None:
         If it cannot be read.
 
     """
-    text = read_text(path, errors='replace')
-    if text.lstrip().startswith('<'):
-        raise UserError(f'{path}: is XML: `experience robot from-urdf {path}` reads a URDF')
-    try:
-        content = yaml_from_text(text)
-    except ValueError as error:
-        raise UserError(f'{path}: {error}') from None
     before = _n_measures(facts)
-    for node, values in sections_of(content):
+    for node, values in sections_of(_content_of(path)):
         _add_node(path, node.rpartition('/')[2], values, facts)
     if _n_measures(facts) == before:
         raise UserError(f'{path}: says nothing of how large or fast a robot is: it must be a '
                         f'parameter file of Nav2 or of ros2_control, with controller_server, '
                         f'velocity_smoother, a costmap or a diff_drive_controller in it')
+
+
+def node_parameters(path: Path) -> dict[str, dict[str, Any]]:
+    """Return what a parameter file says of each node; raises as `add_parameter_file` does."""
+    return {node.rpartition('/')[2]: values for node, values in sections_of(_content_of(path))}
+
+
+def _content_of(path: Path) -> Any:
+    text = read_text(path, errors='replace')
+    if text.lstrip().startswith('<'):
+        raise UserError(f'{path}: is XML: `experience robot from-urdf {path}` reads a URDF')
+    try:
+        return yaml_from_text(text)
+    except ValueError as error:
+        raise UserError(f'{path}: {error}') from None
 
 
 def _n_measures(facts: Facts) -> int:

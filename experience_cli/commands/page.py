@@ -1,0 +1,144 @@
+"""`experience page`: a page to teach from, with everything that it needs."""
+
+import argparse
+from collections.abc import Collection, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+import shutil
+import signal
+import time
+from typing import Any, Final, NoReturn
+
+from episode_store.rosbag2.errors import BagError
+from episode_store.task_folder import check_task_name
+from experience_cli.demo.page_door import (
+    free_port, has_screen, open_browser, PAGE, wait_for_address)
+from experience_cli.demo.processes import Children, own_domain
+from experience_cli.errors import UserError
+from experience_cli.interrupts import Stopped
+from experience_cli.robot.parameter_sources import node_parameters
+from world_maps.world import config_file, find_world, load_world
+
+#: Where the simulated robot is, and what it learns, if nobody says.
+_WORLD: Final = 'task1'
+_TASK: Final = 'task'
+#: What the keys' section of a robot's file says of the robot, not of keys.
+_WIRE: Final = ('enable_stamped_cmd_vel',)
+_DRIVING: Final = (*_WIRE, 'speed', 'speed_max', 'turn', 'turn_max')
+_BODY: Final = ('robot_radius',)
+#: How often it is looked whether all nodes still run, [s].
+_PERIOD: Final = 0.2
+#: ROS parameters of each node by its name.
+Nodes = dict[str, dict[str, Any]]
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Start the nodes and show the page; return 0 when somebody ends it."""
+    nodes = _robot_nodes(arguments) if arguments.robot else _simulated_nodes(arguments)
+    nodes[PAGE] |= _place(arguments)
+    logs = _logs(arguments.out / 'logs')
+    try:
+        with _domain(arguments) as environment, Children(logs, environment) as children:
+            for name, parameters in nodes.items():
+                children.start_node(name, parameters)
+            _show(wait_for_address(children), arguments, logs)
+            _watch(children)
+    except Stopped:
+        # This is how it ends; the signal would be heard again where it could have been lost.
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        return 0
+
+
+def _simulated_nodes(arguments: argparse.Namespace) -> Nodes:
+    """Return what a simulated robot needs."""
+    name = arguments.world or _WORLD
+    try:
+        path = find_world(name)
+        load_world(path)
+    except ValueError as error:
+        raise UserError(f'--world {name}: {error}') from None
+    memory = {'simulation': True, 'bags': _bags(arguments)}
+    world = name if path.stem == name else str(path.resolve())
+    return {
+        'sim_node': {'world': world}, 'control_field_node': {},
+        'learner_node': {**memory, 'task': _task(arguments, path.stem)}, PAGE: memory}
+
+
+def _robot_nodes(arguments: argparse.Namespace) -> Nodes:
+    """Return what a robot needs that has been brought up."""
+    if arguments.world:
+        raise UserError(f'--world {arguments.world}: is for a simulated robot, not with --robot')
+    try:
+        path = config_file(arguments.robot, 'robots', ('.yaml', '.yml'))
+    except ValueError as error:
+        raise UserError(f'--robot {arguments.robot}: {error}') from None
+    sections = node_parameters(path)
+    if 'control_field_node' not in sections:
+        raise UserError(f'--robot {path}: says nothing of control_field_node; `experience robot` '
+                        f'writes such a file')
+    keys = sections.get('teleop_node', {})
+    memory = {'simulation': False, 'bags': _bags(arguments)}
+    own = {
+        'neighbourhood_node': {}, 'control_field_node': _only(_WIRE, keys),
+        'learner_node': {
+            **_only(_WIRE, keys), **memory, 'task': _task(arguments, _TASK)},
+        PAGE: {**_only(_DRIVING, keys), **_only(_BODY, sections['control_field_node']), **memory}}
+    return {name: {**sections.get(name, {}), **parameters} for name, parameters in own.items()}
+
+
+def _only(names: Collection[str], parameters: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in parameters.items() if name in names}
+
+
+def _bags(arguments: argparse.Namespace) -> str:
+    """Return where the learner, and the page that shows it, have their bags."""
+    return str(arguments.bags.resolve())
+
+
+def _task(arguments: argparse.Namespace, usual: str) -> str:
+    """Return the name of the task."""
+    task = str(arguments.task or usual)
+    try:
+        return check_task_name(task)
+    except BagError as error:
+        raise UserError(f'--task {task}: its {error}') from None
+
+
+def _place(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return where the page is: where it was asked for, or at a free port."""
+    if arguments.port is not None:
+        return {'host': arguments.host, 'port': arguments.port}
+    return {'host': arguments.host, 'port': free_port(arguments.host)}
+
+
+def _domain(
+    arguments: argparse.Namespace,
+) -> AbstractContextManager[Mapping[str, str]]:
+    """Return the environment: a simulated robot is alone, a real one is where it was set."""
+    return nullcontext({}) if arguments.robot else own_domain()
+
+
+def _logs(folder: Path) -> Path:
+    """Return the folder, with nothing of the last time in it."""
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f'cannot write into {folder}: {error.strerror}') from None
+    return folder
+
+
+def _show(address: str, arguments: argparse.Namespace, logs: Path) -> None:
+    """Say where the page is, and open it where there is a screen."""
+    opens = has_screen() and not arguments.no_browser
+    print(f'{"A browser opens" if opens else "Open in a browser:"} {address}')
+    print('Ctrl-C here ends the page, and all that it has started.', flush=True)
+    if opens:
+        open_browser(address, logs / 'browser.log')
+
+
+def _watch(children: Children) -> NoReturn:
+    """Wait until somebody ends it, or a node ends by itself."""
+    while True:
+        children.check()
+        time.sleep(_PERIOD)
