@@ -28,7 +28,7 @@ export function mount(root, page) {
   page.on('state', state => showState(view, state));
   page.on('state', state => {
     held.hidden = !state.held;
-    held.textContent = page.t('live.held');
+    held.textContent = state.held && page.t(`held.${state.held}`);
   });
   putIntoWords(canvas, page);
   return view;

@@ -5,28 +5,22 @@ import {element} from '../dom.js';
 /** @typedef {import('../page.js').Page} Page */
 /** @typedef {import('../types.js').Advice} Advice */
 
-/** @param {Page} page @param {Advice} advice */
-function wordsOf(page, {code, values = {}, because = '', details = ''}) {
-  const why = because && page.words.has(because) ? ` ${page.t(because)}` : '';
-  return {text: page.t(`advice.${code}`, values) + why, details};
-}
-
 /**
  * @param {HTMLElement} root
  * @param {Page} page
  */
 export function mount(root, page) {
+  const told = element('p');
+  const details = element('details', {class: 'details', hidden: true},
+    element('summary', {}, page.t('page.details')), told);
+  root.after(details);
   let isOpen = false;
   let away = 'connecting';
-  let told = '';
   const say = () => {
-    const {text, details} = wordsOf(page, isOpen ? page.state.advice : {code: away});
-    // Only what is new is written, or a screen reader says it again and again.
-    if (told !== text + details) {
-      told = text + details;
-      root.replaceChildren(text, ...details ? [element('details', {},
-        element('summary', {}, page.t('page.details')), details)] : []);
-    }
+    const advice = isOpen ? page.state.advice : {code: away};
+    write(root, wordsOf(page, advice));
+    write(told, advice.details ?? '');
+    details.hidden = !advice.details;
   };
   page.on('connection', ({open}) => {
     isOpen = open;
@@ -35,4 +29,22 @@ export function mount(root, page) {
     say();
   });
   page.on('state', say);
+}
+
+/** @param {Page} page @param {Advice} advice @returns {string} */
+function wordsOf({t, words}, {code, values = {}, because = ''}) {
+  const said = t(`advice.${code}`, values);
+  return because && words.has(because) ? `${said} ${t(because)}` : said;
+}
+
+/**
+ * Write only what is new, or a screen reader says it again and again.
+ *
+ * @param {HTMLElement} place
+ * @param {string} text
+ */
+function write(place, text) {
+  if (place.textContent !== text) {
+    place.textContent = text;
+  }
 }
