@@ -19,6 +19,9 @@ _READS_FOR: Final = 0.25
 #: Episodes that are kept in mind.
 _MOST_KEPT: Final = 4000
 
+#: What is known of each bag and not told: of those that are told it is always the same.
+_OURS: Final = ('learnt', 'begins_with')
+
 Row = dict[str, Any]
 _Key = tuple[EpisodeFolder, BagState]
 _kept: 'OrderedDict[_Key, Row]' = OrderedDict()
@@ -51,7 +54,8 @@ def story_of(bags: str, task: str) -> dict[str, Any]:
         row = _row(folder, deadline)
         complete = complete and row is not None
         if row is not None and row['learnt']:
-            rows.append(row | _made_of_it(folders, folder.number, deadline))
+            told = {name: value for name, value in row.items() if name not in _OURS}
+            rows.append(told | _made_of_it(folders, folder.number, deadline))
     return {'task': task, 'episodes': rows, 'complete': complete}
 
 

@@ -17,7 +17,7 @@ import {Viewport} from './viewport.js';
 /** How much is seen around a robot that knows nothing yet, [m]. */
 const AROUND = 2;
 /** What the still picture is made of. */
-const STILL = ['field', 'prototypes', 'truth', 'goal', 'start'];
+const STILL = ['field', 'overlay', 'prototypes', 'truth', 'goal', 'start'];
 
 export class MapView {
   /** @param {HTMLCanvasElement} canvas */
@@ -43,9 +43,9 @@ export class MapView {
   /**
    * Show something from now on; nothing of it where it is null.
    *
-   * @param {'field' | 'prototypes' | 'truth' | 'goal' | 'start' | 'sight' | 'robot' | 'movers' |
-   *   'decision'} name `goal` is a point, `start` a pose, `decision` {row, col, heading}, the
-   *   rest frames.
+   * @param {'field' | 'overlay' | 'prototypes' | 'truth' | 'goal' | 'start' | 'sight' | 'robot' |
+   *   'movers' | 'decision'} name `goal` is a point, `start` a pose, `decision` {row, col, heading},
+   *   `overlay` a grid and the `picture` of its cells, the rest frames.
    * @param {any} what
    */
   show(name, what) {
@@ -187,12 +187,15 @@ export class MapView {
     if (!context) {
       return;
     }
-    const {field, prototypes, truth, goal, start} = this._shown;
+    const {field, overlay, prototypes, truth, goal, start} = this._shown;
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.fillStyle = this.colours.unknown;
     context.fillRect(0, 0, this._still.width, this._still.height);
     this.viewport.apply(context, window.devicePixelRatio);
     this._drawGround(context, field, truth);
+    if (overlay) {
+      drawCells(context, overlay.picture, overlay);
+    }
     if (field) {
       drawArrows(context, field, this.viewport, this.colours);
     }
