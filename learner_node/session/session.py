@@ -62,7 +62,8 @@ class Session:
         self.state.check_idle(what, operation)
         status = self.state.inputs.status
         if is_running(status):
-            raise SessionError(f'cannot {what} now: trial {status.trial} is still {status.state}')
+            raise SessionError(f'cannot {what} now: trial {status.trial} is still {status.state}',
+                               'trying')
 
     def on_other_task(self) -> None:
         """Record nothing of a trial that somebody runs on the field of the task before."""
