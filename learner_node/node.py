@@ -132,6 +132,10 @@ class LearnerNode(Node):
         self._handler.bag = ''
         self._look_after(memory)
 
+    def stay(self) -> None:
+        """Let the parameter `task` be again what the learner is at."""
+        self.set_parameters([Parameter('task', value=self._task_memory.task.task)])
+
     def _look_after(self, memory: TaskMemory) -> None:
         self._named: dict[str, str] = {}
         self._room_watch = RoomWatch(memory.has_room)

@@ -7,7 +7,6 @@ import time
 from typing import Any, Final
 
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.parameter import Parameter
 
 from episode_store.lock import check_unused
 from episode_store.rosbag2.errors import BagError
@@ -46,7 +45,7 @@ class TaskChange:
         self._memory_of = memory_of
         node.add_on_set_parameters_callback(self._check)
 
-    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+    def _check(self, parameters: list[Any]) -> SetParametersResult:
         named = {parameter.name: parameter.value for parameter in parameters}
         try:
             if named.get('task', self._current) != self._current:
@@ -87,8 +86,7 @@ class TaskChange:
         except BagError as error:
             task.release()
             self._node.say(f'the task stays {self._current}: {error}', warns=True)
-            kept = Parameter('task', value=self._current)  # type: ignore[no-untyped-call]
-            self._node.set_parameters([kept])
+            self._node.stay()
             self._learning.go_on()
             return
         self._node.enter(memory)

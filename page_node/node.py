@@ -40,6 +40,7 @@ from page_node.server.view_hub import ViewHub
 from page_node.server.web_server import address_of, listen, WebServer
 from page_node.settings import FIXED, Settings
 from page_node.story.endpoints import StoryEndpoints
+from page_node.worlds.endpoints import WorldEndpoints
 
 #: How often it is told that somebody is there, [s]: a few may be lost before a trial ends.
 _HEARTBEAT_PERIOD: Final = 0.1
@@ -115,7 +116,9 @@ class PageNode(Node):
         worker, bags = self.worker, self.settings.bags
         return [
             *action_endpoints(lambda wanted: self.tasks.do(partial(self.robot.perform, wanted))),
-            *MemoryEndpoints(worker, bags).all(), *StoryEndpoints(worker, bags).all()]
+            *MemoryEndpoints(worker, bags).all(), *StoryEndpoints(worker, bags).all(),
+            *WorldEndpoints(worker, self.settings.worlds_folder, bags, self.robot.changer,
+                            self.tasks.do).all()]
 
     # What is driven
 

@@ -1,10 +1,11 @@
 """The robot's side of the page: what is known of it, what buttons do, and what is shown."""
 
 from collections.abc import Callable
+import time
 from typing import Any, Final
 
 from control_field.robot.limits import Velocity
-from msgs_bridge.messages.trial_status import TrialStatus
+from msgs_bridge.messages.trial_status import State, TrialStatus
 from msgs_bridge.teaching.answers import Answer
 from msgs_bridge.teaching.coded_clients import CodedClients
 from msgs_bridge.teaching.robot_placement import RobotPlacement
@@ -18,9 +19,11 @@ from page_node.driving.drive_watch import DriveWatch
 from page_node.settings import Settings
 from page_node.view.live_view import LiveView, Surroundings, Viewers
 from page_node.view.topics import subscribe
+from page_node.worlds.changer import Changer, Standing
 
 #: How often is looked who hears the commands, [s].
 _READERS_PERIOD: Final = 1.0
+_UNDER_WAY: Final = (State.RUNNING, State.PAUSED)
 
 
 class RobotSide:
@@ -61,6 +64,8 @@ class RobotSide:
         self.teaching = PageTeaching(
             Teaching(clients, self.placement, self.status, watch),
             lambda: self.live.is_simulated, self._speeds_set)
+        self.changer = Changer(
+            node, settings.simulator, settings.learner, timeouts, self._standing)
 
     def listen(
         self, commands: VelocityPublisher, topic: str, refuse: Callable[[ValueError], object],
@@ -92,6 +97,13 @@ class RobotSide:
     def _conflict(self) -> str:
         """Return what keeps nodes from working together; empty if nothing does."""
         return next((each.text for each in self._peers.problems if each.prevents), '')
+
+    def _standing(self) -> Standing:
+        """Return what has to be so before a world or a task becomes another one."""
+        now = self.live.situation(time.monotonic())
+        is_busy = now.status.phase not in ('', 'idle') or now.trial.state in _UNDER_WAY
+        return Standing(self.status.learner_values.get('task', ''), is_busy,
+                        self.live.is_simulated)
 
     def _driver(self) -> str:
         return 'nobody' if self._watch.driver is None else 'somebody'

@@ -1,6 +1,7 @@
 """What can be set about the page."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 from control_field.parameters import check_fields, parameter
@@ -8,7 +9,8 @@ from control_field.robot.limits import Velocity
 
 #: Settings that sockets, topics and timers are made from: they hold from start to end.
 FIXED: Final = ('host', 'port', 'token', 'names', 'topic', 'enable_stamped_cmd_vel', 'lockstep',
-                'base_frame_id', 'simulation', 'robot_radius', 'bags', 'learner', 'controller')
+                'base_frame_id', 'simulation', 'robot_radius', 'bags', 'worlds',
+                'learner', 'controller', 'simulator')
 
 
 @dataclass(frozen=True)
@@ -55,19 +57,29 @@ class Settings:
     robot_radius: float = parameter(
         0.105, 'radius of the body, as it is drawn', unit='m', low=0.01, high=10.0)
     bags: str = parameter('bags', 'folder of the tasks, as that of the learner')
+    worlds: str = parameter(
+        '', 'folder of the worlds that are drawn or brought along here; empty: worlds, beside the '
+        'bags folder')
     learner: str = parameter('learner_node', 'name of the learner node')
     controller: str = parameter('control_field_node', 'name of the controller node')
+    simulator: str = parameter(
+        'sim_node', 'name of the simulator node, whose world can be changed')
 
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
         check_fields(self)
-        for name in ('host', 'topic', 'learner', 'controller'):
+        for name in ('host', 'topic', 'learner', 'controller', 'simulator'):
             if not getattr(self, name).strip():
                 raise ValueError(f'{name} is empty, must be a name')
         for name, most in (('speed', self.speed_max), ('turn', self.turn_max)):
             if getattr(self, name) > most:
                 raise ValueError(f'{name} is {getattr(self, name)}, must be at most {name}_max, '
                                  f'which is {most}')
+
+    @property
+    def worlds_folder(self) -> str:
+        """Return the folder of the worlds that are drawn or brought along here."""
+        return self.worlds or str(Path(self.bags).resolve().parent / 'worlds')
 
     @property
     def is_stamped(self) -> bool:
