@@ -106,9 +106,12 @@ class ServiceClients:
         if not client.service_is_ready():
             return None
         future = client.call_async(request)
-        answer = await self._timeouts.within(future, patience)
+        answer = await self._answer_of(future, patience)
         client.remove_pending_request(future)
         return answer
+
+    async def _answer_of(self, future: Any, patience: float) -> Any:
+        return await self._timeouts.within(future, patience)
 
     async def is_simulated(self, patience: float = 0.0) -> bool | None:
         """

@@ -1,6 +1,7 @@
 """Waiting in the coroutines of a node, but not for ever."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import time
 from typing import Any, Final
 
@@ -28,14 +29,19 @@ class Timeouts:
         self._node, self._clock = node, clock
         self.future = future
 
-    async def within(self, future: Any, seconds: float) -> Any:
-        """Return the result of a future, None when that takes longer."""
-        timer = self._node.create_timer(
-            seconds, lambda: future.done() or future.set_result(None), clock=self._clock)
+    @contextmanager
+    def repeating(self, period: float, callback: Callable[[], None]) -> Iterator[None]:
+        """Call something every so many seconds meanwhile."""
+        timer = self._node.create_timer(period, callback, clock=self._clock)
         try:
-            return await future
+            yield
         finally:
             self._node.destroy_timer(timer)
+
+    async def within(self, future: Any, seconds: float) -> Any:
+        """Return the result of a future, None when that takes longer."""
+        with self.repeating(seconds, lambda: future.done() or future.set_result(None)):
+            return await future
 
     async def until(self, predicate: Callable[[], bool], deadline: float) -> bool:
         """Return True once something is so; False after a deadline, [s] on a steady clock."""

@@ -29,8 +29,9 @@ def cells_that_lead_home(field: ControlField) -> npt.NDArray[np.bool_]:
         if np.array_equal(farther, ahead):
             break
         ahead = farther
-    leads: npt.NDArray[np.bool_] = (ahead == goal).reshape(n_rows, n_cols)
-    return leads & (field.known != BLOCKED)
+    leads: npt.NDArray[np.bool_] = (
+        (ahead == goal).reshape(n_rows, n_cols) & (field.known != BLOCKED))
+    return leads
 
 
 def _cells_ahead(field: ControlField) -> npt.NDArray[np.int64]:

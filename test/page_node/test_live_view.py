@@ -101,7 +101,7 @@ def test_a_robot_that_fell_silent_is_gone(view):
 
 def test_the_way_of_a_drive_and_of_a_trial_is_shown_and_no_other(view):
     def drive():
-        for x in np.arange(0.0, 0.1, 0.01):
+        for x in np.arange(0.0, 0.15, 0.03):
             view.live.on_pose(Pose(0.0, float(x), 0.0, 0.0), view.clock.now)
     drive()
     assert '[0.' not in view.shown.trail[0]
