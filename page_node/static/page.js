@@ -54,12 +54,24 @@ export class Page {
    * @returns {() => void} Stops it.
    */
   on(type, listener) {
-    const listeners = this._listeners.get(type) ?? new Set();
-    this._listeners.set(type, listeners);
-    listeners.add(listener);
+    const off = this.next(type, listener);
     if (this._last.has(type)) {
       listener(this._last.get(type));
     }
+    return off;
+  }
+
+  /**
+   * Call a function with each frame of a type that comes from now on.
+   *
+   * @param {string} type
+   * @param {Listener} listener
+   * @returns {() => void} Stops it.
+   */
+  next(type, listener) {
+    const listeners = this._listeners.get(type) ?? new Set();
+    this._listeners.set(type, listeners);
+    listeners.add(listener);
     return () => listeners.delete(listener);
   }
 
@@ -81,12 +93,16 @@ export class Page {
    */
   async act(action, body = {}) {
     const answer = await this.post(`/api/actions/${action}`, body);
-    const keys = answer.success ? [`done.${answer.code}`, `done.${action}`]
-      : [`refused.${answer.code}`, `why.${answer.code}`, 'refused.unknown'];
-    const words = keys.find(key => this.words.has(key)) ?? '';
-    this.say(words && this.t(words, answer.values), answer.success ? '' : answer.message,
-      answer.success ? action : '');
+    this.sayAnswer(action, answer);
     return answer;
+  }
+
+  /** @param {string} action @param {Answer} answer Say what came of it. */
+  sayAnswer(action, {success, code, message, values}) {
+    const keys = success ? [`done.${code}`, `done.${action}`]
+      : [`refused.${code}`, `why.${code}`, 'refused.unknown'];
+    const words = keys.find(key => this.words.has(key)) ?? '';
+    this.say(words && this.t(words, values), success ? '' : message, success ? action : '');
   }
 
   /**

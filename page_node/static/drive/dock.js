@@ -20,7 +20,7 @@ export function mount(root, page) {
   element('small', {class: 'keys'}, page.t('drive.space')));
   root.append(element('div', {class: 'driving'}, makePad(page), makeSpeed(page)),
     makeDriver(page), stop);
-  page.on('stopped', () => page.say(page.t('done.stop'), '', 'stop'));
+  page.next('stopped', () => page.say(page.t('done.stop'), '', 'stop'));
   new Keys(page);
   new Gamepads(page);
 }

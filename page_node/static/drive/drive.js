@@ -92,8 +92,13 @@ export class Drive {
       this._send();
       this._page.tell({type: 'move', v, w});
     }
-    clearInterval(this._timer);
-    this._timer = v || w ? setInterval(() => this._send(), PERIOD) : 0;
+    if (v || w) {
+      // One that runs is left alone: a gamepad holds anew more often than it is told.
+      this._timer ||= setInterval(() => this._send(), PERIOD);
+    } else {
+      clearInterval(this._timer);
+      this._timer = 0;
+    }
   }
 
   _send() {

@@ -22,7 +22,7 @@ export class Gamepads {
     this._isNeutral = true;
     this._isThere = false;
     setInterval(() => this._look(), PERIOD);
-    page.on('released', () => {
+    page.next('released', () => {
       this._isNeutral = false;
     });
   }

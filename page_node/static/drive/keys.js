@@ -32,7 +32,7 @@ export class Keys {
     this._held = new Set();
     addEventListener('keydown', event => this._down(event), {capture: true});
     addEventListener('keyup', event => this._up(event), {capture: true});
-    page.on('released', () => this._held.clear());
+    page.next('released', () => this._held.clear());
   }
 
   /** @param {KeyboardEvent} event */

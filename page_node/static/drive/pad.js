@@ -112,7 +112,7 @@ function followPointer(page, pad) {
   };
   pad.addEventListener('lostpointercapture', release);
   pad.addEventListener('contextmenu', event => event.preventDefault());
-  page.on('released', () => {
+  page.next('released', () => {
     held = -1;
   });
 }

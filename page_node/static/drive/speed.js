@@ -19,7 +19,7 @@ export function makeSpeed(page) {
     value: Number(localStorage.getItem(STORED)) || 1, oninput: () => choose(page, range),
   });
   choose(page, range);
-  page.on('asked', ({action}) => {
+  page.next('asked', ({action}) => {
     const factor = {faster: 1.1, slower: 1 / 1.1}[/** @type {string} */ (action)];
     if (factor) {
       range.value = String(Number(range.value) * factor);

@@ -7,6 +7,9 @@ import {LETTERS} from '../drive/keys.js';
 /** @typedef {import('../types.js').State} State */
 
 export const RECORDING = ['demonstration', 'settling'];
+/** How long, and how often, a robot that is learning is asked again, [ms]. */
+const PATIENCE = 20000;
+const PAUSE = 300;
 const SERIES = ['waiting', 'placing', 'starting', 'trial', 'finishing'];
 
 /** @type {Record<string, string>} */
@@ -139,11 +142,30 @@ export class Buttons {
     const button = this._buttons.get(action);
     this._busy = action;
     button?.setAttribute('aria-busy', 'true');
-    try {
-      await this._page.act(action, this._bodies()[action]);
-    } finally {
-      this._busy = '';
-      button?.removeAttribute('aria-busy');
+    this._page.sayAnswer(action, await this._ask(action, this._bodies()[action] ?? {}));
+    this._busy = '';
+    button?.removeAttribute('aria-busy');
+  }
+
+  /**
+   * Ask for an action; while the robot is learning again and again, as long as nobody stops it.
+   *
+   * @param {string} action
+   * @param {object} body
+   */
+  async _ask(action, body) {
+    const path = `/api/actions/${action}`;
+    const until = performance.now() + PATIENCE;
+    let isStopped = false;
+    const off = this._page.next('stopped', () => {
+      isStopped = true;
+    });
+    let answer = await this._page.post(path, body);
+    while (answer.code === 'learning' && !isStopped && performance.now() < until) {
+      await new Promise(done => setTimeout(done, PAUSE));
+      answer = isStopped ? answer : await this._page.post(path, body);
     }
+    off();
+    return answer;
   }
 }

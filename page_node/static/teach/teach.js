@@ -28,7 +28,7 @@ export function mount(root, page) {
     buttons.refresh();
   });
   buttons.refresh();
-  page.on('asked', ({action}) => buttons.press(action));
+  page.next('asked', ({action}) => buttons.press(action));
 }
 
 /**
