@@ -5,15 +5,14 @@ from collections.abc import Collection, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 import shutil
-import signal
-import time
-from typing import Any, Final, NoReturn
+from typing import Any, Final
 
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import check_task_name
 from experience_cli.demo.page_door import (
-    free_port, has_screen, open_browser, PAGE, wait_for_address)
+    be_stopped, free_port, PAGE, show, wait_for_address, watch)
 from experience_cli.demo.processes import Children, own_domain
+from experience_cli.demo.task_settings import settings_for
 from experience_cli.errors import UserError
 from experience_cli.interrupts import Stopped
 from experience_cli.robot.parameter_sources import node_parameters
@@ -26,8 +25,6 @@ _TASK: Final = 'task'
 _WIRE: Final = ('enable_stamped_cmd_vel',)
 _DRIVING: Final = (*_WIRE, 'speed', 'speed_max', 'turn', 'turn_max')
 _BODY: Final = ('robot_radius',)
-#: How often it is looked whether all nodes still run, [s].
-_PERIOD: Final = 0.2
 #: ROS parameters of each node by its name.
 Nodes = dict[str, dict[str, Any]]
 
@@ -41,11 +38,10 @@ def run(arguments: argparse.Namespace) -> int:
         with _domain(arguments) as environment, Children(logs, environment) as children:
             for name, parameters in nodes.items():
                 children.start_node(name, parameters)
-            _show(wait_for_address(children), arguments, logs)
-            _watch(children)
+            show(wait_for_address(children), logs / 'browser.log', not arguments.no_browser)
+            watch(children)
     except Stopped:
-        # This is how it ends; the signal would be heard again where it could have been lost.
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        be_stopped()
         return 0
 
 
@@ -59,9 +55,10 @@ def _simulated_nodes(arguments: argparse.Namespace) -> Nodes:
         raise UserError(f'--world {name}: {error}') from None
     memory = {'simulation': True, 'bags': _bags(arguments)}
     world = name if path.stem == name else str(path.resolve())
+    learning = settings_for(name, '')
     return {
-        'sim_node': {'world': world}, 'control_field_node': {},
-        'learner_node': {**memory, 'task': _task(arguments, path.stem)}, PAGE: memory}
+        'sim_node': {'world': world}, 'control_field_node': {**learning},
+        'learner_node': {**learning, **memory, 'task': _task(arguments, path.stem)}, PAGE: memory}
 
 
 def _robot_nodes(arguments: argparse.Namespace) -> Nodes:
@@ -126,19 +123,3 @@ def _logs(folder: Path) -> Path:
     except OSError as error:
         raise UserError(f'cannot write into {folder}: {error.strerror}') from None
     return folder
-
-
-def _show(address: str, arguments: argparse.Namespace, logs: Path) -> None:
-    """Say where the page is, and open it where there is a screen."""
-    opens = has_screen() and not arguments.no_browser
-    print(f'{"A browser opens" if opens else "Open in a browser:"} {address}')
-    print('Ctrl-C here ends the page, and all that it has started.', flush=True)
-    if opens:
-        open_browser(address, logs / 'browser.log')
-
-
-def _watch(children: Children) -> NoReturn:
-    """Wait until somebody ends it, or a node ends by itself."""
-    while True:
-        children.check()
-        time.sleep(_PERIOD)

@@ -3,11 +3,12 @@
 import os
 from pathlib import Path
 import re
+import signal
 import socket
 import subprocess
 import sys
 import time
-from typing import Final
+from typing import Final, NoReturn
 
 from experience_cli.demo.processes import Children
 from experience_cli.errors import UserError
@@ -19,6 +20,8 @@ _PATIENCE: Final = 60.0
 #: Where a page is if nobody says.
 _PORT: Final = 8300
 _PERIOD: Final = 0.05
+#: How often it is looked whether all nodes still run, [s].
+_WATCH_PERIOD: Final = 0.2
 _ADDRESS: Final = re.compile(rb'https?://[^\s\'"<>]+')
 #: One of these is set where windows can be shown.
 _SCREENS: Final = ('DISPLAY', 'WAYLAND_DISPLAY')
@@ -68,3 +71,25 @@ def open_browser(address: str, log: Path) -> None:
         subprocess.Popen(
             [sys.executable, '-m', 'webbrowser', address], stdin=subprocess.DEVNULL, stdout=file,
             stderr=subprocess.STDOUT, start_new_session=True)
+
+
+def show(address: str, log: Path, wants_browser: bool = True) -> None:
+    """Say where the page is, and open it where there is a screen."""
+    opens = has_screen() and wants_browser
+    print(f'{"A browser opens" if opens else "Open in a browser:"} {address}')
+    print('Ctrl-C here ends the page, and all that it has started.', flush=True)
+    if opens:
+        open_browser(address, log)
+
+
+def watch(children: Children) -> NoReturn:
+    """Wait until somebody ends it, or a node ends by itself."""
+    while True:
+        children.check()
+        time.sleep(_WATCH_PERIOD)
+
+
+def be_stopped() -> None:
+    """Take it that somebody has ended what runs until it is ended."""
+    # The signal would be heard again where it could have been lost.
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
