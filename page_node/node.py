@@ -156,10 +156,11 @@ class PageNode(Node):
         if self._view.is_watched:
             self._heartbeat.publish(Empty())
 
-    @property
-    def is_over(self) -> bool:
-        """Whether the server has ended by itself."""
-        return self._opening.is_canceled() and not self._server.is_running
+    def check(self) -> None:
+        """Raise what has ended a thread; nobody is to believe that somebody watches."""
+        self.watch.check()
+        if self._opening.is_canceled() and not self._server.is_running:
+            raise RuntimeError('the server of the page has ended')
 
     async def leave(self) -> None:
         """End what was begun here, before nobody watches it."""
@@ -189,7 +190,7 @@ def main(args: list[str] | None = None) -> None:
     node = None
     try:
         node = start_node(PROGRAM, PageNode, args)
-        spin_until_signal(node, lambda: node.is_over)
+        spin_until_signal(node, node.check)
         _leave(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass

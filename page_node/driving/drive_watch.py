@@ -38,6 +38,7 @@ class DriveWatch:
         self._last: Share | None = None
         self._due = 0.0
         self._is_over = False
+        self._error: BaseException | None = None
         self._thread = Thread(target=self._watch, name='drive_watch', daemon=True)
 
     def start(self) -> None:
@@ -111,10 +112,18 @@ class DriveWatch:
             self._last = share
             self._send((share[0] * self.speeds[0], share[1] * self.speeds[1]))
 
+    def check(self) -> None:
+        """Raise what has ended the thread."""
+        if self._error is not None:
+            raise self._error
+
     def _watch(self) -> None:
-        with self._changed:
-            while not self._is_over:
-                self._drive()
-                self._changed.wait(None if self._last is None else _PERIOD)
+        try:
+            with self._changed:
+                while not self._is_over:
+                    self._drive()
+                    self._changed.wait(None if self._last is None else _PERIOD)
+        except BaseException as error:
+            self._error = error
 
 

@@ -1,6 +1,7 @@
 """What the server answers: files, endpoints of the rooms, two sockets, all behind the guard."""
 
 import asyncio
+from asyncio import Semaphore
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -13,7 +14,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 
-from page_node.exchange import Endpoint, Request
+from page_node.exchange import Endpoint, MOST_BYTES, Request
 from page_node.refusal import RefusedError
 from page_node.server.guard import AccessPolicy
 from page_node.server.guarded import Guarded, read_body, response_from_refusal
@@ -21,6 +22,8 @@ from page_node.server.sockets import DriveSockets, ViewSockets
 
 #: The page itself: HTML, style, scripts and words.
 STATIC: Final = Path(__file__).resolve().parents[1] / 'static'
+#: Most uploads at once: each is held in memory.
+_MOST_UPLOADS: Final = 2
 
 
 def make_app(
@@ -49,8 +52,9 @@ def make_app(
         yield
         watching.cancel()
 
+    uploads = Semaphore(_MOST_UPLOADS)
     routes: list[BaseRoute] = [
-        *(Route(each.path, _handler(each), methods=[each.method]) for each in endpoints),
+        *(Route(each.path, _handler(each, uploads), methods=[each.method]) for each in endpoints),
         WebSocketRoute('/drive', drive.serve), WebSocketRoute('/view', view.serve),
         Route('/', _front_page), Mount('/', StaticFiles(directory=STATIC))]
     return Guarded(Starlette(
@@ -62,8 +66,16 @@ async def _front_page(_: Incoming) -> Response:
     return FileResponse(STATIC / 'index.html')
 
 
-def _handler(endpoint: Endpoint) -> Any:
+def _handler(endpoint: Endpoint, uploads: Semaphore) -> Any:
     async def handle(incoming: Incoming) -> Response:
+        if endpoint.most_bytes > MOST_BYTES:
+            if uploads.locked():
+                raise RefusedError('busy', 'others upload something just now: try again', 503)
+            async with uploads:
+                return await answer(incoming)
+        return await answer(incoming)
+
+    async def answer(incoming: Incoming) -> Response:
         reply = await endpoint.handler(Request(
             incoming.path_params, incoming.query_params,
             await read_body(incoming, endpoint.most_bytes),

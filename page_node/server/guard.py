@@ -109,7 +109,7 @@ class AccessPolicy:
 
     def is_shown_in(self, query: str) -> bool:
         """Return whether the token stands in the address, behind the question mark."""
-        given = parse_qs(query, max_num_fields=64).get('token', [''])[-1] if query else ''
+        given = parse_qs(query, keep_blank_values=True).get('token', [''])[-1]
         return bool(self.token) and self._fits(given)
 
     def _fits(self, given: str) -> bool:
@@ -152,7 +152,8 @@ def is_loopback(host: str) -> bool:
 def host_name(host: str) -> str:
     """Return the name or address in a Host header, in small letters, without port and brackets."""
     try:
-        return (urlsplit(f'//{host}').hostname or '').rstrip('.')
+        parts = urlsplit(f'//{host}')
+        return '' if parts.port == 0 else (parts.hostname or '').rstrip('.')
     except ValueError:
         return ''
 

@@ -1,5 +1,6 @@
 """The guard as a layer of the server: nothing behind it sees what it refuses."""
 
+import asyncio
 import logging
 from typing import Any, Final
 
@@ -7,10 +8,12 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request as Incoming
 from starlette.responses import RedirectResponse, Response
 
-from page_node.exchange import json_bytes, MOST_BYTES
+from page_node.exchange import json_bytes
 from page_node.refusal import RefusedError
 from page_node.server.guard import AccessPolicy, HEADERS
 
+#: How long a body may take to come, [s].
+_BODY_TIME: Final = 30.0
 #: What is too long for any address of ours, [bytes].
 _MOST_ADDRESS: Final = 2048
 _LOG: Final = logging.getLogger('page_node')
@@ -130,26 +133,29 @@ def _with_headers(send: Any) -> Any:
     return sending
 
 
-async def read_body(incoming: Incoming, most: int = MOST_BYTES) -> bytes:
+async def read_body(incoming: Incoming, most: int) -> bytes:
     """
     Return the body of a request.
 
     Raises
     ------
     RefusedError
-        If it is longer than ``most``.
+        If it is longer than ``most``, or takes too long to come.
 
     """
     told = incoming.headers.get('content-length', '0')
     if not told.isdecimal() or int(told) > most:
         raise _too_big(most)
-    parts, n_bytes = [], 0
-    async for part in incoming.stream():
-        n_bytes += len(part)
-        if n_bytes > most:
-            raise _too_big(most)
-        parts.append(part)
-    return b''.join(parts)
+    body = bytearray()
+    try:
+        async with asyncio.timeout(_BODY_TIME):
+            async for part in incoming.stream():
+                body += part
+                if len(body) > most:
+                    raise _too_big(most)
+    except TimeoutError:
+        raise RefusedError('too_slow', 'this did not arrive in time', 408) from None
+    return bytes(body)
 
 
 def _too_big(most: int) -> RefusedError:

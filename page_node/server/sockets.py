@@ -1,7 +1,7 @@
 """The two sockets of the page: one to drive, one to look."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 import math
 import time
@@ -15,8 +15,11 @@ from page_node.refusal import RefusedError
 from page_node.server.view_hub import Viewer, ViewHub
 
 #: Most messages a second that a socket takes, and how many may come at once.
-_RATE: Final = 200.0
-_BURST: Final = 200.0
+_RATE: Final = 150.0
+#: Most messages a second that all of them take who do not drive, before they have to wait.
+_SHARED_RATE: Final = 1500.0
+#: How long they wait then, [s].
+_PAUSE: Final = 0.1
 #: Time between two batches for one viewer, and for all of them together, [s].
 _BATCH_PERIOD: Final = 1.0 / 30.0
 _SHARED_PERIOD: Final = 1.0 / 600.0
@@ -31,33 +34,46 @@ _POLICY, _FULL = 1008, 1013
 
 
 class Allowance:
-    """How many messages may still come: so many a second."""
+    """How many messages may still come: so many a second, as many at once."""
 
-    def __init__(self, now: float) -> None:
+    def __init__(self, rate: float) -> None:
         """Start with all of them."""
-        self._left, self._at = _BURST, now
+        self._rate = self._left = rate
+        self._at = time.monotonic()
 
-    def spend(self, now: float) -> bool:
+    def spend(self) -> bool:
         """Return whether one more may come."""
-        self._left = min(_BURST, self._left + _RATE * (now - self._at)) - 1.0
+        now = time.monotonic()
+        self._left = min(self._rate, self._left + self._rate * (now - self._at))
         self._at = now
-        return self._left >= 0.0
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
 
 
-async def messages_of(socket: WebSocket) -> Any:
-    """Yield the objects that come; answer what is none, and close on who sends too many."""
-    allowance = Allowance(time.monotonic())
-    while True:
-        message = await socket.receive()
-        if message['type'] == 'websocket.disconnect':
-            return
-        if not allowance.spend(time.monotonic()):
-            await socket.close(_POLICY, 'too many messages')
-            return
-        try:
-            yield json_object(message.get('text') or message.get('bytes') or '')
-        except RefusedError as refusal:
-            await tell(socket, {'type': 'error', 'code': refusal.code})
+class Reception:
+    """Takes messages from many sockets, so that who sends much delays nobody who drives."""
+
+    def __init__(self) -> None:
+        """Start with nobody."""
+        self._shared = Allowance(_SHARED_RATE)
+
+    async def messages_of(
+        self, socket: WebSocket, has_priority: Callable[[], bool] = lambda: False,
+    ) -> AsyncIterator[dict[str, Any]]:
+        """Yield the objects that come; answer what is none, and close on who sends too many."""
+        allowance = Allowance(_RATE)
+        while (message := await socket.receive())['type'] != 'websocket.disconnect':
+            if not allowance.spend():
+                await socket.close(_POLICY, 'too many messages')
+                return
+            if not (has_priority() or self._shared.spend()):
+                await asyncio.sleep(_PAUSE)
+            try:
+                yield json_object(message.get('text') or message.get('bytes') or '')
+            except RefusedError as refusal:
+                await tell(socket, {'type': 'error', 'code': refusal.code})
 
 
 async def tell(socket: WebSocket, value: Any) -> None:
@@ -104,8 +120,10 @@ class DriveSockets:
     def __init__(self, watch: DriveWatch, on_stop: Callable[[], None]) -> None:
         """Start with nobody."""
         self._watch, self._on_stop = watch, on_stop
+        self._reception = Reception()
         self._sockets: dict[int, WebSocket] = {}
         self._told: dict[int, str] = {}
+        self._telling: dict[int, asyncio.Task[None]] = {}
 
     async def serve(self, socket: WebSocket) -> None:
         """Take commands until the socket closes."""
@@ -116,13 +134,16 @@ class DriveSockets:
         link = self._watch.join()
         self._sockets[link] = socket
         try:
-            await self._tell_driver(link, self._watch.driver)
-            async for message in messages_of(socket):
+            self._tell_driver(link, self._watch.driver)
+            async for message in self._reception.messages_of(
+                    socket, lambda: self._watch.driver == link):
                 await self._take(link, socket, message)
         finally:
             self._watch.leave(link)
             self._sockets.pop(link)
             self._told.pop(link, None)
+            if telling := self._telling.pop(link, None):
+                telling.cancel()
 
     async def _take(self, link: int, socket: WebSocket, message: dict[str, Any]) -> None:
         if message.get('stop') is True:
@@ -141,14 +162,17 @@ class DriveSockets:
         while True:
             driver = self._watch.driver
             for link in list(self._sockets):
-                await self._tell_driver(link, driver)
+                self._tell_driver(link, driver)
             await asyncio.sleep(_DRIVER_PERIOD)
 
-    async def _tell_driver(self, link: int, driver: int | None) -> None:
+    def _tell_driver(self, link: int, driver: int | None) -> None:
+        """Tell one of them, without waiting for who does not read."""
         who = 'nobody' if driver is None else 'you' if driver == link else 'other'
-        if self._told.get(link) != who and link in self._sockets:
+        before = self._telling.get(link)
+        if self._told.get(link) != who and (before is None or before.done()):
             self._told[link] = who
-            await tell(self._sockets[link], {'type': 'driver', 'who': who})
+            self._telling[link] = asyncio.create_task(
+                tell(self._sockets[link], {'type': 'driver', 'who': who}))
 
 
 class ViewSockets:
@@ -164,6 +188,7 @@ class ViewSockets:
     def __init__(self, hub: ViewHub) -> None:
         """Start with nobody."""
         self._hub = hub
+        self._reception = Reception()
         self._viewers: dict[WebSocket, Viewer] = {}
 
     async def serve(self, socket: WebSocket) -> None:
@@ -181,7 +206,7 @@ class ViewSockets:
             showing.cancel()
 
     async def _listen(self, socket: WebSocket, viewer: Viewer) -> None:
-        async for message in messages_of(socket):
+        async for message in self._reception.messages_of(socket):
             count = message.get('seen')
             if set(message) != {'seen'} or type(count) is not int or not viewer.see(count):
                 await tell(socket, {'type': 'error', 'code': 'malformed'})

@@ -7,10 +7,10 @@ from typing import Any, Final
 
 import uvicorn
 
+from page_node.server.protocols import BriskSocket, MOST_CONNECTIONS, PatientHttp
+
 #: Greatest message on a socket, [bytes].
 MOST_IN_MESSAGE: Final = 65_536
-#: Most connections; what comes on top is told to come again.
-_MOST_CONNECTIONS: Final = 600
 #: Time after which a socket that answers no ping is closed, and a request without a second one.
 _PING_PERIOD: Final = 5.0
 _KEEP_ALIVE: Final = 15
@@ -68,13 +68,14 @@ class WebServer:
         """Prepare; `start` starts the thread."""
         self._listener, self._started = listener, Event()
         self._server = uvicorn.Server(uvicorn.Config(
-            make_app(self._started.set), http='h11', ws='websockets-sansio',
+            make_app(self._started.set), http=PatientHttp, ws=BriskSocket,
             ws_max_size=MOST_IN_MESSAGE,
             ws_per_message_deflate=False, ws_ping_interval=_PING_PERIOD,
-            ws_ping_timeout=_PING_PERIOD, limit_concurrency=_MOST_CONNECTIONS,
+            ws_ping_timeout=_PING_PERIOD, limit_concurrency=MOST_CONNECTIONS,
             timeout_keep_alive=_KEEP_ALIVE, timeout_graceful_shutdown=_FAREWELL,
             h11_max_incomplete_event_size=MOST_IN_MESSAGE, proxy_headers=False,
-            server_header=False, access_log=False, log_config=None, loop='asyncio'))
+            server_header=False, access_log=False, log_config=None, log_level='critical',
+            loop='asyncio'))
         self._thread = Thread(target=self._run, name='web_server', daemon=True)
 
     @property
