@@ -10,12 +10,11 @@ from control_field.robot.stop_reasons import StopReason
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from page_node.view.situation import Situation
 
-#: What is under way in a phase of the learner, where nobody has to do anything.
+#: What is under way in a phase of the learner, where nobody has to do anything. A trial that it
+#: is at and that is not under way has just ended.
 _BUSY: Final[Mapping[str, str]] = {
-    'settling': 'learning', 'learning': 'learning', 'waiting': 'waiting', 'placing': 'placing',
-    'starting': 'starting', 'finishing': 'learning'}
-#: Phases in which the learner runs, or records, a trial.
-_IN_TRIAL: Final = ('trial', 'starting')
+    'settling': 'learning', 'learning': 'learning', 'waiting': 'starting', 'placing': 'placing',
+    'starting': 'starting', 'trial': 'learning', 'finishing': 'learning'}
 
 
 @dataclass(frozen=True)
@@ -109,10 +108,13 @@ def _about_trial(situation: Situation) -> Advice | None:
 
 def _about_work(situation: Situation) -> Advice | None:
     """Say what is waited for between drives and trials."""
-    code = _BUSY.get(situation.status.phase, '')
-    if not code:
-        return None
-    return Advice(code, details=situation.doing if code == 'waiting' else '')
+    status = situation.status
+    if status.phase == 'waiting' and situation.has_waited:
+        return Advice('waiting', details=situation.doing)
+    code = _BUSY.get(status.phase, '')
+    # In the middle of a series nothing new is said at every turn of it.
+    is_between = status.trials_left > 0 and situation.trial.trial > 0
+    return Advice('trial_series' if is_between else code) if code else None
 
 
 def _about_next(situation: Situation) -> Advice:

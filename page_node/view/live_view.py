@@ -27,6 +27,8 @@ from page_node.view.trail import Point, Trail
 _FRAME_PERIOD: Final = 1.0 / 30.0
 #: The same for one that stands, [s].
 _STILL_PERIOD: Final = 0.5
+#: Time that the learner waits between two trials where nothing is amiss, [s].
+_LOOKING_AROUND: Final = 2.0
 #: Time without odometry after which there is no robot, [s].
 _ROBOT_TIMEOUT: Final = 3.0
 
@@ -110,6 +112,7 @@ class LiveView:
         self._trial = NO_TRIAL
         self._map: tuple[Grid, npt.NDArray[np.int8]] | None = None
         self._robot_seen = self._robot_shown = -math.inf
+        self._phase, self._phase_since = '', -math.inf
         self._place = (math.nan, math.nan, math.nan)
 
     def on_pose(self, pose: Pose, now: float) -> None:
@@ -222,8 +225,14 @@ class LiveView:
             status, self._trial, now - self._robot_seen <= _ROBOT_TIMEOUT,
             tracker.has_learner(now), tracker.has_controller(now), self.is_simulated,
             around.conflict(), is_driven, self._motion.is_stuck(now) and not status.held,
-            self._motion.has_moved, around.tries_left(),
+            self._motion.has_moved, around.tries_left(), self._has_waited(status.phase, now),
             tracker.learner_values.get('doing', ''), len(tracker.teach_here), self.n_episodes)
+
+    def _has_waited(self, phase: str, now: float) -> bool:
+        """Return True if a phase of the learner lasts longer than it takes to look around."""
+        if phase != self._phase:
+            self._phase, self._phase_since = phase, now
+        return now - self._phase_since > _LOOKING_AROUND
 
     @property
     def n_episodes(self) -> int:

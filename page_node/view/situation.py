@@ -38,6 +38,8 @@ class Situation:
         Whether it has moved since the recording began.
     tries_left : int
         Trials that a person wants yet of a real robot, which has to be driven back for each.
+    has_waited : bool
+        Whether the next trial waits for longer than it takes to look around.
     doing : str
         What the learner is at, in its words.
     n_places : int
@@ -58,6 +60,7 @@ class Situation:
     is_stuck: bool = False
     has_moved: bool = False
     tries_left: int = 0
+    has_waited: bool = False
     doing: str = ''
     n_places: int = 0
     n_episodes: int = 0

@@ -56,8 +56,11 @@ def with_status(situation, **changes):
     (READY, 'try_simulated', ''),
     (replace(READY, is_simulated=False), 'try_real', ''),
     *((with_status(READY, phase=phase), code, '') for phase, code in (
-        ('settling', 'learning'), ('learning', 'learning'), ('waiting', 'waiting'),
-        ('placing', 'placing'), ('starting', 'starting'))),
+        ('settling', 'learning'), ('learning', 'learning'), ('waiting', 'starting'),
+        ('placing', 'placing'), ('starting', 'starting'), ('trial', 'learning'))),
+    (replace(with_status(READY, phase='waiting'), has_waited=True), 'waiting', ''),
+    *((with_status(replace(READY, trial=ended(Outcome.GOAL)), phase=phase, trials_left=2),
+       'trial_series', '') for phase in ('learning', 'waiting', 'placing', 'starting', 'trial')),
     (RUNNING, 'trial', ''),
     (with_status(RUNNING, trials_left=3), 'trial_series', ''),
     (with_status(RUNNING, held=HELD), 'trial_held', 'held.blocked'),
@@ -90,10 +93,10 @@ def all_situations():
               *(ended(outcome, reason) for outcome in Outcome for reason in (None, *StopReason))]
     helds = ['', 'something else', *(each.sentence for each in Intervention if each.sentence)]
     for phase, trial, held in itertools.product(Phase, trials, helds):
-        for flags in itertools.product((True, False), repeat=3):
-            simulated, driven, moved = flags
+        for flags in itertools.product((True, False), repeat=4):
+            simulated, driven, moved, waited = flags
             yield replace(READY, status=Status(phase=phase, prototypes=3, held=held), trial=trial,
-                          is_simulated=simulated, is_driven=driven, has_moved=moved)
+                          is_simulated=simulated, is_driven=driven, has_moved=moved, has_waited=waited)
 
 
 def test_whatever_happens_there_are_words_in_every_language():
