@@ -37,8 +37,8 @@ class Rooms {
       this._links.set(name, link);
     }
     place('rooms').append(...this._links.values());
-    page.on('state', ({simulation, phase, trial}) => {
-      Object.assign(document.body.dataset, {phase, trial: trial.state});
+    page.on('state', ({simulation, phase, trial, advice}) => {
+      Object.assign(document.body.dataset, {phase, trial: trial.state, advice: advice.code});
       SIMULATED.forEach(name => this._links.get(name)?.toggleAttribute('hidden', !simulation));
     });
     addEventListener('hashchange', () => this.show());

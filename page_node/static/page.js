@@ -13,7 +13,7 @@ import {UNKNOWN_STATE} from './types.js';
 /** @typedef {(frame: any) => void} Listener */
 
 /** How long what was said once can be read, [ms]. */
-const SAID = 12000;
+const SAID = 7000;
 
 export class Page {
   /** @param {Words} words */
@@ -99,6 +99,7 @@ export class Page {
 
   /** @param {string} action @param {Answer} answer Say what came of it. */
   sayAnswer(action, {success, code, message, values}) {
+    // What the sentence on top says at once anyway has no words here.
     const keys = success ? [`done.${code}`, `done.${action}`]
       : [`refused.${code}`, `why.${code}`, 'refused.unknown'];
     const words = keys.find(key => this.words.has(key)) ?? '';

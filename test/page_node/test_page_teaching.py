@@ -199,7 +199,7 @@ def open_for(kind: type[Person], visitor: Visitor) -> Person:
 
 def wait_for_done(page: Page, action: str) -> None:
     """Wait until the page says that an action has been done."""
-    page.wait_for_selector(f'#notice[data-done={action}]', timeout=WAITING)
+    page.wait_for_selector(f'#notice[data-done={action}]', state='attached', timeout=WAITING)
 
 
 def wait_for_phase(page: Page, phase: str) -> None:

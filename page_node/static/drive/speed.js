@@ -26,8 +26,9 @@ export function makeSpeed(page) {
       choose(page, range);
     }
   });
-  return element('label', {class: 'speed'},
-    element('span', {}, page.t('drive.speed')), range);
+  return element('div', {class: 'speed'},
+    element('small', {class: 'keys'}, page.t('drive.hint')),
+    element('label', {}, element('span', {}, page.t('drive.speed')), range));
 }
 
 /** @param {Page} page @param {HTMLInputElement} range */

@@ -21,15 +21,10 @@ const WORDS_PERIOD = 2000;
 export function mount(root, page) {
   const canvas = element('canvas', {role: 'img', 'aria-label': page.t('live.map')});
   const view = new MapView(canvas);
-  const held = element('p', {class: 'held', hidden: true});
-  root.append(canvas, makePlaces(view, page), held, makeZoom(view, page), makeLegend(page));
+  root.append(canvas, makePlaces(view, page), makeZoom(view, page), makeLegend(page));
   followGestures(view);
   listen(view, page);
   page.on('state', state => showState(view, state));
-  page.on('state', state => {
-    held.hidden = !state.held;
-    held.textContent = state.held && page.t(`held.${state.held}`);
-  });
   putIntoWords(canvas, page);
   return view;
 }

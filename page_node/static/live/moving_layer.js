@@ -19,7 +19,7 @@ const SMALLEST = 8;
  */
 export function drawSight(context, {rows, cols, resolution, x0, y0, cells}, viewport, colours) {
   context.fillStyle = colours.near;
-  context.globalAlpha = 0.7;
+  context.globalAlpha = 0.6;
   for (let index = 0; index < cells.length; index += 1) {
     if ((cells[index] ?? 0) > 50) {
       context.fillRect(x0 + (index % cols) * resolution,

@@ -5,6 +5,9 @@ import {element} from '../dom.js';
 /** @typedef {import('../page.js').Page} Page */
 /** @typedef {import('../types.js').Advice} Advice */
 
+/** More letters than this are written smaller. */
+const LONG = 80;
+
 /**
  * @param {HTMLElement} root
  * @param {Page} page
@@ -19,6 +22,7 @@ export function mount(root, page) {
   const say = () => {
     const advice = isOpen ? page.state.advice : {code: away};
     write(root, wordsOf(page, advice));
+    root.classList.toggle('long', (root.textContent ?? '').length > LONG);
     write(told, advice.details ?? '');
     details.hidden = !advice.details;
   };
