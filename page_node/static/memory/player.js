@@ -51,7 +51,7 @@ export class Player {
     this._buttons = element('div', {class: 'row'});
     this.root = element('article', {class: 'player', hidden: true},
       element('header', {}, element('button', {
-        type: 'button', class: 'back', onclick: () => this._listeners.onBack(),
+        type: 'button', class: 'to-list', onclick: () => this._listeners.onBack(),
       }, icon('M15 5l-7 7 7 7'), t('memory.back')), element('div', {}, this._title, this._when)),
       this._note,
       element('figure', {class: 'live'}, this._canvas, makeZoom(this._map, this._page)),
