@@ -116,7 +116,8 @@ class RobotSide:
         self.teaching.on_trial(trial)
 
     def _look_at_readers(self, commands: VelocityPublisher, topic: str) -> None:
-        """Notice when nobody hears the commands, or who wants the other type."""
+        """Notice when nobody hears the commands, or who wants the other type; see what is over."""
+        self.teaching.look()
         name = self._node.resolve_topic_name(topic)
         self.status.problem, _ = problem_with_readers(
             name, f'geometry_msgs/msg/{commands.kind.__name__}',

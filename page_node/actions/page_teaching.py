@@ -1,6 +1,7 @@
 """Teaching from the page: what keys do, and trials of a real robot one after the other."""
 
 from collections.abc import Callable, Mapping
+import time
 from typing import Any, Final
 
 from control_field.robot.limits import Velocity
@@ -13,6 +14,8 @@ from page_node.actions.wanted import ACTIONS, SET_SPEEDS, Wanted
 
 #: Who stops a trial wants no other.
 _ENDS_SERIES: Final = (StopReason.ASKED, StopReason.NO_HEARTBEAT, StopReason.SHUTDOWN)
+#: Time that a trial takes to begin, [s].
+_BEGINNING: Final = 3.0
 #: What is done before more trials of a real robot: they are wanted no more.
 _OTHER_PLANS: Final = (Action.STOP, Action.START)
 
@@ -42,7 +45,7 @@ class PageTeaching:
         self.tries_left = 0  #: trials of a real robot that are yet wanted
         self._teaching, self._is_simulated = teaching, is_simulated
         self._set_speeds = set_speeds
-        self._has_begun = False
+        self._begun_at: float | None = None
 
     async def perform(self, wanted: Wanted) -> Answer:
         """Carry it out."""
@@ -61,20 +64,25 @@ class PageTeaching:
         answer = await self._teaching.perform(
             Action.RUN_TRIALS, **(values if is_simulated else {}))
         if answer.success:
-            self._has_begun = True
+            self._begun_at = time.monotonic()
             wanted = int(values.get('n', 1))
             self.tries_left = 0 if is_simulated else max(wanted, self.tries_left) - 1
         return answer
 
     def on_trial(self, trial: TrialStatus) -> None:
         """Note how a trial stands: who has stopped it wants no more."""
-        if trial.state is State.ENDED:
-            self._has_begun = False
-            if trial.stop_reason in _ENDS_SERIES:
-                self.tries_left = 0
+        if trial.state is State.ENDED and trial.stop_reason in _ENDS_SERIES:
+            self.tries_left = 0
+
+    def look(self) -> None:
+        """Forget what was begun here once it is over: what is begun then is somebody else's."""
+        is_over = not self._teaching.drives_by_itself
+        if self._begun_at is not None and is_over and (
+                time.monotonic() - self._begun_at > _BEGINNING):
+            self._begun_at = None
 
     async def leave(self) -> Answer:
         """End what was begun here, before nobody watches it."""
-        if not self._has_begun:
+        if self._begun_at is None:
             return Answer(True, '')
         return await self._teaching.leave()

@@ -1,8 +1,13 @@
 """The page's actions on real nodes: what they answer, and what the view shows then."""
 
+from diagnostic_msgs.msg import DiagnosticStatus
 import pytest
 
+from control_field.robot.stop_reasons import StopReason
+from msgs_bridge.messages.trial_status import trial_from_status
+from msgs_bridge.node import qos
 from page_client import PageClient
+from ros_helpers import collect, wait_until
 
 
 @pytest.fixture(scope='module')
@@ -115,7 +120,22 @@ def test_speeds_are_set_within_what_is_allowed(client):
     assert client.ask('set_speeds', v=3.0, w=0.5)['code'] == 'too_fast'
 
 
-def test_without_a_learner_the_page_says_so(page_stack, client):
+def test_a_page_that_ends_leaves_nothing_driving(page_stack, client, ros_node):
+    trials = collect(ros_node, DiagnosticStatus, 'trial', qos.RECORDING_LATCHED)
+    assert client.ask('run_trials', n=5)['success']
+    client.wait(lambda: client.state['trial']['state'] == 'running', 'a trial')
+    number = client.state['trial']['number']
+    page_stack.processes.pop('page_node').stop()
+    wait_until(lambda: any(
+        trial.trial == number and trial.stop_reason is StopReason.ASKED
+        for trial in map(trial_from_status, trials)),
+        node=ros_node, processes=[*page_stack.processes.values()], what='its end')
+
+
+def test_without_a_learner_the_page_says_so(page_stack):
+    page_stack.start('page_node')
+    page_stack.url = page_stack.find_url()
     page_stack.kill('learner_node')
-    client.wait(lambda: client.state['advice']['code'] == 'no_learner', 'that it is missed')
-    assert client.ask('start')['code'] == 'no_learner'
+    with PageClient(page_stack.url).looking() as client:
+        client.wait(lambda: client.state['advice']['code'] == 'no_learner', 'that it is missed')
+        assert client.ask('start')['code'] == 'no_learner'

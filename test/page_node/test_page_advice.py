@@ -95,8 +95,9 @@ def all_situations():
     for phase, trial, held in itertools.product(Phase, trials, helds):
         for flags in itertools.product((True, False), repeat=4):
             simulated, driven, moved, waited = flags
-            yield replace(READY, status=Status(phase=phase, prototypes=3, held=held), trial=trial,
-                          is_simulated=simulated, is_driven=driven, has_moved=moved, has_waited=waited)
+            status = Status(phase=phase, prototypes=3, held=held)
+            yield replace(READY, status=status, trial=trial, is_simulated=simulated,
+                          is_driven=driven, has_moved=moved, has_waited=waited)
 
 
 def test_whatever_happens_there_are_words_in_every_language():

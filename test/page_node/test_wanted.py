@@ -9,6 +9,7 @@ from control_field.robot.stop_reasons import StopReason
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from msgs_bridge.teaching.actions import Action
 from msgs_bridge.teaching.answers import Answer
+from page_node.actions import page_teaching as page_teaching_module
 from page_node.actions.api import endpoints
 from page_node.actions.page_teaching import PageTeaching
 from page_node.actions.wanted import ACTIONS, read_wanted, Wanted
@@ -65,6 +66,7 @@ class Doing:
 
     def __init__(self, success=True):
         self.done, self.success, self.has_left = [], success, False
+        self.drives_by_itself = True
 
     async def perform(self, action, **values):
         self.done.append((action, values))
@@ -139,10 +141,18 @@ class TestPageTeaching:
         ask('run_trials', n=3)
         assert teaching.tries_left == 0
 
-    def test_it_ends_what_it_has_begun_and_nothing_else(self):
+    @pytest.mark.parametrize(('is_begun', 'is_over', 'later', 'ends'), [
+        (False, False, 0.0, False), (True, False, 9.0, True), (True, True, 0.0, True),
+        (True, True, 9.0, False)])
+    def test_it_ends_what_it_has_begun_and_nothing_else(
+            self, monkeypatch, is_begun, is_over, later, ends):
         doing, teaching, ask, _ = page_teaching()
+        if is_begun:
+            ask('run_trials', n=3)
+        teaching.on_trial(ended())
+        doing.drives_by_itself = not is_over
+        now = page_teaching_module.time.monotonic() + later
+        monkeypatch.setattr(page_teaching_module.time, 'monotonic', lambda: now)
+        teaching.look()
         asyncio.run(teaching.leave())
-        assert not doing.has_left
-        ask('run_trials', n=3)
-        asyncio.run(teaching.leave())
-        assert doing.has_left
+        assert doing.has_left == ends
