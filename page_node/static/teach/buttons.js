@@ -122,18 +122,19 @@ export class Buttons {
     const {state} = this._page;
     const next = nextAction(state);
     const isRecording = RECORDING.includes(state.phase);
+    let lostFocus = false;
     for (const [action, button] of this._buttons) {
       // One that stands for nothing now would only be in the way; the focus may be on it.
       const isThere = action === 'start' ? !isRecording
         : ['keep', 'redo', 'cancel'].includes(action) ? isRecording
           : action !== 'set_back' || state.simulation;
-      const had = button === document.activeElement && !isThere;
+      lostFocus ||= button === document.activeElement && !isThere;
       button.hidden = !isThere;
       button.setAttribute('aria-disabled', String(Boolean(whyNot(action, state))));
       button.classList.toggle('primary', action === next && !isTrying(state));
-      if (had) {
-        this._buttons.get(isRecording ? 'keep' : 'run_trials')?.focus();
-      }
+    }
+    if (lostFocus) {
+      this._buttons.get(isRecording ? 'keep' : 'run_trials')?.focus();
     }
   }
 
