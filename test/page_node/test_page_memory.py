@@ -1,4 +1,4 @@
-"""The room of memory on real nodes: rows, a drive gone through, why, and what is gone or broken."""
+"""The room of memory on real nodes: rows, a drive gone through, why; what is gone or broken."""
 
 from collections.abc import Iterator
 import re
