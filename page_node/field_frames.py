@@ -8,7 +8,7 @@ import numpy.typing as npt
 from control_field.grid import Grid
 from control_field.homeward import leads_home
 from control_field.kernels.steps import StepRules
-from control_field.records import ControlField, Prototypes
+from control_field.records import CellFlag, ControlField, Prototypes
 
 #: Bits of `flags` beside those of `CellFlag`.
 HOME: Final = 16
@@ -25,12 +25,14 @@ def field_frame(field: ControlField, rules: StepRules = USUAL_RULES) -> Frame:
 
     ``angle`` is in 256ths of a turn, counter-clockwise from +x; ``flags`` are those of `CellFlag`,
     `HOME` where following it reaches the goal, `HEADING` where it points anywhere; ``known`` is
-    the remembered map.
+    the remembered map. A field of nothing learnt has no goal.
     """
     turns = np.arctan2(field.vy, field.vx) / (2.0 * np.pi)
     points = (field.vx != 0.0) | (field.vy != 0.0)
-    flags = field.flags | np.where(points, HEADING, 0).astype(np.uint8) | (
-        np.where(leads_home(field, rules), HOME, 0).astype(np.uint8))
+    flags = field.flags | points * np.uint8(HEADING)
+    if not field.is_void:
+        flags |= leads_home(field, rules) * np.uint8(HOME)
+        flags[field.goal] |= CellFlag.GOAL
     return {**_place(field.grid), 'revision': field.revision}, {
         'angle': (np.round(256.0 * np.nan_to_num(turns)).astype(np.int64) % 256).astype(np.uint8),
         'flags': flags, 'known': field.known}

@@ -8,13 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.grid import Grid
-from control_field.records import CellFlag, ControlField, Prototypes
 from msgs_bridge.messages.poses import Pose
-from page_node.view.basin import cells_that_lead_home
 
-#: Bits of a cell's flags on the page, beside those of `CellFlag`.
-LEADS_HOME: Final = 16
-HAS_HEADING: Final = 32
 #: Most discs that are drawn: whoever publishes more draws no people.
 _MOST_DISCS: Final = 500
 
@@ -33,33 +28,6 @@ def sight_frame(grid: Grid, cells: npt.NDArray[np.int8]) -> Content:
     """Return a local grid, its lower left corner and its cells row by row."""
     return {'rows': grid.n_rows, 'cols': grid.n_cols, 'resolution': grid.resolution,
             'x0': grid.origin_x, 'y0': grid.origin_y, 'cells': cells.ravel().tolist()}
-
-
-def field_frame(field: ControlField) -> tuple[Content, Arrays]:
-    """
-    Return a field: an angle a cell in 256ths of a turn, what is known of it, and flags.
-
-    The flags are those of `CellFlag`, `LEADS_HOME` and `HAS_HEADING`; a field of nothing learnt
-    has no goal.
-    """
-    turns = np.arctan2(field.vy, field.vx) / math.tau
-    angle = (np.rint(turns * 256.0).astype(np.int64) % 256).astype(np.uint8)
-    has_heading = (field.vx != 0.0) | (field.vy != 0.0)
-    flags = field.flags | (has_heading * np.uint8(HAS_HEADING))
-    if not field.is_void:
-        flags |= cells_that_lead_home(field) * np.uint8(LEADS_HOME)
-        flags[field.goal] |= CellFlag.GOAL
-    content = {**_grid_content(field.grid), 'frame': field.grid.frame_id,
-               'revision': field.revision}
-    return content, {'angle': angle, 'flags': flags.astype(np.uint8), 'known': field.known}
-
-
-def prototypes_frame(prototypes: Prototypes, grid: Grid) -> tuple[Content, Arrays]:
-    """Return where prototypes are, [m], where each leads, what it is worth and who showed it."""
-    xy = grid.world_from_cells(prototypes.cells).astype(np.float32)
-    return {}, {'x': xy[:, 0].copy(), 'y': xy[:, 1].copy(), 'q': prototypes.q.astype(np.float32),
-                'heading': prototypes.headings,
-                'demonstrated': prototypes.demonstrated.astype(np.uint8)}
 
 
 def truth_frame(grid: Grid, occupancy: npt.NDArray[np.int8]) -> tuple[Content, Arrays]:

@@ -15,10 +15,10 @@ from control_field.robot.limits import Velocity
 from msgs_bridge.messages.poses import Pose
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from msgs_bridge.teaching.status_tracker import StatusTracker
+from page_node.field_frames import field_frame, prototypes_frame
 from page_node.view.advice import advice_for
 from page_node.view.frames import (
-    decision_frame, field_frame, movers_frame, prototypes_frame, robot_frame, sight_frame,
-    truth_frame)
+    decision_frame, movers_frame, robot_frame, sight_frame, truth_frame)
 from page_node.view.motion import Motion
 from page_node.view.situation import NO_TRIAL, Situation
 from page_node.view.trail import Point, Trail
