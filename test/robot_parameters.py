@@ -7,10 +7,12 @@ from control_field_node.settings import Settings as ControllerSettings
 from learner_node.settings import Settings as LearnerSettings
 from localised_odometry_node.fusion import LocalisedSettings
 from neighbourhood_node.settings import NeighbourhoodSettings
+from page_node.settings import Settings as PageSettings
 from teleop_node.settings import Settings as TeleopSettings
 
 KINDS = {'neighbourhood_node': [NeighbourhoodSettings],
          'localised_odometry_node': [LocalisedSettings], 'teleop_node': [TeleopSettings],
+         'page_node': [PageSettings],
          'control_field_node': [ControllerSettings, Parameters],
          'learner_node': [LearnerSettings, Parameters]}
 

@@ -1,7 +1,7 @@
 """`experience page`: a page to teach from, with everything that it needs."""
 
 import argparse
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 import shutil
@@ -21,17 +21,16 @@ from world_maps.world import config_file, find_world, load_world
 #: Where the simulated robot is, and what it learns, if nobody says.
 _WORLD: Final = 'task1'
 _TASK: Final = 'task'
-#: What the keys' section of a robot's file says of the robot, not of keys.
+#: What a robot needs, and what all who send it commands have to know.
+_ROBOT: Final = ('neighbourhood_node', 'control_field_node', 'learner_node', PAGE)
 _WIRE: Final = ('enable_stamped_cmd_vel',)
-_DRIVING: Final = (*_WIRE, 'speed', 'speed_max', 'turn', 'turn_max')
-_BODY: Final = ('robot_radius',)
 #: ROS parameters of each node by its name.
 Nodes = dict[str, dict[str, Any]]
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Start the nodes and show the page; return 0 when somebody ends it."""
-    nodes = _robot_nodes(arguments) if arguments.robot else _simulated_nodes(arguments)
+    nodes = robot_nodes(arguments) if arguments.robot else simulated_nodes(arguments)
     nodes[PAGE] |= _place(arguments)
     logs = _logs(arguments.out / 'logs')
     try:
@@ -45,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
 
 
-def _simulated_nodes(arguments: argparse.Namespace) -> Nodes:
+def simulated_nodes(arguments: argparse.Namespace) -> Nodes:
     """Return what a simulated robot needs."""
     name = arguments.world or _WORLD
     try:
@@ -61,7 +60,7 @@ def _simulated_nodes(arguments: argparse.Namespace) -> Nodes:
         'learner_node': {**learning, **memory, 'task': _task(arguments, path.stem)}, PAGE: memory}
 
 
-def _robot_nodes(arguments: argparse.Namespace) -> Nodes:
+def robot_nodes(arguments: argparse.Namespace) -> Nodes:
     """Return what a robot needs that has been brought up."""
     if arguments.world:
         raise UserError(f'--world {arguments.world}: is for a simulated robot, not with --robot')
@@ -70,21 +69,15 @@ def _robot_nodes(arguments: argparse.Namespace) -> Nodes:
     except ValueError as error:
         raise UserError(f'--robot {arguments.robot}: {error}') from None
     sections = node_parameters(path)
-    if 'control_field_node' not in sections:
-        raise UserError(f'--robot {path}: says nothing of control_field_node; `experience robot` '
-                        f'writes such a file')
-    keys = sections.get('teleop_node', {})
+    if missing := [name for name in _ROBOT if name not in sections]:
+        raise UserError(f'--robot {path}: says nothing of {missing[0]}; `experience robot` writes '
+                        f'such a file')
+    wire = {name: sections[PAGE][name] for name in _WIRE if name in sections[PAGE]}
     memory = {'simulation': False, 'bags': _bags(arguments)}
     own = {
-        'neighbourhood_node': {}, 'control_field_node': _only(_WIRE, keys),
-        'learner_node': {
-            **_only(_WIRE, keys), **memory, 'task': _task(arguments, _TASK)},
-        PAGE: {**_only(_DRIVING, keys), **_only(_BODY, sections['control_field_node']), **memory}}
-    return {name: {**sections.get(name, {}), **parameters} for name, parameters in own.items()}
-
-
-def _only(names: Collection[str], parameters: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in parameters.items() if name in names}
+        'neighbourhood_node': {}, 'control_field_node': wire,
+        'learner_node': {**wire, **memory, 'task': _task(arguments, _TASK)}, PAGE: memory}
+    return {name: {**sections[name], **parameters} for name, parameters in own.items()}
 
 
 def _bags(arguments: argparse.Namespace) -> str:

@@ -66,12 +66,14 @@ def parameter_file(facts: Facts, title: str) -> str:
             *(entry._replace(source='as above') for entry in body),
             *_base(facts), *_timeout(facts),
             Entry('unknown_is_blocked', True, 'what no sensor shows is not driven into'),
-            Entry('heartbeat', True, 'a trial runs only while a teleop_node is there')],
+            Entry('heartbeat', True, 'a trial runs only while a teleop_node is there, or a page '
+                  'is open')],
         'learner_node': [
             *frame, body[0]._replace(source='as above'), Entry('unknown_is_blocked', True, ''),
             Entry('speed_max', round(_FASTER * limits['v_max'].value, 2),
                   'twice v_max: a demonstration that is faster is not its own')],
-        'teleop_node': _keys(facts, limits)}
+        'teleop_node': _driven(facts, limits),
+        'page_node': [body[0]._replace(source='as above'), *_driven(facts, limits)]}
     return _header(facts, title) + ''.join(map(_section, sections, sections.values()))
 
 
@@ -172,7 +174,7 @@ def _zero(facts: Facts) -> list[Entry]:
                   'nothing is in range, such as those of the TurtleBot3')]
 
 
-def _keys(facts: Facts, limits: dict[str, Fact]) -> list[Entry]:
+def _driven(facts: Facts, limits: dict[str, Fact]) -> list[Entry]:
     v_max, w_max = limits['v_max'].value, limits['w_max'].value
     stamped = facts.first('stamped') or Fact(
         False, _DEFAULT + 'whether the robot reads cmd_vel as TwistStamped (ros2_control does '

@@ -13,7 +13,7 @@ from msgs_bridge.untrusted.yaml_texts import yaml_node
 _PARAMETERS: Final = 'ros__parameters'
 #: Nodes of ours, which may share a file, and how alike a name is that was meant to be another.
 NODES: Final = ('sim_node', 'control_field_node', 'learner_node', 'teleop_node',
-                'neighbourhood_node', 'localised_odometry_node')
+                'neighbourhood_node', 'localised_odometry_node', 'page_node')
 _SLIP: Final = 0.82
 #: So many sections are named in a line.
 _MOST_NAMED: Final = 12

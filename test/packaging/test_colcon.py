@@ -18,8 +18,9 @@ EXECUTABLES = {
     entry.name: entry.module for entry in distribution(PACKAGE).entry_points
     if entry.group == 'console_scripts'
 }
-#: There is no terminal to read keys from.
-ARGUMENTS = {'teleop_node': ('--ros-args', '-p', 'keyboard:=false')}
+#: There is no terminal to read keys from, and somebody may have the usual port.
+ARGUMENTS = {'teleop_node': ('--ros-args', '-p', 'keyboard:=false'),
+             'page_node': ('--ros-args', '-p', 'port:=0')}
 NODES = sorted(name for name in EXECUTABLES if name.endswith('_node'))
 NOT_SOURCE = shutil.ignore_patterns(
     '.*', '__pycache__', '*.egg-info', 'build', 'install', 'log', 'out', 'bags')
@@ -70,6 +71,14 @@ def test_share_holds_what_launch_needs(workspace):
         assert (share / name).is_file()
     worlds = {path.name for path in (ROOT / 'config/worlds').iterdir()}
     assert {path.name for path in (share / 'config/worlds').iterdir()} == worlds
+
+
+def test_browsers_get_the_whole_page(workspace):
+    installed = workspace / 'install' / PACKAGE / 'lib'
+    [static] = installed.glob('python3*/site-packages/page_node/static')
+    files = {path.relative_to(static) for path in static.rglob('*') if path.is_file()}
+    source = ROOT / 'page_node/static'
+    assert files == {path.relative_to(source) for path in source.rglob('*') if path.is_file()}
 
 
 def test_the_ament_index_knows_the_package(workspace, sourced):

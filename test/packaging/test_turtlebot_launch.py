@@ -50,7 +50,7 @@ def test_it_knows_every_robot():
 
 def test_what_it_sets_are_parameters_of_its_nodes():
     nodes = {call.args[0].value: call.args[1] for call in calls('node')}
-    assert set(nodes) == set(KINDS) - {'teleop_node'}
+    assert set(nodes) == set(KINDS) - {'teleop_node', 'page_node'}
     for name, keys in nodes.items():
         if isinstance(keys, ast.Dict):
             known = {field.name for kind in KINDS[name] for field in fields(kind)}
