@@ -22,8 +22,13 @@ from world_maps.world import find_world, load_world
 BINARY = 'application/octet-stream'
 DRAWN = {'type': 'drawn', 'resolution': 0.25, 'origin': [0.0, 0.0]}
 CELLS = np.array([[0, 1, 0], [0, 0, 1]], np.uint8)
-YAML = 'image: any/where.pgm\nresolution: 0.1\norigin: [1, 2, 0]\nnegate: 0\n' \
-       'occupied_thresh: 0.65\nfree_thresh: 0.25\n'
+YAML = """image: any/where.pgm
+resolution: 0.1
+origin: [1, 2, 0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.25
+"""
 
 
 def drawn(cells=CELLS, **header):
@@ -99,7 +104,7 @@ class TestWhatIsTaken:
         assert saved(tmp_path, drawn(1 - CELLS))[1]['occupancy'].sum() == 400
         after = list_of(str(tmp_path))[0]
         assert after['changed'] >= before['changed']
-        assert sorted(os.listdir(tmp_path)) == ['hall.pgm', 'hall.yaml']
+        assert sorted(each.name for each in tmp_path.iterdir()) == ['hall.pgm', 'hall.yaml']
 
     def test_all_are_listed_and_know_their_names(self, tmp_path):
         assert [each['name'] for each in list_of(str(tmp_path / 'none'))] == sorted(shipped())
