@@ -22,8 +22,8 @@ HOW_TO_GET_ONE = "no Chromium for the tests of the page; get one: 'apt install c
 PHONE = {'width': 390, 'height': 844}
 LAPTOP = {'width': 1366, 'height': 768}
 PROJECTOR = {'width': 1920, 'height': 1080}
-#: What can be wrong with a page that nobody sees.
-COMPLAINTS = ('error', 'warning')
+#: Of what a browser writes about a page where nobody looks.
+LEVELS = ('error', 'warning')
 PARAMETERS: Mapping[str, Mapping[str, Any]] = {
     'sim_node': {'world': 'open', 'rate': 20.0},
     'control_field_node': {'profile': 'full'},
@@ -136,8 +136,8 @@ class Visitor:
 
     def __init__(self, browser: Browser, url: str, stack: ExitStack) -> None:
         self.browser, self.url = browser, url
-        #: What the browser complained of: scripts that failed, what the policy has refused.
-        self.complaints: list[str] = []
+        #: What the browser has found wrong: scripts that failed, what the policy has refused.
+        self.problems: list[str] = []
         self._stack = stack
 
     def open(self, path: str = '', **options: Any) -> Page:
@@ -162,12 +162,12 @@ class Visitor:
         context = self.browser.new_context(**{'viewport': LAPTOP, 'locale': 'en', **options})
         self._stack.callback(context.close)
         context.on('console', self._note)
-        context.on('weberror', lambda error: self.complaints.append(str(error.error)))
+        context.on('weberror', lambda error: self.problems.append(str(error.error)))
         return context
 
     def _note(self, message: Any) -> None:
-        if message.type in COMPLAINTS:
-            self.complaints.append(message.text)
+        if message.type in LEVELS:
+            self.problems.append(message.text)
 
 
 @contextmanager
@@ -176,4 +176,4 @@ def visiting(browser: Browser, url: str) -> Iterator[Visitor]:
     with ExitStack() as stack:
         visitor = Visitor(browser, url, stack)
         yield visitor
-    assert not visitor.complaints, '\n'.join(visitor.complaints)
+    assert not visitor.problems, '\n'.join(visitor.problems)

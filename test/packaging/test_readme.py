@@ -9,7 +9,8 @@ from ros_helpers import ROOT, start_node, wait_until
 
 NODES = {
     'sim_node': {}, 'control_field_node': {}, 'learner_node': {'task': 'a_task'},
-    'teleop_node': {'keyboard': False}, 'neighbourhood_node': {}, 'localised_odometry_node': {}}
+    'teleop_node': {'keyboard': False}, 'page_node': {'port': 0},
+    'neighbourhood_node': {}, 'localised_odometry_node': {}}
 #: Every node has these.
 USUAL = {'/rosout', '/parameter_events'}
 README = (ROOT / 'README.md').read_text()

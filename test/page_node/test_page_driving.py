@@ -26,7 +26,7 @@ def page(browser: Browser, page_stack: PageStack) -> Iterator[Page]:
         wait_for_robot(page)
         yield page
         # Of connections that are refused every browser complains.
-        visitor.complaints.clear()
+        visitor.problems.clear()
 
 
 def wait_for_robot(page: Page) -> None:

@@ -187,5 +187,5 @@ def test_a_damaged_and_a_foreign_bag_say_what_they_are(visitor, page_stack):
 
 
 def forgive_refusals(visitor: Visitor) -> None:
-    """Take out of the complaints what was asked for on purpose."""
-    visitor.complaints[:] = [each for each in visitor.complaints if REFUSED not in each]
+    """Take out of the problems what was asked for on purpose."""
+    visitor.problems[:] = [each for each in visitor.problems if REFUSED not in each]
