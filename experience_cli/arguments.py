@@ -103,25 +103,24 @@ def _demo(parser: argparse.ArgumentParser) -> None:
         'Start simulator, controller and learner, show the robot the way once, let it try, and '
         "draw the paper's figures.")
     add = parser.add_argument
-    add('--out', type=Path, metavar='FOLDER',
-        help=f'where everything goes ({DEMO_DEFAULTS["out"]})')
+    add('--out', type=Path, metavar='FOLDER', help=f'all goes there ({DEMO_DEFAULTS["out"]})')
     add('--tasks', metavar='LIST',
-        help='which tasks, or names or files of worlds (1,2; with --attach 1); in dead_ends the '
-        'robot fails at first, and then improves')
-    add('--trials', type=int, default=6, metavar='N',
-        help='how often the robot tries each task (%(default)s)')
+        help='which tasks, or names or files of worlds (1,2; with --attach 1; with --page '
+        'dead_ends, where the robot fails at first)')
+    add('--trials', type=int, default=6, metavar='N', help='tries of each task (%(default)s)')
     add('--movers', default='', metavar='FILE',
-        help='who moves and what changes meanwhile: a file of doc/maps.md, or crossing or door')
+        help='who moves and what changes: a file of doc/maps.md, or crossing or door')
     add('--settings', metavar='FILE',
-        help='learning parameters: a file, or the name of one in config/settings (that of the '
-        'world, if there is one)')
+        help='learning parameters: a file, or a name in config/settings (that of the world)')
     add('--profile', choices=('paper', 'full'),
-        help="the paper's equations to the letter, or with what keeps their promise of success "
-        f'from everywhere ({DEMO_DEFAULTS["profile"]})')
+        help="the paper's equations to the letter, or with what keeps their promise "
+        f'({DEMO_DEFAULTS["profile"]})')
     add('--seed', type=int, metavar='N',
         help=f'number that all chance comes from ({DEMO_DEFAULTS["seed"]})')
-    add('--realtime', action='store_true', default=None,
-        help='as slow as a real robot, to watch it in RViz')
+    add('--realtime', action='store_true', default=None, help='as slow as a real robot')
+    add('--page', action='store_true',
+        help='show it live in a browser, four times as fast as real, and stay there until Ctrl-C')
+    add('--no-browser', action='store_true', help='with --page: print the address, open nothing')
     add('--attach', action='store_true',
         help='start no nodes: use the simulator, controller and learner that run in this ROS '
         'domain already, and write nothing beside their bags')

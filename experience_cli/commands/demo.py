@@ -15,6 +15,7 @@ from experience_cli.arguments import DEMO_DEFAULTS
 from experience_cli.bag_summary import grid_text
 from experience_cli.demo.attach import attach
 from experience_cli.demo.client_node import DemoNode
+from experience_cli.demo.live import FAST, FAST_RULES, show_live
 from experience_cli.demo.processes import Children, own_domain
 from experience_cli.demo.report import report_from_bags, report_lines, write_report
 from experience_cli.demo.show_and_try import teach, try_it
@@ -51,15 +52,25 @@ def run(arguments: argparse.Namespace) -> int:
     _check_grids(tasks, worlds)
     settings = {task: settings_for(world, arguments.settings) for task, world in tasks.items()}
     out = _prepare(arguments.out, tasks)
+
+    def report() -> int:
+        return _report(settings, worlds, movers, arguments, out, began)
+
     with own_domain() as environment:
         for task, world in tasks.items():
             parameters = node_parameters(task, arguments, out, settings[task])
+            if arguments.page:
+                return show_live(task, world, arguments, out, environment, parameters, report)
             _teach_and_try(task, world, arguments, out, environment, parameters)
-    return _report(settings, worlds, movers, arguments, out, began)
+    return report()
 
 
 def _fill_in(arguments: argparse.Namespace) -> None:
-    """Set the defaults; UserError if --attach comes with an option for the demo's own nodes."""
+    """Set the defaults; UserError if options do not go together."""
+    if arguments.attach and arguments.page:
+        raise UserError('--page: is not for --attach, start a page_node where the nodes run')
+    if arguments.no_browser and not arguments.page:
+        raise UserError('--no-browser: is for --page only')
     for name, value in DEMO_DEFAULTS.items():
         if getattr(arguments, name) is None:
             setattr(arguments, name, value)
@@ -70,7 +81,8 @@ def _fill_in(arguments: argparse.Namespace) -> None:
 
 def _checked_tasks(arguments: argparse.Namespace) -> dict[str, str]:
     """Return the worlds by the name of their task; UserError if an argument is wrong."""
-    listed = arguments.tasks if arguments.tasks is not None else '1' if arguments.attach else '1,2'
+    usual = '1' if arguments.attach else 'dead_ends' if arguments.page else '1,2'
+    listed = arguments.tasks if arguments.tasks is not None else usual
     worlds = [f'task{name}' if name.isdigit() else name for name in listed.split(',') if name]
     tasks = {_task_of(world): world for world in worlds}
     if not tasks:
@@ -83,6 +95,8 @@ def _checked_tasks(arguments: argparse.Namespace) -> dict[str, str]:
         raise UserError(f'--seed {arguments.seed}: must be 0 or more')
     if arguments.attach and len(tasks) > 1:
         raise UserError(f'--tasks {listed}: with --attach one task, the learner that runs has one')
+    if arguments.page and len(tasks) > 1:
+        raise UserError(f'--tasks {listed}: with --page one task, the page shows one')
     if arguments.namespace and not arguments.attach:
         raise UserError(f'--namespace {arguments.namespace}: is for --attach only')
     return tasks
@@ -159,11 +173,13 @@ def node_parameters(
     task: str, arguments: argparse.Namespace, out: Path, settings: Mapping[str, Any],
 ) -> dict[str, dict[str, object]]:
     """Return the parameters of the three nodes, with the settings of their task."""
-    common = {'lockstep': not arguments.realtime, 'enable_stamped_cmd_vel': True}
+    common = {'lockstep': not (arguments.realtime or arguments.page),
+              'enable_stamped_cmd_vel': True}
     learning = {'profile': arguments.profile, 'seed': arguments.seed, **settings}
+    is_fast = arguments.page and not arguments.realtime
     return {
-        'sim_node': {**common, 'world': 'open', 'rate': _RATE},
-        'control_field_node': {**common, **learning},
+        'sim_node': {**common, 'world': 'open', **(FAST if is_fast else {'rate': _RATE})},
+        'control_field_node': {**common, **learning, **(FAST_RULES if is_fast else {})},
         'learner_node': {
             **common, **learning, **_WORKSPACE, 'simulation': True, 'task': task,
             'bags': str((out / 'bags').resolve()), 'auto_trials': arguments.trials}}

@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_namespace import validate_namespace
+from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
 
 from experience_cli.demo.path_follower import Driver
@@ -246,6 +247,14 @@ class DemoNode:
             return not absent and self._is_complete()
 
         self.wait_until(found, 'simulator, controller and learner', PATIENCE + 1.0)
+
+    def wait_for_viewers(self) -> None:
+        """Wait, for as long as it takes, until somebody looks at the page."""
+        heard: list[Empty] = []
+        subscription = self._node.create_subscription(
+            Empty, 'teleop_heartbeat', heard.append, qos.COMMAND)
+        self.wait_until(lambda: heard, 'somebody who looks at the page', math.inf)
+        self._node.destroy_subscription(subscription)
 
     def _is_complete(self) -> bool:
         heard = self.learner.get('heard', '').split()
