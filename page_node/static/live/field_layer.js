@@ -86,6 +86,25 @@ export function drawCells(context, picture, {rows, cols, resolution, origin}) {
 }
 
 /**
+ * Draw how far the world goes, so that nobody takes its end for something unknown.
+ *
+ * @param {CanvasRenderingContext2D} context In metres, y upwards.
+ * @param {Truth} truth
+ * @param {Viewport} viewport
+ * @param {Colours} colours
+ */
+export function drawExtent(context, {rows, cols, resolution, origin}, viewport, colours) {
+  const box = /** @type {const} */ ([...origin, cols * resolution, rows * resolution]);
+  context.globalAlpha = 0.45;
+  context.fillStyle = colours.free;
+  context.fillRect(...box);
+  context.globalAlpha = 1;
+  context.strokeStyle = colours.truth;
+  context.lineWidth = 1.5 / viewport.scale;
+  context.strokeRect(...box);
+}
+
+/**
  * Draw which way to go, in as many cells as can be told apart.
  *
  * @param {CanvasRenderingContext2D} context In metres, y upwards.

@@ -4,7 +4,8 @@ import {element} from '../dom.js';
 
 /** @typedef {import('../page.js').Page} Page */
 
-const SIGNS = ['home', 'lost', 'wall', 'near', 'truth', 'shown', 'learnt', 'goal', 'start', 'place'];
+const SIGNS = [
+  'home', 'lost', 'wall', 'near', 'truth', 'shown', 'learnt', 'goal', 'start', 'place'];
 
 /** @param {Page} page @returns {HTMLElement} */
 export function makeLegend(page) {

@@ -21,12 +21,23 @@ const WORDS_PERIOD = 2000;
 export function mount(root, page) {
   const canvas = element('canvas', {role: 'img', 'aria-label': page.t('live.map')});
   const view = new MapView(canvas);
-  root.append(canvas, makePlaces(view, page), makeZoom(view, page), makeLegend(page));
+  root.append(canvas, makePlaces(view, page), makeZoom(view, page), makeLegend(page),
+    makeCaption(page));
   followGestures(view);
   listen(view, page);
   page.on('state', state => showState(view, state));
   putIntoWords(canvas, page);
   return view;
+}
+
+/** @param {Page} page Says how much of the map leads to the goal. @returns {HTMLElement} */
+function makeCaption(page) {
+  const caption = element('figcaption', {hidden: true});
+  page.on('state', ({basin, prototypes}) => {
+    caption.hidden = basin === null || prototypes < 1;
+    caption.textContent = page.t('live.basin', {share: page.words.share(basin ?? 0)});
+  });
+  return caption;
 }
 
 /** @param {MapView} view @param {Page} page */

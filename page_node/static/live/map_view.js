@@ -5,7 +5,7 @@
  */
 
 import {onColours, readColours} from './colours.js';
-import {drawArrows, drawCells, drawPrototypes, pictureOfGround, pictureOfTruth}
+import {drawArrows, drawCells, drawExtent, drawPrototypes, pictureOfGround, pictureOfTruth}
   from './field_layer.js';
 import {drawDecision, drawGoal, drawMovers, drawRobot, drawSight, drawStart, Trail}
   from './moving_layer.js';
@@ -213,6 +213,9 @@ export class MapView {
 
   /** @param {CanvasRenderingContext2D} context @param {any} field @param {any} truth */
   _drawGround(context, field, truth) {
+    if (truth) {
+      drawExtent(context, truth, this.viewport, this.colours);
+    }
     if (field && this._pictures.field) {
       drawCells(context, this._pictures.field, field);
     }

@@ -93,6 +93,5 @@ function seriesChoice(page) {
 /** @param {HTMLElement} root @returns {number} */
 function chosenSeries(root) {
   const chosen = root.querySelector('input[name=series]:checked');
-  return chosen instanceof HTMLInputElement && chosen.closest('[hidden]') === null
-    ? Number(chosen.value) : 1;
+  return chosen instanceof HTMLInputElement ? Number(chosen.value) : 1;
 }
