@@ -25,7 +25,7 @@ from msgs_bridge.messages.velocities import twist_stamped_from_velocity
 RATE, GRIDS, SPEED = 50, 10, 0.2
 #: Cells of the workspace and of a local grid along a side.
 SIDE: Final = 200
-SIGHT: Final = 15
+LOCAL_GRID_SIDE: Final = 15
 GRID: Final = Grid(SIDE, SIDE, 0.25)
 _TYPES: Final = {
     'odom': 'nav_msgs/msg/Odometry', 'neighbourhood': 'nav_msgs/msg/OccupancyGrid',
@@ -88,7 +88,7 @@ def _decision(pose: Pose, cell: tuple[int, int], n: int) -> Any:
 
 def _local_grid(pose: Pose) -> Any:
     row, col = GRID.cell_from_world(pose.x, pose.y)
-    cells = np.zeros((SIGHT, SIGHT), dtype=np.int8)
+    cells = np.zeros((LOCAL_GRID_SIDE, LOCAL_GRID_SIDE), dtype=np.int8)
     cells[0], cells[:, 0] = 100, -1
     return grid_from_neighbourhood(
         Neighbourhood(pose.stamp, row, col, cells, GRID.frame_id), GRID)

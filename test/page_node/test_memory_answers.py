@@ -193,9 +193,9 @@ def test_nothing_damaged_or_foreign_is_a_mistake(task):
             assert code in ('', 'unreadable', 'nothing', 'no_moment')
     # A bag of another recorder under a name of ours.
     shutil.rmtree(task.find(3).path)
-    foreign = task.path / '0003_trial'
-    foreign.mkdir()
-    (foreign / 'drive.db3').write_bytes(b'SQLite format 3\0')
+    external = task.path / '0003_trial'
+    external.mkdir()
+    (external / 'drive.db3').write_bytes(b'SQLite format 3\0')
     assert not row_of(task, 3)['learnt']
     assert row_of(task, 3)['note']
     assert refused(replay_of, task, 3) in ('nothing', 'unreadable')

@@ -96,15 +96,32 @@ export class Player {
     this._title.focus();
   }
 
-  /** @param {Row} row Show what is new about it: a label, or that it was removed. */
+  /** @param {Row} row Show what is new about it: a label, or how it ended meanwhile. */
   update(row) {
-    const hasGrown = this.row?.version !== row.version && row.damage === 'recording';
-    this.row = hasGrown ? this.row : row;
+    const before = this.row;
+    this.row = row;
     this._title.replaceChildren(titleOf(this._page, row));
     this._when.replaceChildren([whenOf(this._page, row), endOf(this._page, row).text]
       .filter(Boolean).join(' · '));
     this._say(damageOf(this._page, row), row.note ?? '');
     this._offer(row);
+    if (this._replay && before?.damage === 'recording' && before.version !== row.version) {
+      void this._grow(row, this._loading.signal);
+    }
+  }
+
+  /** @param {Row} row @param {AbortSignal} signal Load more of what is being recorded. */
+  async _grow(row, signal) {
+    try {
+      const replay = new Replay(await askFrame(pathOf(row, 'replay'), signal));
+      if (!this._scrubber.isPlaying) {
+        this._begin(replay, this._scrubber.at);
+      }
+    } catch (error) {
+      if (!signal.aborted) {
+        this._refused(/** @type {any} */ (error).code ?? '');
+      }
+    }
   }
 
   /** Say that it is there no more; what was loaded stays. */
