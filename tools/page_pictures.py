@@ -25,10 +25,15 @@ from playwright.sync_api import Browser, Page, sync_playwright, WebSocket
 
 DOC: Final = Path(__file__).resolve().parent.parent / 'doc'
 SCREENS: Final = {'phone': (390, 844), 'laptop': (1366, 768), 'projector': (1920, 1080)}
+#: What each room shows when it is there.
+ROOMS: Final = {'memory': 'li img', 'story': 'figure.curve', 'worlds': '[data-world]'}
 #: The way that is shown, [m]: corners; past what stands in the world task1.
 WAY: Final = ((1.4, 2.0), (3.9, 2.0), (3.9, 4.1))
 #: How near a corner counts as there, [m], and how far off the heading may be, [rad].
 NEAR, STRAIGHT = 0.15, 0.12
+#: How fast keys drive and turn, [m/s], [rad/s]; for how much of a turn or a way they are held
+#: before the next look, and for how long at most, [s].
+SPEED, TURN, SHARE, LOOK = 0.2, 1.0, 0.7, 1.0
 PATIENCE: Final = 120.0
 
 
@@ -101,8 +106,13 @@ class Keyboard:
                 break
             off = math.remainder(math.atan2(dy, dx) - robot['yaw'], math.tau)
             turn = [] if abs(off) < STRAIGHT else ['ArrowLeft' if off > 0.0 else 'ArrowRight']
-            self.hold(*turn, *(['ArrowUp'] if abs(off) < 3 * STRAIGHT else []))
-            self._page.wait_for_timeout(30)
+            self.hold(*turn, *(['ArrowUp'] if abs(off) < 4 * STRAIGHT else []))
+            # Not to the end: what is seen is a little old.
+            self._page.wait_for_timeout(1000.0 * SHARE * min(
+                abs(off) / TURN if turn else math.hypot(dx, dy) / SPEED, LOOK))
+            if turn:
+                self.hold(*self._held - set(turn))
+                self._page.wait_for_timeout(100)
         self.hold()
 
 
@@ -166,9 +176,11 @@ def look_around(browser: Browser, url: str) -> None:
         viewer.wait('the page', lambda state: state)
         take(viewer.page, screen)
         if screen == 'laptop':
-            for room in ('memory', 'story', 'worlds'):
+            for room, shown in ROOMS.items():
                 viewer.page.click(f'a[href="#{room}"]')
-                viewer.page.wait_for_load_state('networkidle')
+                viewer.page.wait_for_selector(f'#room-{room} {shown}')
+                viewer.page.wait_for_function(
+                    '[...document.images].every(image => image.complete)')
                 take(viewer.page, room)
         viewer.page.close()
 

@@ -32,6 +32,8 @@ export class MapView {
     this._shown = {};
     /** Pictures of cells, by name. @type {Record<string, HTMLCanvasElement>} */
     this._pictures = {};
+    /** Where something of the field is known. @type {Box | null} */
+    this._seen = null;
     this._still = document.createElement('canvas');
     this._isStale = true;
     this._request = 0;
@@ -139,6 +141,8 @@ export class MapView {
     const what = this._shown[name];
     if (name === 'field' && what) {
       this._pictures.field = pictureOfGround(what, this.colours);
+      const part = knownPart(what);
+      this._seen = part.rows ? boxOf(part) : null;
     } else if (name === 'truth' && what) {
       this._pictures.truth = pictureOfTruth(what, this.colours);
     }
@@ -147,7 +151,7 @@ export class MapView {
   /** See to it that all there is can be seen. */
   _fitBox() {
     const {robot, field, truth, sight} = this._shown;
-    const boxes = [truth && boxOf(truth), field && boxOf(field)].filter(Boolean);
+    const boxes = [truth && boxOf(truth), field && this._seen].filter(Boolean);
     if (robot) {
       const around = boxes.length ? 0.5 : AROUND;
       boxes.push({x0: robot.x - around, x1: robot.x + around,
@@ -245,6 +249,26 @@ export class MapView {
       drawRobot(context, robot, this.viewport, this.colours);
     }
   }
+}
+
+/**
+ * Return the part of a field of which something is known: a workspace that fits itself has a wide
+ * rim for what comes.
+ *
+ * @param {import('../types.js').Field} field
+ * @returns {{rows: number, cols: number, resolution: number, origin: Point}}
+ */
+function knownPart({rows, cols, resolution, origin, known}) {
+  const isKnown = /** @param {number} row @param {number} col */ (row, col) => (
+    (known[row * cols + col] ?? -1) >= 0);
+  const all = /** @param {number} n */ n => Array.from({length: n}, (_, at) => at);
+  const seenRows = all(rows).filter(row => all(cols).some(col => isKnown(row, col)));
+  const seenCols = all(cols).filter(col => seenRows.some(row => isKnown(row, col)));
+  const row = seenRows[0] ?? 0;
+  const col = seenCols[0] ?? 0;
+  return {rows: seenRows.length && (seenRows.at(-1) ?? 0) - row + 1,
+    cols: seenCols.length && (seenCols.at(-1) ?? 0) - col + 1, resolution,
+    origin: [origin[0] + col * resolution, origin[1] + row * resolution]};
 }
 
 /**
