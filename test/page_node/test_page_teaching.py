@@ -77,7 +77,6 @@ class Keyboard(Person):
     def choose_many(self) -> None:
         self.page.focus('.series input')
         self.page.keyboard.press('ArrowLeft')
-        self.page.locator('[data-action=run_trials]').focus()
 
     def stop(self) -> None:
         self.page.keyboard.press('Space')

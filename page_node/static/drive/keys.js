@@ -23,6 +23,8 @@ const WRITING = 'input:not([type=range]):not([type=checkbox]):not([type=radio])'
 /** What a browser ticks by space alone, which stops here: Enter does it, as it presses buttons. */
 const TICKED = 'input[type=checkbox], input[type=radio]';
 const CHOOSING = 'select, input, [role=slider], [role=listbox], [data-keys]';
+/** Where letters choose as well: who has just chosen how many tries wants to press t. */
+const LETTERING = 'select, [role=listbox], [data-keys]';
 
 export class Keys {
   /** @param {Page} page */
@@ -45,7 +47,8 @@ export class Keys {
       this._stop(event);
     } else if (key === 'enter' && isIn(event, TICKED)) {
       /** @type {HTMLElement} */ (event.target).click();
-    } else if (this._page.room === 'teach' && !isIn(event, CHOOSING)) {
+    } else if (this._page.room === 'teach' && !isIn(
+      event, key.startsWith('arrow') ? CHOOSING : LETTERING)) {
       this._drive(event, key);
     }
   }
