@@ -1,6 +1,6 @@
 """The services of the learner, for people, pages and gamepads."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 import time
 from typing import Any, Final, NamedTuple
@@ -15,9 +15,14 @@ from learner_node.session.phases import SessionError
 from learner_node.session.session import Session
 from msgs_bridge.messages.learner_requests import action_from_request, fill_response, SERVICE
 from msgs_bridge.messages.trial_status import Label
+from msgs_bridge.untrusted.text import printable
 
 #: What is asked of the session at a time, [s], such as `Demonstration.keep`.
 Request = Callable[[float], Outputs]
+#: What an action of `~/request` may be asked with.
+_VALUES: Final[Mapping[str, set[str]]] = {
+    'run_trials': {'n'}, 'drop': {'episode'}, 'label_success': {'episode'},
+    'label_failure': {'episode'}}
 #: Most trials that are run at one request.
 _MOST_TRIALS: Final = 1000
 
@@ -111,9 +116,12 @@ class LearnerServices:
         """Answer a page, which asks with values and wants a code."""
         try:
             action, values = action_from_request(request)
+            if action not in self._actions or not {*values} <= _VALUES.get(action, set()):
+                raise ValueError(f'request: {printable(action, 40)!r} with {[*values]} is nothing '
+                                 f'that can be asked for')
             answered = await self._actions[action](**values)
-        except (ValueError, KeyError, TypeError) as error:
-            answered = Answered(False, f'request: this cannot be asked for: {error}', 'malformed')
+        except ValueError as error:
+            answered = Answered(False, str(error), 'malformed')
         return fill_response(response, *answered)
 
     async def _record(self) -> Answered:

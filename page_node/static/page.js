@@ -12,6 +12,9 @@ import {UNKNOWN_STATE} from './types.js';
 /** @typedef {import('./drive/drive.js').Drive} Drive */
 /** @typedef {(frame: any) => void} Listener */
 
+/** Refusals of which the node knows more than their words; the others speak of keys. */
+const DETAILED = ['bags', 'conflict', 'disk', 'implausible', 'leads_nowhere', 'malformed', 'no_robot',
+  'not_learnt', 'not_set', 'outside', 'refused', 'too_short'];
 /** How long what was said once can be read, [ms]. */
 const SAID = 7000;
 
@@ -98,12 +101,13 @@ export class Page {
   }
 
   /** @param {string} action @param {Answer} answer Say what came of it. */
-  sayAnswer(action, {success, code, message, values}) {
+  sayAnswer(action, {success, code = '', message, values}) {
     // What the sentence on top says at once anyway has no words here.
     const keys = success ? [`done.${code}`, `done.${action}`]
       : [`refused.${code}`, `why.${code}`, 'refused.unknown'];
     const words = keys.find(key => this.words.has(key)) ?? '';
-    this.say(words && this.t(words, values), success ? '' : message, success ? action : '');
+    const knowsMore = !success && (DETAILED.includes(code) || words === 'refused.unknown');
+    this.say(words && this.t(words, values), knowsMore ? message : '', success ? action : '');
   }
 
   /**

@@ -4,6 +4,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from rcl_interfaces.srv import SetParameters
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
@@ -11,6 +12,7 @@ from control_field.poses import StartPose
 from learner_node.services import LearnerServices
 from learner_node.session.session import Session
 from learner_node.settings import Settings
+from msgs_bridge.messages.learner_requests import answer_from_response, request_from_action
 
 
 class Services:
@@ -31,12 +33,20 @@ class Services:
     def change_bags(self, *change):
         self.changes.append(change)
 
+    def change_trials(self, change, now):
+        return change(now)
+
     def ask(self, name, data=None):
         kind = Trigger if data is None else SetBool
         request = kind.Request() if data is None else kind.Request(data=data)
         response = kind.Response()
         return SimpleNamespace(
             response=response, work=self.callbacks[f'~/{name}'](request, response))
+
+    def request(self, action, **values):
+        response = SetParameters.Response()
+        return SimpleNamespace(response=response, work=self.callbacks['~/request'](
+            request_from_action(action, values), response))
 
 
 def goes_on(asked):
@@ -85,3 +95,30 @@ def test_what_arrived_before_a_request_is_taken_in_before_it():
     assert not goes_on(services.ask('record_demonstration', True))
     assert goes_on(services.ask('record_demonstration', False))
     assert services.done == ['what arrived before', 'request'] * 2
+
+
+@pytest.mark.parametrize(('action', 'values', 'code'), [
+    ('keep', {}, 'not_recording'), ('discard', {}, 'not_recording'),
+    ('run_trials', {}, 'real_robot'), ('run_trials', {'n': 3}, 'real_robot'),
+    ('stop_trials', {}, 'no_trials'), ('run_trials', {'n': 1001}, 'malformed'),
+    ('run_trials', {'n': -1}, 'malformed'), ('run_trials', {'episode': '0001_demo'}, 'malformed'),
+    ('keep', {'n': 1}, 'malformed'), ('quit', {}, 'malformed')])
+def test_a_page_is_told_by_a_code_why_not(action, values, code):
+    asked = Services().request(action, **values)
+    assert not goes_on(asked)
+    assert answer_from_response(asked.response)[::2] == (False, code)
+
+
+def test_a_page_asks_for_the_same_with_values():
+    services = Services()
+    assert not goes_on(services.request('record'))
+    asked = services.request('record')
+    assert not goes_on(asked)
+    assert answer_from_response(asked.response)[::2] == (False, 'recording')
+    services.session.demonstration.discard(time.monotonic())
+    asked = services.request('drop', episode='0002_demo')
+    assert goes_on(asked)
+    assert services.changes == [('drop', '0002_demo')]
+    services.services.answer(False, 'there is none', 'nothing_there')
+    assert not goes_on(asked)
+    assert answer_from_response(asked.response) == (False, 'there is none', 'nothing_there')
