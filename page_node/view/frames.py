@@ -24,7 +24,7 @@ def robot_frame(pose: Pose, radius: float) -> Content:
             'radius': radius}
 
 
-def sight_frame(grid: Grid, cells: npt.NDArray[np.int8]) -> Content:
+def local_grid_frame(grid: Grid, cells: npt.NDArray[np.int8]) -> Content:
     """Return a local grid, its lower left corner and its cells row by row."""
     return {'rows': grid.n_rows, 'cols': grid.n_cols, 'resolution': grid.resolution,
             'x0': grid.origin_x, 'y0': grid.origin_y, 'cells': cells.ravel().tolist()}

@@ -18,7 +18,7 @@ from msgs_bridge.teaching.status_tracker import StatusTracker
 from page_node.field_frames import field_frame, prototypes_frame
 from page_node.view.advice import advice_for
 from page_node.view.frames import (
-    decision_frame, movers_frame, robot_frame, sight_frame, truth_frame)
+    decision_frame, local_grid_frame, movers_frame, robot_frame, truth_frame)
 from page_node.view.motion import Motion
 from page_node.view.situation import NO_TRIAL, Situation
 from page_node.view.trail import Point, Trail
@@ -85,7 +85,7 @@ class _Shown:
     grid: Grid | None = None
     goal: list[float] | None = None
     state: Mapping[str, Any] = field(default_factory=dict)
-    sight: Mapping[str, Any] = field(default_factory=dict)
+    local_grid: Mapping[str, Any] = field(default_factory=dict)
 
 
 class LiveView:
@@ -135,9 +135,9 @@ class LiveView:
 
     def on_local_grid(self, grid: Grid, cells: npt.NDArray[np.int8]) -> None:
         """Show what the robot sees around it, where it has changed."""
-        frame = sight_frame(grid, cells)
-        if frame != self._shown.sight:
-            self._shown.sight = frame
+        frame = local_grid_frame(grid, cells)
+        if frame != self._shown.local_grid:
+            self._shown.local_grid = frame
             self._viewers.put('sight', frame)
 
     def on_field(self, new: ControlField) -> None:

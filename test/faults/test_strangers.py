@@ -61,7 +61,8 @@ def test_teleop_asks_nobody_where_two_could_hear_it(ros_domain):
         services = node.service_clients
         services._peers.why_not = lambda operation: '2 learners in one namespace'
         for service in ('drop_last', 'run_trials', 'start_trial', 'discard_demonstration'):
-            assert outcome(services.ask(service)) == Answer(False, '2 learners in one namespace')
+            assert outcome(services.ask(service)) == Answer(
+                False, '2 learners in one namespace', 'conflict')
         assert not outcome(services.ask('record_demonstration', True)).success
         # Nobody is there to stop anything, but it was tried.
         assert 'is not there' in outcome(services.ask('stop_trial')).message

@@ -10,7 +10,7 @@ from control_field.headings import UNIT
 from control_field.records import CellFlag, ControlField, Prototypes
 from msgs_bridge.messages.poses import Pose
 from page_node.field_frames import field_frame, HEADING, HOME, prototypes_frame
-from page_node.view.frames import movers_frame, robot_frame, sight_frame, truth_frame
+from page_node.view.frames import local_grid_frame, movers_frame, robot_frame, truth_frame
 
 GRID = Grid(6, 9, 0.25, -1.0, 2.0, 'odom')
 
@@ -69,7 +69,7 @@ def test_robot_local_grid_and_map():
                      'radius': 0.1}
     cells = np.array([[0, 100, -1]], dtype=np.int8)
     local = Grid(1, 3, 0.25, -1.0, 2.0, 'odom')
-    assert sight_frame(local, cells) == {
+    assert local_grid_frame(local, cells) == {
         'rows': 1, 'cols': 3, 'resolution': 0.25, 'x0': -1.0, 'y0': 2.0, 'cells': [0, 100, -1]}
     content, arrays = truth_frame(local, cells)
     assert content['origin'] == [-1.0, 2.0]
