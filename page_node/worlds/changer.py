@@ -11,7 +11,7 @@ from msgs_bridge.teaching.answers import absence, Answer
 from msgs_bridge.teaching.timeouts import Timeouts
 
 #: Longest wait for an answer, [s]: a large map takes a while to read.
-_PATIENCE: Final = 20.0
+_PATIENCE: Final = 60.0
 #: Longest wait until the learner has learnt from the bags of another task, [s].
 _LEARNING: Final = 120.0
 #: How often it is asked whether it has given that up, [s].

@@ -11,7 +11,7 @@ from page_node.refusal import RefusedError
 from page_node.worlds.changer import Changer
 from page_node.worlds.folder import WorldsFolder
 from page_node.worlds.tasks import tasks_in
-from page_node.worlds.uploads import MOST_PIXELS
+from page_node.worlds.uploads import MOST_HEADER, MOST_PIXELS
 from page_node.worlds.world_files import frame_of, list_of, path_of, save
 
 #: Runs a coroutine where ROS is, for who awaits it in the server.
@@ -45,7 +45,7 @@ class WorldEndpoints:
         return [
             Endpoint('GET', '/api/worlds', self._list),
             Endpoint('GET', _WORLD, self._show),
-            Endpoint('POST', _WORLD, self._save, MOST_UPLOADED),
+            Endpoint('POST', _WORLD, self._save, MOST_UPLOADED + MOST_HEADER + 4),
             Endpoint('POST', f'{_WORLD}/use', self._use),
             Endpoint('GET', '/api/tasks', self._list_tasks),
             Endpoint('POST', '/api/tasks/{name}/use', self._use_task)]

@@ -21,7 +21,7 @@ from world_maps.world import load_pixels
 #: Longest side, [pixels].
 MOST_PIXELS: Final = 4096
 #: Longest JSON header of a frame, [bytes].
-_MOST_HEADER: Final = 65_536
+MOST_HEADER: Final = 65_536
 #: Greatest side of a pixel, and smallest, [m].
 _SIDES: Final = (0.005, 10.0)
 #: Farthest corner, [m].
@@ -84,7 +84,7 @@ def read_frame(body: bytes) -> tuple[dict[str, Any], dict[str, Bytes]]:
 
     """
     length = int.from_bytes(body[:4], 'little')
-    if not 2 <= length <= min(_MOST_HEADER, len(body) - 4):
+    if not 2 <= length <= min(MOST_HEADER, len(body) - 4):
         raise _malformed('this is no frame')
     try:
         header = json.loads(body[4:4 + length])
@@ -132,7 +132,7 @@ def _from_image(image: bytes, side: float) -> tuple[Raster, tuple[str, ...]]:
 
 def _from_map_server(text: Any, image: bytes) -> tuple[Raster, tuple[str, ...]]:
     """Read both files as map_server does, whatever the image is called in the YAML file."""
-    if not isinstance(text, str) or len(text) > _MOST_HEADER:
+    if not isinstance(text, str) or len(text) > MOST_HEADER:
         raise _malformed('yaml is the text of the file')
     try:
         fields = yaml_from_text(text, as_written=True)

@@ -19,6 +19,7 @@ from msgs_bridge.messages.poses import pose_from_odometry
 from msgs_bridge.node import qos
 from page_helpers import PageStack, PHONE, Visitor
 from page_node.exchange import MOST_UPLOADED
+from page_node.worlds.uploads import MOST_HEADER
 import ros_helpers
 from world_maps.world import find_world, load_world
 
@@ -238,7 +239,8 @@ def test_a_picture_and_a_map_of_map_server_are_taken(
 @pytest.mark.parametrize(('path', 'body', 'code'), [
     ('worlds/..%2F..%2Fx', b'x', 'malformed'), ('worlds/.x', b'x', 'bad_name'),
     ('worlds/x', b'x', 'malformed'), ('worlds/task1', b'x', 'shipped'),
-    ('worlds/x', bytes(MOST_UPLOADED + 1), 'too_big'), ('worlds/none/use', b'{}', 'no_world'),
+    ('worlds/x', bytes(MOST_UPLOADED + 2 * MOST_HEADER), 'too_big'),
+    ('worlds/none/use', b'{}', 'no_world'),
     ('worlds/open/use', b'[]', 'malformed'), ('worlds/open/use', b'{"task": 7}', 'malformed'),
     ('worlds/open/use', b'{"task": "../x"}', 'task_refused'),
     ('tasks/..x/use', b'{}', 'task_refused'), ('tasks/x/use', b'{"task": "y"}', 'malformed')])

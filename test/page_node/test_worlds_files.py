@@ -12,10 +12,11 @@ import pytest
 
 from frame_helpers import frame_from_bytes
 from page_node.big_frames import bytes_from_frame
+from page_node.exchange import MOST_UPLOADED
 from page_node.refusal import RefusedError
 from page_node.worlds.folder import MOST_WORLDS, shipped, WorldsFolder
 from page_node.worlds.tasks import tasks_in
-from page_node.worlds.uploads import pixels_from_upload
+from page_node.worlds.uploads import MOST_HEADER, MOST_PIXELS, pixels_from_upload
 from page_node.worlds.world_files import frame_of, list_of, path_of, save
 from world_maps.world import find_world, load_world
 
@@ -95,6 +96,11 @@ class TestWhatIsTaken:
         header, arrays = frame_from_bytes(frame_of(str(tmp_path), 'hall', 64))
         assert (header['rows'], header['cols'], header['resolution']) == (60, 20, 1.25)
         assert arrays['occupancy'][59, 0] == 100
+
+    def test_the_largest_that_can_be_drawn_can_be_saved(self, tmp_path):
+        body = drawn(np.zeros((MOST_PIXELS, MOST_PIXELS), np.uint8))
+        assert len(body) <= MOST_UPLOADED + MOST_HEADER + 4
+        assert saved(tmp_path, body)[0]['rows'] == MOST_PIXELS
 
     def test_what_is_saved_again_takes_the_place_of_the_first(self, tmp_path):
         saved(tmp_path, drawn())

@@ -20,8 +20,10 @@ export class Drawing {
     this.resolution = frame.resolution;
     this.origin = frame.origin;
     /** 1 where a wall is. */
-    this.cells = Uint8Array.from(occupancy ?? {length: frame.rows * frame.cols},
-      value => (value ? 1 : 0));
+    this.cells = new Uint8Array(frame.rows * frame.cols);
+    for (let at = 0; at < (occupancy?.length ?? 0); at++) {
+      this.cells[at] = Number(occupancy?.[at] !== 0);
+    }
     /** Whether it differs from what it began with. */
     this.isChanged = false;
     /** Called with what has changed. @type {(patch: Patch) => void} */
