@@ -2,6 +2,7 @@
 
 import {element} from '../dom.js';
 import {followGestures, makeZoom} from './gestures.js';
+import {Glide} from './glide.js';
 import {makeLegend} from './legend.js';
 import {MapView} from './map_view.js';
 import {makePlaces} from './places.js';
@@ -21,6 +22,7 @@ const WORDS_PERIOD = 2000;
 export function mount(root, page) {
   const canvas = element('canvas', {role: 'img', 'aria-label': page.t('live.map')});
   const view = new MapView(canvas);
+  view.glide = new Glide();
   root.append(canvas, makePlaces(view, page), makeZoom(view, page), makeLegend(page),
     makeCaption(page));
   followGestures(view);

@@ -26,6 +26,8 @@ export class MapView {
     this.viewport = new Viewport();
     this.trail = new Trail();
     this.colours = readColours();
+    /** Lets the robot glide between two frames. @type {import('./glide.js').Glide | null} */
+    this.glide = null;
     /** Called when points have moved on the screen. @type {() => void} */
     this.onMoved = () => {};
     /** What is shown, by name. @type {Record<string, any>} */
@@ -186,6 +188,18 @@ export class MapView {
     this.nFrames += 1;
   }
 
+  /** @param {import('./glide.js').Placed} robot Where to draw it now. */
+  _glided(robot) {
+    if (!this.glide) {
+      return robot;
+    }
+    const [shown, moves] = this.glide.towards(robot, performance.now());
+    if (moves) {
+      this.refresh();
+    }
+    return shown;
+  }
+
   _drawStill() {
     const context = this._still.getContext('2d');
     if (!context) {
@@ -246,7 +260,7 @@ export class MapView {
         context, centre, decision.heading, field.resolution, this.viewport, this.colours);
     }
     if (robot) {
-      drawRobot(context, robot, this.viewport, this.colours);
+      drawRobot(context, this._glided(robot), this.viewport, this.colours);
     }
   }
 }
