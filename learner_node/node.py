@@ -292,6 +292,7 @@ class LearnerNode(Node):
         self._name_trial()
         more = {**self._task_memory.places, **self._named, **self._task_memory.counts(),
                 'simulation': str(self._settings.simulation).lower(),
+                'ended': self._session.demonstration.ended_code,
                 'refused': str(self._dispatcher.n_refused)}
         status = diagnostic_from_session(
             self.get_fully_qualified_name(), self._session, self.learning.newest,

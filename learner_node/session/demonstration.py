@@ -43,6 +43,8 @@ class Demonstration:
         self.teacher = TeacherMonitor()
         self.intruder = Intruder()
         self.ended_because = ''  #: why it ended without being kept
+        #: The same as a code, until something is learnt or another begins.
+        self.ended_code = ''
         self._state, self._series = state, series
         self._reported: set[str] = set()
 
@@ -55,7 +57,7 @@ class Demonstration:
         inputs = state.inputs
         self.intruder.begin(inputs.status, inputs.odometry_stamp, state.settings.controller)
         self.teacher.begin(now)
-        self.ended_because, self._series.is_stopped = '', False
+        self.ended_because, self.ended_code, self._series.is_stopped = '', '', False
         self._reported.clear()
         state.go(Phase.DEMONSTRATION, now)
         return [Record(EpisodeKind.DEMO)]
@@ -76,7 +78,8 @@ class Demonstration:
         if self._state.phase is not Phase.DEMONSTRATION:
             why = self.ended_because
             lost = f': {why}' if why else '; press s in teleop_node to start one'
-            raise SessionError(f'no demonstration is being recorded{lost}', 'not_recording')
+            raise SessionError(f'no demonstration is being recorded{lost}',
+                               self.ended_code or 'not_recording')
 
     def wants_pose(self, now: float) -> bool:
         """Return True if it matters whether the robot moves."""
@@ -102,7 +105,7 @@ class Demonstration:
 
     def break_off(self, status: TrialStatus, now: float) -> Outputs:
         """Break the demonstration off: what a trial drives is not what a person shows."""
-        self.ended_because = _INTRUDED.format(status.trial)
+        self.ended_because, self.ended_code = _INTRUDED.format(status.trial), 'intruded'
         self._state.go(Phase.IDLE, now)
         return [*([StopTrial()] if is_running(status) else []), Abandon(self.ended_because),
                 Say(f'the demonstration is broken off and not kept: {self.ended_because}',
@@ -123,7 +126,7 @@ class Demonstration:
 
     def _leave_alone(self, now: float) -> Outputs:
         """End the demonstration of a teacher who is gone; it can be kept later all the same."""
-        self.ended_because = _LEFT_ANSWER
+        self.ended_because, self.ended_code = _LEFT_ANSWER, 'left'
         self._state.go(Phase.IDLE, now)
         return [Abandon(LEFT), Say(
             f'The recording of the drive has ended, because {LEFT}. The drive is there, but not '

@@ -157,6 +157,7 @@ class Session:
         """Go on with what the closed bag taught (or could not: the revision is as before)."""
         state, series = self.state, self.series
         state.revision, state.memory = revision, memory
+        self.demonstration.ended_code = ''
         if state.phase is not Phase.LEARNING:
             return []
         series.n_left = max(series.n_left - 1, 0) if state.trial else series.n_left
@@ -166,7 +167,7 @@ class Session:
 
     def on_recording_failed(self, why: str, now: float) -> Outputs:
         """Stop the robot, whoever drives it: nothing more can be recorded."""
-        self.demonstration.ended_because = why
+        self.demonstration.ended_because, self.demonstration.ended_code = why, 'disk'
         stops = self.state.is_recording
         self.series.n_left = 0
         self.trials.unrecorded.pass_over(self.state.trial)

@@ -10,6 +10,8 @@ from control_field.robot.stop_reasons import StopReason
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from page_node.view.situation import Situation
 
+#: Why a recording ended that nobody kept, where there is something to do about it.
+_ENDED: Final = ('left', 'intruded', 'disk')
 #: What is under way in a phase of the learner, where nobody has to do anything. A trial that it
 #: is at and that is not under way has just ended.
 _BUSY: Final[Mapping[str, str]] = {
@@ -120,6 +122,8 @@ def _about_work(situation: Situation) -> Advice | None:
 def _about_next(situation: Situation) -> Advice:
     """Say what to do next where nothing is under way."""
     trial, robot = situation.trial, 'simulated' if situation.is_simulated else 'real'
+    if situation.ended in _ENDED:
+        return Advice(f'recording_{situation.ended}')
     if not situation.is_learnt:
         return Advice('show_first' if not situation.n_episodes else 'show_again')
     if situation.tries_left:

@@ -226,7 +226,8 @@ class LiveView:
             tracker.has_learner(now), tracker.has_controller(now), self.is_simulated,
             around.conflict(), is_driven, self._motion.is_stuck(now) and not status.held,
             self._motion.has_moved, around.tries_left(), self._has_waited(status.phase, now),
-            tracker.learner_values.get('doing', ''), len(tracker.teach_here), self.n_episodes)
+            tracker.learner_values.get('doing', ''), tracker.learner_values.get('ended', ''),
+            len(tracker.teach_here), self.n_episodes)
 
     def _has_waited(self, phase: str, now: float) -> bool:
         """Return True if a phase of the learner lasts longer than it takes to look around."""

@@ -42,6 +42,8 @@ class Situation:
         Whether the next trial waits for longer than it takes to look around.
     doing : str
         What the learner is at, in its words.
+    ended : str
+        Why the recording of a drive has ended that nobody kept, as a code; empty where none did.
     n_places : int
         Places where one more drive would help.
     n_episodes : int
@@ -62,6 +64,7 @@ class Situation:
     tries_left: int = 0
     has_waited: bool = False
     doing: str = ''
+    ended: str = ''
     n_places: int = 0
     n_episodes: int = 0
 

@@ -44,8 +44,10 @@ def test_the_recording_ends_and_nothing_is_thrown_away(play):
     assert said.text.startswith('The recording of the drive has ended, because nobody was at')
     assert play.phase is Phase.IDLE
     assert not any(isinstance(output, Discard) for output in play.log)
-    with pytest.raises(SessionError, match='press y in teleop_node to keep it all the same'):
+    with pytest.raises(
+            SessionError, match='press y in teleop_node to keep it all the same') as error:
         play('demonstration.keep')
+    assert error.value.code == play.session.demonstration.ended_code == 'left'
     assert play('demonstration.record') == [Record(EpisodeKind.DEMO)]
 
 

@@ -55,6 +55,9 @@ def with_status(situation, **changes):
     (replace(with_status(READY, held='who knows'), is_driven=True), 'drive_held', 'held.other'),
     (READY, 'try_simulated', ''),
     (replace(READY, is_simulated=False), 'try_real', ''),
+    *((replace(READY, ended=code), f'recording_{code}', '')
+      for code in ('left', 'intruded', 'disk')),
+    (replace(READY, ended='who knows'), 'try_simulated', ''),
     *((with_status(READY, phase=phase), code, '') for phase, code in (
         ('settling', 'learning'), ('learning', 'learning'), ('waiting', 'starting'),
         ('placing', 'placing'), ('starting', 'starting'), ('trial', 'learning'))),
@@ -104,7 +107,8 @@ def test_whatever_happens_there_are_words_in_every_language():
     told = {(advice.code, advice.because) for advice in map(advice_for, all_situations())}
     told |= {(code, '') for code in ('nobody', 'conflict', 'no_robot', 'no_controller',
                                      'no_learner', 'not_heard', 'show_first', 'show_again',
-                                     'does_not_move', 'drive_back')}
+                                     'does_not_move', 'drive_back', 'recording_left',
+                                     'recording_intruded', 'recording_disk')}
     for path in (STATIC / 'strings').glob('*.json'):
         words = json.loads(path.read_text())
         missing = [(code, because) for code, because in told
