@@ -84,6 +84,7 @@ class _Shown:
 
     grid: Grid | None = None
     goal: list[float] | None = None
+    task: str = ''
     state: Mapping[str, Any] = field(default_factory=dict)
     local_grid: Mapping[str, Any] = field(default_factory=dict)
 
@@ -203,6 +204,7 @@ class LiveView:
         """Show the state if it has changed; called a few times a second."""
         now = time.monotonic()
         self._show_map()
+        self._look_at_task(self._tracker.learner_values.get('task', ''))
         situation = self.situation(now)
         phase = situation.status.phase
         if phase == 'demonstration' and self._trail_of != 'demo':
@@ -214,6 +216,14 @@ class LiveView:
         if state != self._shown.state:
             self._shown.state = state
             self._viewers.put('state', state)
+
+    def _look_at_task(self, task: str) -> None:
+        """Show nothing more of the task before, once the learner is at another one."""
+        if task and task != self._shown.task:
+            if self._shown.task:
+                self._trial = NO_TRIAL
+                self._begin_trail('')
+            self._shown.task = task
 
     def situation(self, now: float) -> Situation:
         """Return how things stand."""

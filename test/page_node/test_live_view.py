@@ -133,6 +133,19 @@ def test_how_a_trial_ended_stays_until_there_is_another(view):
     assert len(heard) == 2
 
 
+def test_of_another_task_neither_the_way_nor_how_it_ended_stays(view):
+    tell(view, phase='idle', task='kitchen')
+    view.live.refresh()
+    view.live.on_trial(TrialStatus(State.RUNNING, 3))
+    view.live.on_pose(Pose(1.0, 0.5, 2.5, 0.0), view.clock.now)
+    assert '[0.5' in view.shown.trail[0]
+    view.live.on_trial(TrialStatus(State.ENDED, 3, Outcome.GOAL))
+    tell(view, phase='idle', task='hall')
+    view.live.refresh()
+    assert view.shown.of('state')[-1]['trial']['outcome'] == ''
+    assert '"points":[]' in view.shown.trail[0]
+
+
 def test_the_true_map_is_shown_in_simulation_only_whenever_that_is_known(view):
     view.live.on_map(GRID, np.zeros(GRID.shape, dtype=np.int8))
     tell(view, phase='idle', simulation='false')
