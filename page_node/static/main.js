@@ -47,18 +47,27 @@ class Rooms {
   /** Show the room that the address names. */
   show() {
     const wanted = location.hash.slice(1);
-    const room = wanted in ROOMS ? wanted : 'teach';
+    const room = Object.hasOwn(ROOMS, wanted) ? wanted : 'teach';
     document.body.dataset.room = room;
     for (const [name, link] of this._links) {
       place(`room-${name}`).hidden = name !== room;
       link.toggleAttribute('aria-current', name === room);
+      if (name === room) {
+        link.setAttribute('aria-current', 'page');
+      }
     }
-    if (!this._mounted.has(room)) {
-      this._mounted.add(room);
-      ROOMS[room]?.(place(`room-${room}`), this._page);
-    }
+    // The map hears of the way driven from the beginning, whatever room is shown.
+    ['teach', room].forEach(name => this._mount(name));
     this._page.room = room;
     this._page.tell({type: 'room', name: room});
+  }
+
+  /** @param {string} name Fill a room, once. */
+  _mount(name) {
+    if (!this._mounted.has(name)) {
+      this._mounted.add(name);
+      ROOMS[name]?.(place(`room-${name}`), this._page);
+    }
   }
 }
 

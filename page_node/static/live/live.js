@@ -13,6 +13,8 @@ import {describe} from './words.js';
 
 /** How often the map is put into words, [ms]: nobody can listen faster. */
 const WORDS_PERIOD = 2000;
+const SHOWN = /** @type {const} */ (
+  ['field', 'prototypes', 'truth', 'sight', 'robot', 'movers', 'decision']);
 
 /**
  * @param {HTMLElement} root
@@ -37,15 +39,16 @@ function makeCaption(page) {
   const caption = element('figcaption', {hidden: true});
   page.on('state', ({basin, prototypes}) => {
     caption.hidden = basin === null || prototypes < 1;
-    caption.textContent = page.t('live.basin', {share: page.words.share(basin ?? 0)});
+    caption.textContent = page.t('live.share', {share: page.words.share(basin ?? 0)});
   });
   return caption;
 }
 
 /** @param {MapView} view @param {Page} page */
 function listen(view, page) {
-  for (const name of /** @type {const} */ (
-    ['field', 'prototypes', 'truth', 'sight', 'robot', 'movers', 'decision'])) {
+  // What was shown before the connection was lost may be no more.
+  page.next('connection', ({open}) => open && SHOWN.forEach(name => view.show(name, null)));
+  for (const name of SHOWN) {
     page.on(name, frame => view.show(name, frame));
   }
   page.on('trail', ({points, kind}) => view.showTrail(points, kind ?? ''));
