@@ -34,6 +34,8 @@ export class Keys {
     this._held = new Set();
     addEventListener('keydown', event => this._down(event), {capture: true});
     addEventListener('keyup', event => this._up(event), {capture: true});
+    // Who has chosen with the pointer, or begins something, wants the arrows to drive.
+    addEventListener('click', event => event.detail > 0 && leave(event));
     page.next('released', () => this._held.clear());
   }
 
@@ -76,6 +78,7 @@ export class Keys {
         this._hold();
       }
     } else if (action && !event.repeat) {
+      leave(event);
       this._page.tell({type: 'asked', action});
     }
   }
@@ -102,6 +105,13 @@ export class Keys {
     const sum = /** @param {0 | 1} part */ part => Math.max(
       -1, Math.min(1, moves.reduce((all, move) => all + (move[part] ?? 0), 0)));
     this._page.drive.hold('keys', sum(0), sum(1));
+  }
+}
+
+/** Take the focus from what arrows would change. @param {Event} event */
+function leave(event) {
+  if (isIn(event, TICKED)) {
+    /** @type {HTMLElement} */ (event.target).blur();
   }
 }
 
