@@ -9,14 +9,12 @@ from rcl_interfaces.srv import SetParameters
 from msgs_bridge.messages.learner_requests import (
     answer_from_response, request_from_action, SERVICE)
 from msgs_bridge.teaching.answers import absence, Answer
-from msgs_bridge.teaching.service_clients import ServiceClients
+from msgs_bridge.teaching.service_clients import CONTROLLER, ServiceClients
 
 #: What the learner calls the actions of services that are named otherwise.
 _ACTIONS: Final[Mapping[str, str]] = {'discard_demonstration': 'discard', 'drop_last': 'drop'}
 #: What `record_demonstration` is asked for.
 _RECORD: Final = {True: 'record', False: 'keep'}
-#: Services of the controller, which has sentences only.
-_PLAIN: Final = ('start_trial', 'stop_trial')
 #: How often is looked whether a learner that is to answer is still heard, [s].
 _LOOK_PERIOD: Final = 0.5
 
@@ -28,6 +26,9 @@ class CodedClients(ServiceClients):
     A learner that fell silent is not waited for: it was killed, say, and ROS does not know yet.
     """
 
+    #: The controller has sentences only.
+    asked_plainly = CONTROLLER
+
     def __init__(self, node: Any, learner: str, *others: Any) -> None:
         """Make the clients; arguments are those of `ServiceClients`."""
         super().__init__(node, learner, *others)
@@ -36,7 +37,7 @@ class CodedClients(ServiceClients):
     async def _request(
         self, service: str, on: bool | None, patience: float, values: Mapping[str, Any],
     ) -> Answer:
-        if service in _PLAIN:
+        if service in self.asked_plainly:
             return await super()._request(service, on, patience, values)
         if not self._is_heard():
             return Answer(False, absence(self.learner), 'no_learner')

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 import time
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from rcl_interfaces.srv import GetParameters
 from std_srvs.srv import SetBool, Trigger
@@ -16,7 +16,7 @@ from msgs_bridge.teaching.timeouts import Timeouts
 _LEARNER: Final = (
     'discard_demonstration', 'drop_last', 'label_success', 'label_failure', 'run_trials',
     'stop_trials', 'undo')
-_CONTROLLER: Final = ('start_trial', 'stop_trial')
+CONTROLLER: Final = ('start_trial', 'stop_trial')
 #: Those that end a trial, which is right whoever hears it; keeping a drive is, too.
 _ENDING: Final = ('stop_trial', 'stop_trials')
 #: Longest wait for an answer, [s]: learning takes a while.
@@ -40,6 +40,9 @@ class ServiceClients:
 
     """
 
+    #: Services that are asked through a client each.
+    asked_plainly: ClassVar[tuple[str, ...]] = ('record_demonstration', *_LEARNER, *CONTROLLER)
+
     def __init__(
         self, node: Any, learner: str, controller: str, status: StatusTracker, peers: Any,
         timeouts: Timeouts,
@@ -49,10 +52,10 @@ class ServiceClients:
         self._status, self._peers, self._timeouts = status, peers, timeouts
         self._names = {
             **{name: f'{learner}/{name}' for name in ('record_demonstration', *_LEARNER)},
-            **{name: f'{controller}/{name}' for name in _CONTROLLER}}
+            **{name: f'{controller}/{name}' for name in CONTROLLER}}
         self._clients = {
             name: node.create_client(SetBool if name == 'record_demonstration' else Trigger, full)
-            for name, full in self._names.items()}
+            for name, full in self._names.items() if name in self.asked_plainly}
         self._parameters = node.create_client(
             GetParameters, f'{learner}/get_parameters')
 
@@ -96,7 +99,7 @@ class ServiceClients:
 
     def _silence(self, service: str, client: Any) -> Answer:
         """Say that a service has not answered, and whether anybody is there."""
-        node, is_learner = self._names[service].rpartition('/')[0], service not in _CONTROLLER
+        node, is_learner = self._names[service].rpartition('/')[0], service not in CONTROLLER
         if client.service_is_ready():
             return Answer(False, f'{node} does not answer', 'no_answer')
         return Answer(False, absence(node), 'no_learner' if is_learner else 'no_controller')

@@ -130,12 +130,3 @@ def test_a_page_that_ends_leaves_nothing_driving(page_stack, client, ros_node):
         trial.trial == number and trial.stop_reason is StopReason.ASKED
         for trial in map(trial_from_status, trials)),
         node=ros_node, processes=[*page_stack.processes.values()], what='its end')
-
-
-def test_without_a_learner_the_page_says_so(page_stack):
-    page_stack.start('page_node')
-    page_stack.url = page_stack.find_url()
-    page_stack.kill('learner_node')
-    with PageClient(page_stack.url).looking() as client:
-        client.wait(lambda: client.state['advice']['code'] == 'no_learner', 'that it is missed')
-        assert client.ask('start')['code'] == 'no_learner'

@@ -1,4 +1,4 @@
-"""The page of a robot that nobody sets back, and what it says when a second learner comes."""
+"""The page of a robot that nobody sets back; what it says of a second learner, and of none."""
 
 import pytest
 
@@ -59,3 +59,9 @@ def test_a_second_learner_is_told_of_and_nothing_is_taught(page_stack, client, r
         client.wait(lambda: client.state['advice']['code'] == 'conflict', 'the conflict')
         assert '2 learners' in client.state['advice']['details']
         assert client.ask('start')['code'] == 'conflict'
+
+
+def test_without_a_learner_the_page_says_so_and_does_not_wait(page_stack, client):
+    page_stack.kill('learner_node')
+    client.wait(lambda: client.state['advice']['code'] == 'no_learner', 'that it is missed')
+    assert client.ask('start')['code'] == 'no_learner'
