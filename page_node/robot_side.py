@@ -60,7 +60,8 @@ class RobotSide:
             node, settings.learner, settings.controller, self.status, peers, timeouts)
         self.live = LiveView(viewers, self.status, Surroundings(
             self._conflict, self._driver, lambda: watch.speeds, lambda: self.teaching.tries_left,
-            self._on_trial, settings.simulation, settings.robot_radius))
+            self._on_trial, settings.simulation, settings.robot_radius,
+            self._has_other_cells))
         self.teaching = PageTeaching(
             Teaching(clients, self.placement, self.status, watch),
             lambda: self.live.is_simulated, self._speeds_set)
@@ -97,6 +98,10 @@ class RobotSide:
     def _conflict(self) -> str:
         """Return what keeps nodes from working together; empty if nothing does."""
         return next((each.text for each in self._peers.problems if each.prevents), '')
+
+    def _has_other_cells(self) -> bool:
+        """Return whether what was learnt is of other cells than the world has."""
+        return any(each.is_of_cells and each.prevents for each in self._peers.problems)
 
     def _standing(self) -> Standing:
         """Return what has to be so before a world or a task becomes another one."""

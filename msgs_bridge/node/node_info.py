@@ -96,12 +96,15 @@ class Conflict:
         What must not be done while it lasts.
     log_key : str
         Conflicts of one key are logged once; the text where it is empty.
+    is_of_cells : bool
+        Whether the cells of one are none of the other's.
 
     """
 
     text: str
     prevents: frozenset[Operation] = frozenset()
     log_key: str = ''
+    is_of_cells: bool = False
 
 
 def workspace_from_grid(grid: Grid, is_fitted: bool = False) -> dict[str, Any]:
@@ -220,7 +223,8 @@ def _of_workspaces(learner: NodeInfo, other: NodeInfo) -> list[Conflict]:
              else f'{other.label} with {_arguments(ours, differing)}')
     if fits:
         text += '; until then only what both have is of use'
-    return [Conflict(text, frozenset() if fits else frozenset((Operation.TEACH, Operation.DRIVE)))]
+    return [Conflict(text, frozenset() if fits else frozenset((Operation.TEACH, Operation.DRIVE)),
+                     is_of_cells=not fits)]
 
 
 def _of_lattices(first: NodeInfo, other: NodeInfo) -> Conflict:
@@ -235,7 +239,7 @@ def _of_lattices(first: NodeInfo, other: NodeInfo) -> Conflict:
     # What was learnt is of its cells.
     text += ('another task (-p task:=...)' if first.role == 'learner'
              else _arguments(theirs, differing) or 'another world')
-    return Conflict(text, frozenset((Operation.TEACH, Operation.DRIVE)))
+    return Conflict(text, frozenset((Operation.TEACH, Operation.DRIVE)), is_of_cells=True)
 
 
 def _cells_text(values: Values) -> str:

@@ -58,6 +58,8 @@ def _about_absence(situation: Situation) -> Advice | None:
     """Say who is missing, or who does not fit."""
     if not situation.has_learner and not situation.has_controller and not situation.has_robot:
         return Advice('nobody')
+    if situation.conflict and situation.has_other_cells and situation.is_simulated:
+        return Advice('other_cells', details=situation.conflict)
     if situation.conflict:
         return Advice('conflict', details=situation.conflict)
     if not situation.has_robot:

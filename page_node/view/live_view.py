@@ -76,6 +76,8 @@ class Surroundings:
     on_trial: Callable[[TrialStatus], object] = lambda trial: None  #: is told of each
     is_simulated: bool = False  #: what is set, until the learner says it
     radius: float = 0.105  #: of the robot, [m]
+    #: Whether what was learnt is of other cells than the world has.
+    has_other_cells: Callable[[], bool] = lambda: False
 
 
 @dataclass
@@ -237,7 +239,8 @@ class LiveView:
             around.conflict(), is_driven, self._motion.is_stuck(now) and not status.held,
             self._motion.has_moved, around.tries_left(), self._has_waited(status.phase, now),
             tracker.learner_values.get('doing', ''), tracker.learner_values.get('ended', ''),
-            len(tracker.teach_here), self.n_episodes)
+            len(tracker.teach_here), self.n_episodes,
+            has_other_cells=around.has_other_cells())
 
     def _has_waited(self, phase: str, now: float) -> bool:
         """Return True if a phase of the learner lasts longer than it takes to look around."""

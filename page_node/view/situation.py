@@ -48,6 +48,8 @@ class Situation:
         Places where one more drive would help.
     n_episodes : int
         Bags of the task.
+    has_other_cells : bool
+        Whether what conflicts are cells: what was learnt is of others than the world has.
 
     """
 
@@ -67,6 +69,7 @@ class Situation:
     ended: str = ''
     n_places: int = 0
     n_episodes: int = 0
+    has_other_cells: bool = False
 
     @property
     def is_learnt(self) -> bool:

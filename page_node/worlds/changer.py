@@ -98,15 +98,14 @@ class Changer:
             self._is_changing = False
 
     async def _change_both(self, world: str | None, task: str | None, is_new: bool) -> Answer:
-        before = '' if world is None else await self._get('world')
-        if world is not None and not (answer := await self._set(
-                'world', {'world': world})).success:
+        """Change the task first: of a new one nothing is learnt that could not fit the world."""
+        before = self._standing().task
+        if task is not None and not (answer := await self._change_task(task, is_new)).success:
             return answer
-        if task is None:
-            return Answer(True, '', 'done')
-        answer = await self._change_task(task, is_new)
-        if not answer.success and before:
-            await self._set('world', {'world': before})  # both or none
+        answer = Answer(True, '', 'done') if world is None else await self._set(
+            'world', {'world': world})
+        if not answer.success and task is not None and before:
+            await self._change_task(before, True)  # both or none
         return answer
 
     async def _change_task(self, task: str, is_new: bool) -> Answer:
@@ -140,7 +139,7 @@ class Changer:
         if response is not None:
             result = response.result
             return Answer(result.successful, result.reason, (
-                '' if result.successful else f'{name}_refused'))
+                'done' if result.successful else f'{name}_refused'))
         if client.service_is_ready():
             return Answer(False, f'{self._names[name]} does not answer', 'no_answer')
         return Answer(False, absence(self._names[name]), (

@@ -40,6 +40,8 @@ def with_status(situation, **changes):
 @pytest.mark.parametrize(('situation', 'code', 'because'), [
     (Situation(Status()), 'nobody', ''),
     (replace(READY, conflict='2 learners'), 'conflict', ''),
+    (replace(READY, conflict='cells', has_other_cells=True, is_simulated=True), 'other_cells', ''),
+    (replace(READY, conflict='cells', has_other_cells=True, is_simulated=False), 'conflict', ''),
     (replace(READY, has_robot=False), 'no_robot', ''),
     (replace(READY, has_controller=False), 'no_controller', ''),
     (replace(READY, has_learner=False), 'no_learner', ''),
@@ -105,7 +107,8 @@ def all_situations():
 
 def test_whatever_happens_there_are_words_in_every_language():
     told = {(advice.code, advice.because) for advice in map(advice_for, all_situations())}
-    told |= {(code, '') for code in ('nobody', 'conflict', 'no_robot', 'no_controller',
+    told |= {(code, '') for code in ('nobody', 'conflict', 'other_cells', 'no_robot',
+                                     'no_controller',
                                      'no_learner', 'not_heard', 'show_first', 'show_again',
                                      'does_not_move', 'drive_back', 'recording_left',
                                      'recording_intruded', 'recording_disk')}

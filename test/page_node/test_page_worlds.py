@@ -232,8 +232,8 @@ def test_a_picture_and_a_map_of_map_server_are_taken(
     page.click('text=Bring a map')
     page.click('text=Take it')
     page.wait_for_selector('#notice:has-text("no map that can be read")', timeout=WAITING)
-    assert all('400' in complaint for complaint in visitor.complaints)
-    visitor.complaints.clear()  # of what was refused
+    assert all('400' in problem for problem in visitor.problems)
+    visitor.problems.clear()  # of what was refused
 
 
 @pytest.mark.parametrize(('path', 'body', 'code'), [
