@@ -40,7 +40,7 @@ from msgs_bridge.messages.tables import field_from_cloud, prototypes_from_cloud
 from msgs_bridge.messages.trial_status import Label, State, TrialStatus
 
 #: What is wrong with a drive, for a page that has words of its own.
-_CODES: Final[Mapping[type[ValueError], str]] = {
+DRIVE_CODES: Final[Mapping[type[ValueError], str]] = {
     TooShortError: 'too_short', LeadsNowhereError: 'leads_nowhere',
     ImplausibleDriveError: 'implausible', OutsideWorkspaceError: 'outside'}
 _Table = TypeVar('_Table', ControlField, Prototypes)
@@ -261,7 +261,7 @@ class Episode:
             frame = error.frame if isinstance(error, NoPoseError) else ''
             raise NothingToLearnError(
                 self.path, f'{error}{remedy_for_own(error, self.folder.name)}', frame,
-                _CODES.get(type(error), '')) from None
+                DRIVE_CODES.get(type(error), '')) from None
         return Content(record, report, self.status, (*notes, *self._beside()))
 
     def _check_kept(self) -> None:

@@ -19,8 +19,9 @@ class Here:
         self.simulated, self.is_trying, self.refused = simulated, trying, refused
         self.answers = None
 
-    async def ask(self, service, on=None, patience=60.0):
-        self.asked.append(service if on is None else f'{service} {on}')
+    async def ask(self, service, on=None, patience=60.0, **values):
+        about = ''.join(f' {name}={value}' for name, value in values.items())
+        self.asked.append(service + about if on is None else f'{service} {on}')
         if self.answers is not None:
             await self.answers.wait()
         return Answer(service not in self.refused, f'{service} says so')
@@ -39,6 +40,10 @@ class Here:
     async def set_to_next(self, places):
         self.asked.append('set where to teach')
         return Answer(places == self.teach_here, 'there')
+
+    async def set_to_place(self, x, y):
+        self.asked.append(f'set to {x} {y}')
+        return Answer(True, 'there')
 
     def has_series(self, now):
         return self.series
@@ -90,6 +95,25 @@ def test_every_action_lets_go_of_the_keys_and_asks(action, asked):
     answer, = perform(here, action)
     assert here.asked == ['let go', *asked]
     assert answer.success
+
+
+@pytest.mark.parametrize(('action', 'values', 'asked'), [
+    (Action.DROP_LAST, {'episode': '0002_demo'}, 'drop_last episode=0002_demo'),
+    (Action.LABEL_SUCCESS, {'episode': '0002_demo'}, 'label_success episode=0002_demo'),
+    (Action.RUN_TRIALS, {'n': 3}, 'run_trials n=3'),
+    (Action.TEACH_HERE, {'x': 1.0, 'y': 2.0}, 'set to 1.0 2.0')])
+def test_what_an_action_is_about_is_passed_on(action, values, asked):
+    here = Here()
+    assert asyncio.run(here.teaching().perform(action, **values)).success
+    assert here.asked == ['let go', asked]
+
+
+@pytest.mark.parametrize(('state', 'code'), [
+    ({'recording': True}, 'recording'), ({'trying': True}, 'trying'), ({'series': True}, 'trying'),
+    ({'simulated': None}, 'no_learner'), ({'simulated': False}, 'real_robot')])
+def test_why_the_robot_is_not_set_back_has_a_code(state, code):
+    answer, = perform(Here(**state), Action.SET_BACK)
+    assert (answer.success, answer.code) == (False, code)
 
 
 def test_a_real_robot_is_not_set_back_and_tries_once():

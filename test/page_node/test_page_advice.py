@@ -9,7 +9,8 @@ import pytest
 from control_field.records import Outcome
 from control_field.robot.collision_monitor import Intervention
 from control_field.robot.stop_reasons import StopReason
-from learner_node.session.phases import Phase
+from episode_store.episode import DRIVE_CODES
+from learner_node.session.phases import CODES, Phase
 from msgs_bridge.messages.trial_status import State, TrialStatus
 from msgs_bridge.teaching.status import Status
 from page_node.server.app import STATIC
@@ -118,6 +119,20 @@ def test_whatever_happens_there_are_words_in_every_language():
                    if not {f'advice.{code}', f'advice.{code}.other'} & set(words)
                    or (because and because not in words)]
         assert not missing, path.name
+
+
+#: Of refusals, beside those of the learner's phases and of drives that teach nothing.
+REFUSALS = (
+    'bags', 'busy', 'conflict', 'disk', 'intruded', 'left', 'may_go_on', 'no_answer',
+    'no_connection', 'no_controller', 'no_learner', 'no_robot', 'no_trials', 'not_learnt',
+    'not_recording', 'not_set', 'nothing_learnt', 'nothing_there', 'nowhere', 'real_robot',
+    'refused', 'too_fast', 'unknown')
+
+
+def test_every_refusal_has_words():
+    words = json.loads((STATIC / 'strings' / 'en.json').read_text())
+    codes = {*REFUSALS, *CODES.values(), *DRIVE_CODES.values()}
+    assert not [code for code in codes if not {f'refused.{code}', f'why.{code}'} & set(words)]
 
 
 @pytest.mark.parametrize('reason', Intervention)
