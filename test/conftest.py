@@ -8,6 +8,7 @@ import sys
 from hypothesis import HealthCheck, settings
 import pytest
 
+import browsers
 from experience_cli.demo.processes import free_domain
 import ros_helpers
 
@@ -28,7 +29,14 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Run tests that talk over DDS again if they fail (doc/adr/0009), if the plugin is there."""
+    """
+    Run tests that talk over DDS again if they fail (doc/adr/0009), if the plugin is there.
+
+    Those that need a browser are left out where there is none.
+    """
+    if browsers.are_left_out():
+        config.hook.pytest_deselected(items=[item for item in items if needs_browser(item)])
+        items[:] = [item for item in items if not needs_browser(item)]
     if config.pluginmanager.hasplugin('rerunfailures'):
         for item in items:
             if talks(item):
@@ -44,6 +52,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def talks(item: pytest.Item) -> bool:
     """Return True for a test whose processes or nodes talk over DDS."""
     return 'ros_domain' in getattr(item, 'fixturenames', ())
+
+
+def needs_browser(item: pytest.Item) -> bool:
+    """Return True for a test that opens the page."""
+    return 'browser' in getattr(item, 'fixturenames', ())
 
 
 @pytest.hookimpl(wrapper=True)
@@ -62,7 +75,9 @@ def pytest_runtest_teardown(item: pytest.Item) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Show in full what failed before it passed: that is looked into, too."""
+    """Show in full what failed before it passed, to be looked into too; say what is left out."""
+    if browsers.are_left_out():
+        terminalreporter.line(f'left out: {browsers.HOW_TO_GET_ONE}')
     for report in terminalreporter.stats.get('rerun', []):
         terminalreporter.section(f'FAILED AT FIRST: {report.nodeid}', red=True)
         terminalreporter.line(report.longreprtext)

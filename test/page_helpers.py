@@ -5,19 +5,16 @@ from contextlib import contextmanager, ExitStack
 import os
 from pathlib import Path
 import re
-import shutil
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
 import pytest
 
+from browsers import chromium, HOW_TO_GET_ONE
 from ros_helpers import Process, start_node, wait_until
 
-#: Names under which Chromium, or a browser made of it, is installed.
-BROWSERS = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
-#: Set where a test without a browser has failed, instead of being skipped.
-REQUIRED = 'EXPERIENCE_SKIP_NOTHING'
-HOW_TO_GET_ONE = "no Chromium for the tests of the page; get one: 'apt install chromium'"
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, BrowserContext, Page
+
 #: Sizes of screens, [px].
 PHONE = {'width': 390, 'height': 844}
 LAPTOP = {'width': 1366, 'height': 768}
@@ -97,19 +94,14 @@ def running_page(
         yield PageStack(folder, domain, stack, **changes)
 
 
-def chromium() -> str | None:
-    """Return the path of the browser, or None."""
-    return next(filter(None, map(shutil.which, BROWSERS)), None)
-
-
 @contextmanager
-def running_browser() -> Iterator[Browser]:
-    """Start the browser without a window; skip the test, or let it fail, where there is none."""
+def running_browser() -> Iterator['Browser']:
+    """Start the browser without a window; fail where there is none."""
     executable = chromium()
-    if executable is None and os.environ.get(REQUIRED):
-        pytest.fail(f'{REQUIRED} is set: {HOW_TO_GET_ONE}', pytrace=False)
     if executable is None:
-        pytest.skip(HOW_TO_GET_ONE)
+        pytest.fail(HOW_TO_GET_ONE, pytrace=False)
+    # Where it is not installed, the page's other tests are there.
+    from playwright.sync_api import sync_playwright  # noqa: PLC0415
     # Its own sandbox does not work for root.
     options = [] if os.getuid() else ['--no-sandbox']
     with sync_playwright() as playwright:
@@ -134,13 +126,13 @@ class Visitor:
 
     """
 
-    def __init__(self, browser: Browser, url: str, stack: ExitStack) -> None:
+    def __init__(self, browser: 'Browser', url: str, stack: ExitStack) -> None:
         self.browser, self.url = browser, url
         #: What the browser has found wrong: scripts that failed, what the policy has refused.
         self.problems: list[str] = []
         self._stack = stack
 
-    def open(self, path: str = '', **options: Any) -> Page:
+    def open(self, path: str = '', **options: Any) -> 'Page':
         """
         Open the page and return it when it has loaded.
 
@@ -157,7 +149,7 @@ class Visitor:
         page.goto(self.url + path)
         return page
 
-    def context(self, **options: Any) -> BrowserContext:
+    def context(self, **options: Any) -> 'BrowserContext':
         """Return a context of the browser, for what has to be done before the page is opened."""
         context = self.browser.new_context(**{'viewport': LAPTOP, 'locale': 'en', **options})
         self._stack.callback(context.close)
@@ -171,7 +163,7 @@ class Visitor:
 
 
 @contextmanager
-def visiting(browser: Browser, url: str) -> Iterator[Visitor]:
+def visiting(browser: 'Browser', url: str) -> Iterator[Visitor]:
     """Make a visitor; close its pages at the end, and fail if the browser complained."""
     with ExitStack() as stack:
         visitor = Visitor(browser, url, stack)

@@ -10,7 +10,7 @@ from control_field.robot.collision_monitor import Intervention
 from control_field.robot.stop_reasons import StopReason
 from learner_node.session.phases import CODES
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 STATIC = ROOT / 'page_node' / 'static'
 LANGUAGES = ('en', 'de', 'fr', 'es')
 #: A key that is written out where it is asked for.
