@@ -256,10 +256,13 @@ class Moment:
         stamped = messages.type_name.endswith('Stamped')
         names = ('vx', 'wz', 'sec', 'nanosec') if stamped else ('vx', 'wz')
         values = read_columns(messages, dict.fromkeys(names, 1)).values
-        found = np.zeros(0, dtype=np.int64)
+        found, answers = np.zeros(0, dtype=np.int64), False
         if stamped:
-            found = np.flatnonzero(values['sec'] + values['nanosec'] * 1e-9 == poses.stamps[i])
-        if not len(found):
+            stamps = values['sec'] + values['nanosec'] * 1e-9
+            found = np.flatnonzero(stamps == poses.stamps[i])
+            # Where commands bear the stamps of what they answer, any other answers something else.
+            answers = bool(np.isin(stamps, poses.stamps).any())
+        if not len(found) and not answers:
             end = (int(poses.log_times[i + 1]) - 1 if i + 1 < len(poses.log_times)
                    else int(poses.log_times[i]) + 10**9)
             times = messages.log_times

@@ -32,10 +32,9 @@ def replay_of(bags: str, task: str, number: str) -> bytes:
     recorded), ``damage`` and ``note`` (what is wrong with the bag, a word of `Damage.state` and a
     sentence).
 
-    Arrays: of each pose ``t x y yaw``, ``v w`` (what went to the wheels) and ``asked_v asked_w``;
-    of each decision ``d_t d_x d_y`` (the middle of its cell) ``d_heading d_kind d_reward``; of
-    what was seen around the robot, whenever that changed, ``g_t g_x g_y g_blocked g_unknown``
-    (masks).
+    Arrays: of each pose ``t x y yaw`` and ``v w`` (what went to the wheels, NaN for nothing); of
+    each decision ``d_t d_x d_y`` (the middle of its cell) ``d_heading d_kind d_reward``; of what
+    was seen around the robot, whenever that changed, ``g_t g_x g_y g_blocked g_unknown`` (masks).
 
     Raises
     ------
@@ -66,10 +65,8 @@ def _header(episode: Episode, way: Way) -> dict[str, Any]:
 
 
 def _poses(episode: Episode, way: Way) -> Columns:
-    v, w = commands_at(episode, 'cmd_vel', way)
-    asked_v, asked_w = commands_at(episode, 'cmd_vel_requested', way)
-    return {'t': way.seconds, 'x': way.xy[:, 0], 'y': way.xy[:, 1], 'yaw': way.yaw,
-            'v': v, 'w': w, 'asked_v': asked_v, 'asked_w': asked_w}
+    v, w = commands_at(episode, way)
+    return {'t': way.seconds, 'x': way.xy[:, 0], 'y': way.xy[:, 1], 'yaw': way.yaw, 'v': v, 'w': w}
 
 
 def _decisions(episode: Episode) -> Columns:
@@ -96,10 +93,13 @@ def _seen(episode: Episode) -> Columns:
 def _statuses(episode: Episode, way: Way) -> Iterator[dict[str, Any]]:
     """Yield how it stood, whenever that changed."""
     messages, found = episode.messages('trial'), []
-    seconds = way.second_of(messages.log_times) if len(messages) else np.zeros(0)
+    received = way.second_of(messages.log_times) if len(messages) else np.zeros(0)
     with suppress(BagError, ValueError):
         for i, status in statuses(messages):
-            found.append((float(seconds[i]), status))
+            # Its stamp is that of the odometry it answers; it may have been received late.
+            second = status.stamp - episode.start if status.stamp else float(received[i])
+            found.append((min(max(second, 0.0), float(way.seconds[-1])), status))
+    found.sort(key=lambda each: each[0])
     changes = [next(same) for _, same in groupby(found, key=lambda each: _what(each[1]))]
     for second, status in changes[:_MOST_STATUSES]:
         yield _status(second, status)

@@ -71,16 +71,9 @@ def _thinned(seconds: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
     return np.union1d(first, [len(seconds) - 1]).astype(np.int64)
 
 
-def commands_at(episode: Episode, role: str, way: Way) -> npt.NDArray[np.float32]:
+def commands_at(episode: Episode, way: Way) -> npt.NDArray[np.float32]:
     """
-    Return the newest command at each pose.
-
-    Parameters
-    ----------
-    episode : Episode
-    role : str
-        ``cmd_vel`` or ``cmd_vel_requested``.
-    way : Way
+    Return the command to the wheels at each pose.
 
     Returns
     -------
@@ -89,18 +82,16 @@ def commands_at(episode: Episode, role: str, way: Way) -> npt.NDArray[np.float32
 
     """
     found = np.full((2, len(way)), np.nan, dtype=np.float32)
-    messages = episode.messages(role)
+    messages = episode.messages('cmd_vel')
     if not len(messages):
         return found
-    stamped = messages.type_name.endswith('Stamped')
-    names = ('vx', 'wz', 'sec', 'nanosec') if stamped else ('vx', 'wz')
-    columns = read_columns(messages, dict.fromkeys(names, 1))
-    values, kept = columns.values, columns.accepted
-    times = (values['sec'] + values['nanosec'] * 1e-9 - episode.start if stamped
-             else way.second_of(messages.log_times))[kept]
+    columns = read_columns(messages, {'vx': 1, 'wz': 1})
+    kept = columns.accepted
+    # Not by their stamps: those may be of another clock.
+    times = way.second_of(messages.log_times[kept])
     order = np.argsort(times, kind='stable')
     newest = np.searchsorted(times[order], way.seconds + _TINY, side='right') - 1
     there = newest >= 0
     for row, name in enumerate(('vx', 'wz')):
-        found[row, there] = values[name][kept][order][newest[there]]
+        found[row, there] = columns.values[name][kept][order][newest[there]]
     return found

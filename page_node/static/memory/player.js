@@ -170,7 +170,10 @@ export class Player {
     if (!replay) {
       return;
     }
-    this._map.show('robot', {...replay.poseAt(at), radius: this._radius});
+    const pose = replay.poseAt(at);
+    this._map.show('robot', {...pose, radius: this._radius});
+    this._scrubber.tell(Number.isFinite(pose.v)
+      ? this._page.t('memory.driving', {speed: Math.round(Math.abs(pose.v) * 100) / 100}) : '');
     this._map.show('sight', replay.sightAt(at));
     this._showDecision(replay, at);
     this._showWay(replay, at);

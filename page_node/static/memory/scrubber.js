@@ -71,10 +71,15 @@ export class Scrubber {
     const seconds = this._replay?.seconds ?? 0;
     this.at = Math.min(Math.max(at, 0), seconds);
     this._slider.value = String(this.at);
-    const text = secondsText(this._page, this.at);
-    this._slider.setAttribute('aria-valuetext', text);
-    this._time.textContent = `${text} / ${secondsText(this._page, seconds)}`;
+    this._slider.setAttribute('aria-valuetext', secondsText(this._page, this.at));
     this._onMoved(this.at);
+  }
+
+  /** @param {string} text What is so at this moment. */
+  tell(text) {
+    const times = [this.at, this._replay?.seconds ?? 0].map(
+      seconds => secondsText(this._page, seconds));
+    this._time.textContent = [times.join(' / '), text].filter(Boolean).join(' · ');
   }
 
   /** Let time pass. */

@@ -84,7 +84,13 @@ function monitorSentence(page, {command}) {
     return '';
   }
   const key = `memory.monitor.${command.clipped_by}`;
-  return page.t(page.words.has(key) ? key : 'memory.monitor.unknown');
+  if (command.clipped_by !== 'unknown' && page.words.has(key)) {
+    return page.t(key);
+  }
+  const [asked, applied] = [command.requested, command.applied].map(
+    velocity => Math.abs(velocity[0] ?? 0));
+  return page.t((asked ?? 0) > (applied ?? 0) ? 'memory.monitor.held_back'
+    : 'memory.monitor.unknown');
 }
 
 /**
