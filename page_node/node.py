@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from functools import partial
+import sys
 import time
 from typing import Any, Final
 
@@ -44,6 +45,8 @@ from page_node.worlds.endpoints import WorldEndpoints
 
 #: How often it is told that somebody is there, [s]: a few may be lost before a trial ends.
 _HEARTBEAT_PERIOD: Final = 0.1
+#: How long a thread may hold the others up, [s]: what is driven does not wait for what is shown.
+_SWITCH_INTERVAL: Final = 0.0005
 #: Longest wait for the standstill to arrive before this process ends.
 _STANDSTILL_TIME: Final = Duration(nanoseconds=200_000_000)
 #: How long ending what was begun here may take, [s].
@@ -187,6 +190,7 @@ def main(args: list[str] | None = None) -> None:
 
     """
     prepare()
+    sys.setswitchinterval(_SWITCH_INTERVAL)
     node = None
     try:
         node = start_node(PROGRAM, PageNode, args)

@@ -13,15 +13,16 @@ from typing import Final
 
 Share = tuple[float, float]
 
-#: How long a command holds, [s]. The page repeats it every 50 ms; two may be lost or late, and
-#: what the robot needs for stopping fits into the quarter of a second that silence may last.
-HOLD_TIME: Final = 0.17
+#: How long a command holds, [s]. The page repeats it every 50 ms: one may be lost, and two late;
+#: what is between here and the wheels fits into the quarter of a second that silence may last.
+HOLD_TIME: Final = 0.15
 #: Oldest command that is obeyed, [s].
 MOST_AGE: Final = 0.2
 #: How long the driver stays the driver after letting go, [s].
 RESERVED: Final = 0.5
-#: How long the standstill is told after driving, [s]: one message may be lost.
-LINGER: Final = 0.3
+#: How long the standstill is told after driving, [s]: the controller brakes, within the limits of
+#: acceleration, for as long as it is told.
+LINGER: Final = 0.4
 #: How far the browser's clock may run ahead of ours, [s/s].
 DRIFT: Final = 1e-3
 #: Two commands no further apart show, after a silence, that somebody is there again, [s]. A page

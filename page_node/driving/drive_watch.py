@@ -6,12 +6,14 @@ import time
 from typing import Final
 
 from control_field.robot.limits import Velocity
-from page_node.driving.dead_man import DeadMan, Share, Verdict
+from page_node.driving.dead_man import DeadMan, Share, STANDING, Verdict
 
 #: How often it is looked whether a command is over, [s].
 _PERIOD: Final = 0.01
-#: Time between the same command and its repetition, [s].
+#: Time between the same command and its repetition, [s], and of the standstill: the controller
+#: brakes by steps, each as long as the time since the last command.
 _REPEAT: Final = 0.05
+_REPEAT_STANDSTILL: Final = 0.02
 
 
 class DriveWatch:
@@ -105,8 +107,9 @@ class DriveWatch:
             return
         if share != self._last or now >= self._due:
             # In step with the last one, so that the rate holds on average.
+            period = _REPEAT_STANDSTILL if share == STANDING else _REPEAT
             is_new = share != self._last
-            self._due = now + _REPEAT if is_new else max(self._due, now - _REPEAT) + _REPEAT
+            self._due = now + period if is_new else max(self._due, now - period) + period
             if self._last is None:
                 self._changed.notify()  # the thread sleeps while nobody drives
             self._last = share
