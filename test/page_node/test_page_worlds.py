@@ -236,6 +236,17 @@ def test_a_picture_and_a_map_of_map_server_are_taken(
     visitor.problems.clear()  # of what was refused
 
 
+def test_another_task_is_begun_where_it_is_taught(visitor: Visitor) -> None:
+    """A name that is none is mended; one that is nearly another's is meant so."""
+    page = visitor.open()
+    page.click('.task-choice summary', timeout=WAITING)
+    page.select_option('.task-choice select', '')
+    page.fill('.task-choice input', 'Ma cuisine à moi')
+    page.click('.task-choice button')
+    page.wait_for_selector('.task-choice summary:has-text("Ma_cuisine_a_moi")', timeout=WAITING)
+    page.wait_for_selector('#notice:has-text("Ma_cuisine_a_moi")', timeout=WAITING)
+
+
 @pytest.mark.parametrize(('path', 'body', 'code'), [
     ('worlds/..%2F..%2Fx', b'x', 'malformed'), ('worlds/.x', b'x', 'bad_name'),
     ('worlds/x', b'x', 'malformed'), ('worlds/task1', b'x', 'shipped'),

@@ -2,6 +2,7 @@
 
 import {element} from '../dom.js';
 import {mount as mountLive} from '../live/live.js';
+import {mountTask} from '../worlds/task_choice.js';
 import {Buttons, RECORDING} from './buttons.js';
 import {mountGamepadHelp} from './gamepad_help.js';
 import {trialWords} from './words.js';
@@ -22,6 +23,7 @@ export function mount(root, page) {
     showStep(page, buttons), tryStep(page, buttons), judgeStep(page, buttons));
   root.append(live, steps);
   mountLive(live, page);
+  mountTask(live, page);
   mountGamepadHelp(steps, page);
   page.on('state', ({phase}) => {
     steps.classList.toggle('recording', RECORDING.includes(phase));

@@ -1,13 +1,11 @@
 /** Keep a drawn world under a name, and let the robot be in it, for a task. */
 
 import {element} from '../dom.js';
+import {sayRefusal} from './refusals.js';
+import {TaskChoice} from './task_choice.js';
 import {nameFrom} from './upload.js';
 
 /** @typedef {import('../page.js').Page} Page */
-/** @typedef {import('../types.js').Answer} Answer */
-
-/** What stands for a task that there is none of yet. */
-const NEW = '';
 
 export class UseForm {
   /**
@@ -23,14 +21,10 @@ export class UseForm {
       required: true, onchange: () => {
         this.name.value = nameFrom(this.name.value);
       }});
-    this._task = element('select', {onchange: () => this._showNew()});
-    this._newTask = element('input', {maxlength: 64, autocomplete: 'off', spellcheck: false});
-    this._newLabel = element('label', {hidden: true}, page.t('worlds.task_name'), this._newTask);
+    this._task = new TaskChoice(page, () => this.name.value);
     this._teach = element('a', {class: 'button', href: '#teach', hidden: true},
       page.t('worlds.teach'));
     this.root = this._form();
-    page.on('state', ({task}) => this._onTask(task));
-    this._shownTask = '';
     /** @type {any} */
     this._robot = null;
     page.on('robot', robot => {
@@ -47,7 +41,7 @@ export class UseForm {
     element('label', {}, t('worlds.name'), this.name),
     element('button', {type: 'button', class: 'save', onclick: () => void this._keep()},
       t('worlds.save')),
-    element('label', {}, t('worlds.task'), this._task), this._newLabel,
+    ...this._task.parts,
     element('button', {type: 'submit', class: 'primary'}, t('worlds.use')), this._teach);
   }
 
@@ -55,41 +49,6 @@ export class UseForm {
   begin(name) {
     this.name.value = name;
     this._teach.hidden = true;
-  }
-
-  /** Ask which tasks there are. */
-  async loadTasks() {
-    /** @type {{name: string, episodes: number}[]} */
-    let tasks = [];
-    try {
-      ({tasks} = await this._page.json('/api/tasks'));
-    } catch {
-      // None is known but the one at hand.
-    }
-    const current = this._page.state.task;
-    const names = new Set([...current ? [current] : [],
-      ...tasks.filter(task => task.episodes > 0).map(task => task.name)]);
-    this._task.replaceChildren(...[...names].map(name => element('option', {value: name},
-      this._page.t(name === current ? 'worlds.task_now' : 'worlds.task_other', {name}))),
-    element('option', {value: NEW}, this._page.t('worlds.task_new')));
-    this._showNew();
-  }
-
-  /** @param {string} task The learner's. */
-  _onTask(task) {
-    if (task !== this._shownTask) {
-      this._shownTask = task;
-      void this.loadTasks();
-    }
-  }
-
-  _showNew() {
-    const isNew = this._task.value === NEW;
-    this._newLabel.hidden = !isNew;
-    this._newTask.required = isNew;
-    if (isNew && !this._newTask.value) {
-      this._newTask.value = nameFrom(this.name.value);
-    }
   }
 
   /** @returns {Promise<boolean>} Whether it is kept. */
@@ -102,11 +61,9 @@ export class UseForm {
     if (!await this._keep()) {
       return;
     }
-    const isNew = this._task.value === NEW;
-    const task = isNew ? nameFrom(this._newTask.value) : this._task.value;
     const before = this._robot;
     const answer = await this._page.post(`/api/worlds/${this.name.value}/use`,
-      task === this._page.state.task || !task ? {} : {task, new: isNew});
+      this._task.wanted ?? {});
     if (!answer.success) {
       sayRefusal(this._page, answer);
       return;
@@ -131,15 +88,4 @@ export class UseForm {
       }
     });
   }
-}
-
-/**
- * Say why something was refused.
- *
- * @param {Page} page
- * @param {Answer} answer
- */
-export function sayRefusal(page, {code = '', message}) {
-  const keys = [`worlds.no.${code}`, `refused.${code}`, `why.${code}`];
-  page.say(page.t(keys.find(key => page.words.has(key)) ?? 'refused.unknown'), message);
 }

@@ -6,9 +6,10 @@ import {Drawing} from './drawing.js';
 import {DrawingView} from './drawing_view.js';
 import {Library} from './library.js';
 import {makePens, Pen} from './pen.js';
+import {sayRefusal} from './refusals.js';
 import {makeBring, makeNew} from './start.js';
 import {frameFromDrawing, freeName} from './upload.js';
-import {sayRefusal, UseForm} from './use.js';
+import {UseForm} from './use.js';
 
 /** @typedef {import('../page.js').Page} Page */
 
