@@ -54,7 +54,7 @@ export class List {
   choose(name) {
     this._chosen = name;
     for (const [each, {item}] of this._shown) {
-      item.firstElementChild?.toggleAttribute('aria-current', each === name);
+      item.firstElementChild?.setAttribute('aria-current', String(each === name));
     }
   }
 

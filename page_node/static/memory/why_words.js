@@ -72,7 +72,10 @@ function fieldSentence(page, about) {
     : course.adds_up ? '' : page.t('memory.why.unexplained');
   const doubted = course.known_ahead > 0 && course.known_ahead < 100
     ? page.t('memory.why.doubted') : '';
-  return [said, doubted].filter(Boolean).join(' ');
+  // It did something else than the field says: whose say it was is told of the field.
+  const other = decision.at(-1).kind === 'field' || !course.adds_up ? ''
+    : page.t('memory.why.field_says', {where: directionOf(page, course.heading)});
+  return [said, doubted, other].filter(Boolean).join(' ');
 }
 
 /** @param {Page} page @param {About} about @returns {string} What the collision monitor did. */
