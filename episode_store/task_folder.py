@@ -21,7 +21,7 @@ from msgs_bridge.untrusted.files import check_folder
 _TASK: Final = re.compile(r'[A-Za-z0-9_-]{1,64}')
 _EPISODE: Final = re.compile(r'(\d{4,8})_(demo|trial)')
 #: Folder within a task's folder for the bags that were forgotten.
-_FORGOTTEN: Final = '.forgotten'
+FORGOTTEN: Final = '.forgotten'
 #: Ending of the whole recording beside one that was cut; no reader takes it for a bag.
 _WHOLE: Final = '.whole'
 #: What a person does about the name of a learner's task that may be a slip of the keys.
@@ -83,7 +83,7 @@ class EpisodeFolder:
     @property
     def is_forgotten(self) -> bool:
         """Return True if the bag was taken out of the memory."""
-        return self.path.parent.name == _FORGOTTEN
+        return self.path.parent.name == FORGOTTEN
 
 
 def check_task_name(task: str) -> str:
@@ -198,7 +198,7 @@ class TaskFolder:
             If the folder cannot be read.
 
         """
-        folder = self.path / _FORGOTTEN
+        folder = self.path / FORGOTTEN
         try:
             check_folder(folder)
         except OSError as error:
@@ -301,7 +301,7 @@ class TaskFolder:
             If there is none of that number, or it cannot be moved.
 
         """
-        return self._move(self.find(number), self.path / _FORGOTTEN, 'forget')
+        return self._move(self.find(number), self.path / FORGOTTEN, 'forget')
 
     def recall(self, number: int) -> EpisodeFolder:
         """

@@ -1,11 +1,19 @@
 """The bags of a task as files: which there are, one by its name, all set aside."""
 
+from contextlib import suppress
+from pathlib import Path
+import time
+from typing import Final
+
 from episode_store.errors import NothingThereError
 from episode_store.rosbag2.errors import BagError, error_line
-from episode_store.task_folder import EpisodeFolder, TaskFolder
+from episode_store.task_folder import EpisodeFolder, FORGOTTEN, TaskFolder
 from episode_store.undo import names_of, take_away, UNDO
 from msgs_bridge.untrusted.files import draft_beside
 from msgs_bridge.untrusted.text import printable
+
+#: A folder that has not changed for so long is read no more, [s].
+_SETTLED: Final = 2.0
 
 
 def bag_named(task: TaskFolder, name: str) -> EpisodeFolder:
@@ -28,10 +36,32 @@ def bag_named(task: TaskFolder, name: str) -> EpisodeFolder:
     return found[0]
 
 
-def counts_of(task: TaskFolder) -> dict[str, str]:
-    """Return how many bags there are, and whether any was taken away, for diagnostics."""
-    return {'episodes': str(len(task.episodes())),
-            'can_undo': str(bool(task.forgotten())).lower()}
+class BagCounts:
+    """How many bags a task has; the folder is read again only where it has changed."""
+
+    def __init__(self) -> None:
+        """Start with nothing counted."""
+        self._counts: dict[str, str] = {}
+        self._counted: tuple[Path, list[float]] | None = None
+
+    def of(self, task: TaskFolder) -> dict[str, str]:
+        """Return how many bags there are, and whether any was taken away, for diagnostics."""
+        stamps = [_changed_at(folder) for folder in (task.path, task.path / FORGOTTEN)]
+        # What changed just now may change again within the same stamp.
+        if (task.path, stamps) != self._counted or max(stamps) > time.time() - _SETTLED:
+            with suppress(BagError):  # who changes bags is told so
+                self._counts = {'episodes': str(len(task.episodes())),
+                                'can_undo': str(bool(task.forgotten())).lower()}
+                self._counted = task.path, stamps
+        return self._counts
+
+
+def _changed_at(folder: Path) -> float:
+    """Return when entries of a folder have changed, [s]; 0 where there is none."""
+    try:
+        return folder.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def set_aside(task: TaskFolder) -> str:

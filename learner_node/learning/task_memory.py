@@ -1,7 +1,6 @@
 """The bags of a task, and what they have taught so far."""
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
 import math
@@ -25,7 +24,7 @@ from episode_store.repair import repair_task
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder, EpisodeKind, TaskFolder
 from episode_store.undo import bring_back, names_of, take_away, UNDO
-from learner_node.learning.task_bags import bag_named, check_writable, counts_of, set_aside
+from learner_node.learning.task_bags import bag_named, BagCounts, check_writable, set_aside
 from msgs_bridge.messages.memory_identity import memory_of, NOTHING
 from msgs_bridge.messages.poses import FRAME_OWNERS, problem_with_frame
 from msgs_bridge.messages.trial_status import Label
@@ -95,7 +94,7 @@ class TaskMemory:
         self.memory = NOTHING
         self._starts = starts
         self._n_asked = 0
-        self._counts: dict[str, str] = {}
+        self._counts = BagCounts()
         check_writable(task)
         self.aside = set_aside(task) if fresh else ''
 
@@ -280,9 +279,7 @@ class TaskMemory:
 
     def counts(self) -> dict[str, str]:
         """Return how many bags there are, and whether any was taken away, for diagnostics."""
-        with suppress(BagError):  # who changes bags is told so
-            self._counts = counts_of(self.task)
-        return self._counts
+        return self._counts.of(self.task)
 
     def find_places(self) -> None:
         """Note where trials start and where one more demonstration would help most."""
