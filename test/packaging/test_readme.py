@@ -35,7 +35,7 @@ def services_of(observer, node):
         return {'not there': ()}
     mine = observer.get_service_names_and_types_by_node(node, '/')
     return {name.rpartition('/')[2]: types for name, types in mine
-            if types[0].startswith('std_srvs')}
+            if types[0].startswith('std_srvs') or name.endswith(f'/{node}/request')}
 
 
 @pytest.fixture(scope='module')
@@ -67,4 +67,5 @@ def test_the_services_are_those_of_the_running_node(nodes, ros_node, row):
     wait_until(lambda: set(services_of(ros_node, node)) == set(said), node=ros_node,
                what=f'the services {sorted(said)} of {node}')
     for name, types in services_of(ros_node, node).items():
-        assert types == [f'std_srvs/srv/{said[name] or "Trigger"}']
+        package = 'rcl_interfaces' if name == 'request' else 'std_srvs'
+        assert types == [f'{package}/srv/{said[name] or "Trigger"}']
