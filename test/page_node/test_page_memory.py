@@ -142,7 +142,7 @@ def test_a_drive_is_judged_removed_and_brought_back(page):
     expect(row(page, 3)).to_contain_text('You said: badly')
     page.locator('[data-memory=forget]').click()
     expect(page.locator('.memory-list details .episode')).to_have_count(1)
-    page.locator('.undo').click()
+    page.locator('.memory-side .undo').click()
     expect(page.locator('.memory-list > ol .episode')).to_have_count(3)
     page.locator('[data-memory=label_success]').click()
     expect(row(page, 3)).to_contain_text('You said: well')
