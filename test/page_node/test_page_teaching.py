@@ -18,14 +18,14 @@ A, B, X, Y, BACK = 0, 1, 2, 3, 8
 BUTTONS = {'start': A, 'keep': A, 'redo': Y, 'run_trials': X, 'undo': BACK}
 AXES = {'ahead': (1, -1.0), 'left': (0, -1.0)}
 #: Way that is shown, [m].
-WAY = 0.6
+WAY = 1.2
 WAITING = 30_000
 
 
 @pytest.fixture(scope='module')
 def node_changes() -> dict[str, dict[str, object] | None]:
     """Let simulated time pass faster than that of the browser."""
-    return {'sim_node': {'speed_factor': 4.0, 'rate': 30.0}}
+    return {'sim_node': {'speed_factor': 3.0, 'rate': 30.0}}
 
 
 class Person:
@@ -206,6 +206,13 @@ def wait_for_phase(page: Page, phase: str) -> None:
     page.wait_for_selector(f'body[data-phase={phase}]', timeout=WAITING)
 
 
+def press(person: Person, action: str) -> None:
+    """Press a button once it can do something: keys do not wait for that as clicks do."""
+    person.page.wait_for_selector(
+        f'[data-action={action}][aria-disabled=false]', timeout=WAITING)
+    person.press(action)
+
+
 @pytest.mark.parametrize('kind', [Mouse, Keyboard, Touch, Gamepad])
 def test_a_robot_is_taught_without_a_terminal(
     kind: type[Person], visitor: Visitor, ros_node: Any,
@@ -214,24 +221,24 @@ def test_a_robot_is_taught_without_a_terminal(
     person, robot = open_for(kind, visitor), Robot(ros_node)
     page = person.page
     wait_for_phase(page, 'idle')
-    person.press('set_back')
+    press(person, 'set_back')
     wait_for_done(page, 'set_back')
-    person.press('start')
+    press(person, 'start')
     wait_for_done(page, 'start')
     with person.holding('left'):
         page.wait_for_selector('.pad.held')
-    person.press('redo')
+    press(person, 'redo')
     wait_for_done(page, 'redo')
     with person.holding('ahead'):
         robot.wait_to_move(WAY)
-    person.press('keep')
+    press(person, 'keep')
     wait_for_done(page, 'keep')
     person.choose_many()
-    person.press('run_trials')
+    press(person, 'run_trials')
     correct(person)
     person.stop()
     page.wait_for_selector('.told[data-outcome=stopped]', timeout=WAITING)
     wait_for_phase(page, 'idle')
     for action in ('label_success', 'drop_last', 'undo'):
-        person.press(action)
+        press(person, action)
         wait_for_done(page, action)

@@ -10,7 +10,7 @@ export const RECORDING = ['demonstration', 'settling'];
 /** How long, and how often, a robot that is learning is asked again, [ms]. */
 const PATIENCE = 20000;
 const PAUSE = 300;
-const SERIES = ['waiting', 'placing', 'starting', 'trial', 'finishing'];
+const SERIES = ['waiting', 'placing', 'starting', 'trial'];
 
 /** @type {Record<string, string>} */
 const PICTURES = {
@@ -148,6 +148,12 @@ export class Buttons {
     button?.removeAttribute('aria-busy');
   }
 
+  /** @param {import('../types.js').Answer} answer Whether it was refused for a moment only. */
+  _isSoonOver({code}) {
+    return code === 'learning' || (
+      code === 'trying' && ['finishing', 'learning'].includes(this._page.state.phase));
+  }
+
   /**
    * Ask for an action; while the robot is learning again and again, as long as nobody stops it.
    *
@@ -162,7 +168,7 @@ export class Buttons {
       isStopped = true;
     });
     let answer = await this._page.post(path, body);
-    while (answer.code === 'learning' && !isStopped && performance.now() < until) {
+    while (this._isSoonOver(answer) && !isStopped && performance.now() < until) {
       await new Promise(done => setTimeout(done, PAUSE));
       answer = isStopped ? answer : await this._page.post(path, body);
     }
