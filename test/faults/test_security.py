@@ -42,7 +42,8 @@ def test_only_the_controller_may_publish_cmd_vel():
 
 def test_the_policy_allows_what_a_node_does(ros_domain, tmp_path):
     needed = {'learner_node': {'task': 'a_task', 'bags': str(tmp_path)},
-              'teleop_node': {'keyboard': False}}
+              'teleop_node': {'keyboard': False},
+              'page_node': {'port': 0, 'bags': str(tmp_path)}}
     # On a domain where nobody of that name has been before.
     with ExitStack() as stack:
         domain = stack.enter_context(free_domain())
