@@ -52,6 +52,7 @@ def test_a_signal_that_waits_is_heard_at_the_start(tmp_path):
 @pytest.mark.parametrize(('arguments', 'program'), [
     (['-m', 'neighbourhood_node.node'], 'neighbourhood_node'),
     (['-m', 'localised_odometry_node.node', '--help'], 'localised_odometry_node'),
+    (['-m', 'page_node.node'], 'page_node'),
     (['-m', 'episode_store.task_folder'], None),
     (['-m', 'experience_cli.main', 'list'], 'experience list'),
     (['-m', 'experience_cli.main', '--help'], 'experience'),

@@ -19,6 +19,8 @@ from localised_odometry_node import fusion as localised
 from localised_odometry_node.node import LocalisedOdometryNode
 from neighbourhood_node import settings as local_grid
 from neighbourhood_node.node import NeighbourhoodNode
+from page_node import settings as page
+from page_node.node import PageNode
 import ros_helpers
 from sim_node import settings as simulator
 from sim_node.node import SimNode
@@ -28,6 +30,7 @@ from teleop_node.node import TeleopNode
 NODES = {'sim_node': SimNode, 'control_field_node': ControlFieldNode, 'learner_node': LearnerNode,
          'neighbourhood_node': NeighbourhoodNode,
          'localised_odometry_node': LocalisedOdometryNode,
+         'page_node': PageNode,
          'teleop_node': lambda **options: TeleopNode(None, **options)}
 RECORDS = [
     ('sim_node', simulator.SimSettings, None, simulator.FIXED),
@@ -38,6 +41,7 @@ RECORDS = [
     ('neighbourhood_node', local_grid.NeighbourhoodSettings, None, local_grid.FIXED),
     ('localised_odometry_node', localised.LocalisedSettings, None, localised.FIXED),
     ('teleop_node', teleop.Settings, None, teleop.FIXED),
+    ('page_node', page.Settings, None, page.FIXED),
 ]
 
 
@@ -104,7 +108,7 @@ def context(quiet_domain):
 def made(name, folder, context, **overrides):
     """Make a node."""
     needed = {'learner_node': {'task': 'a_task', 'bags': str(folder)},
-              'teleop_node': {'keyboard': False}}
+              'teleop_node': {'keyboard': False}, 'page_node': {'port': 0}}
     overrides = {**needed.get(name, {}), **overrides}
     node = None
     try:
@@ -114,7 +118,7 @@ def made(name, folder, context, **overrides):
         yield node
     finally:
         if node is not None:
-            if name == 'learner_node':
+            if name in ('learner_node', 'page_node'):
                 node.close()
             node.destroy_node()
 

@@ -108,7 +108,7 @@ DOORS = {'os.open', 'Image.open', '_zstd.open', '(folder / path.stem).open', 'dr
 
 @pytest.mark.parametrize('room', [
     'msgs_bridge', 'episode_store', 'world_maps', 'learner_node', 'control_field_node', 'sim_node',
-    'neighbourhood_node', 'localised_odometry_node'])
+    'neighbourhood_node', 'localised_odometry_node', 'page_node'])
 def test_what_is_not_ours_is_read_through_one_door(room):
     for path in sorted((ROOT / room).rglob('*.py')):
         for node in ast.walk(ast.parse(path.read_text())):

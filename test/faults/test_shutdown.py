@@ -48,6 +48,7 @@ main()
 NODES = {
     'sim_node': {}, 'control_field_node': {}, 'learner_node': {'task': 'a_task'},
     'teleop_node': {'keyboard': False}, 'neighbourhood_node': {}, 'localised_odometry_node': {},
+    'page_node': {'port': 0},
 }
 
 

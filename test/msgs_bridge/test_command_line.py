@@ -16,6 +16,7 @@ from msgs_bridge.node.command_line import (
     _SLIP, ALIKE, check_names, Given, names_of, split_arguments)
 from msgs_bridge.node.parameter_files import names_for_all
 from neighbourhood_node.settings import NeighbourhoodSettings
+from page_node import settings as page
 import ros_helpers
 from sim_node.settings import SimSettings
 from teleop_node import settings as teleop
@@ -24,7 +25,7 @@ NODES = {
     'sim_node.node': [SimSettings], 'control_field_node.node': [controller.Settings],
     'learner_node.node': [Parameters, learner.Settings], 'teleop_node.node': [teleop.Settings],
     'neighbourhood_node.node': [NeighbourhoodSettings],
-    'localised_odometry_node.node': [LocalisedSettings]}
+    'localised_odometry_node.node': [LocalisedSettings], 'page_node.node': [page.Settings]}
 
 
 def run(module, folder, *arguments):
