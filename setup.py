@@ -36,7 +36,7 @@ setup(
     data_files=data_files(),
     install_requires=['setuptools'],
     # colcon runs pytest only if this says so.
-    extras_require={'test': ['pytest']},
+    extras_require={'test': ['pytest'], 'foxglove': ['foxglove-sdk>=0.30']},
     python_requires='>=3.11',
     zip_safe=False,
     maintainer='experience_controller maintainers',

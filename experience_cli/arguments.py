@@ -138,15 +138,15 @@ def _page(parser: argparse.ArgumentParser) -> None:
         help='a real robot: its name in config/robots, or a parameter file that `experience '
         'robot` has written')
     add('--task', metavar='NAME', help="what is learnt (the world's name; of a robot: task)")
-    add('--bags', type=Path, default=BAGS, metavar='FOLDER',
-        help='where the memory is (%(default)s)')
+    add('--bags', type=Path, default=BAGS, metavar='FOLDER', help='the memory (%(default)s)')
     add('--host', default='127.0.0.1', metavar='ADDRESS',
         help='who can open the page: this machine alone (%(default)s), or with 0.0.0.0 whoever '
         'has the address that is then printed')
     add('--port', type=int, metavar='N', help='(8300, or a free one)')
     add('--no-browser', action='store_true', help='print the address, open nothing')
-    add('--out', type=Path, default=Path('out/page'), metavar='FOLDER',
-        help='where the logs go (%(default)s)')
+    add('--out', type=Path, default=Path('out/page'), metavar='FOLDER', help='for the logs')
+    add('--foxglove-port', type=int, default=0, metavar='N',
+        help='let Foxglove on this machine in, too, by this port (doc/page.md)')
 
 
 def _learn(parser: argparse.ArgumentParser) -> None:

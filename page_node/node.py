@@ -30,6 +30,7 @@ from page_node.actions.api import endpoints as action_endpoints
 from page_node.actions.wanted import Wanted
 from page_node.driving.drive_watch import DriveWatch
 from page_node.exchange import Endpoint
+from page_node.foxglove_door import open_door
 from page_node.memory.endpoints import MemoryEndpoints
 from page_node.memory.worker import Worker
 from page_node.robot_side import RobotSide
@@ -111,6 +112,8 @@ class PageNode(Node):
         # From the loop that answers: one that hangs falls silent.
         self.create_timer(_HEARTBEAT_PERIOD, self._show_presence, clock=self._steady)
         self._opening = self.create_timer(0.0, self._open, clock=self._steady)
+        port = self.settings.foxglove_port
+        self._foxglove = open_door(self, port) if port else None
 
     # Doors for the rooms
 
@@ -154,6 +157,8 @@ class PageNode(Node):
         self._server.start()
         # Not through the log: who reads /rosout or a log file need not get in.
         print(f'page_node: open {self.address}', flush=True)
+        if self._foxglove is not None:
+            print(f'page_node: open in Foxglove {self._foxglove.address}', flush=True)
 
     def _show_presence(self) -> None:
         if self._view.is_watched:
@@ -177,6 +182,8 @@ class PageNode(Node):
             self._commands.stand_still(_STANDSTILL_TIME)
         self._server.close()
         self.worker.close()
+        if self._foxglove is not None:
+            self._foxglove.close()
 
 
 def main(args: list[str] | None = None) -> None:

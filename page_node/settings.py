@@ -10,7 +10,7 @@ from control_field.robot.limits import Velocity
 #: Settings that sockets, topics and timers are made from: they hold from start to end.
 FIXED: Final = ('host', 'port', 'token', 'names', 'topic', 'enable_stamped_cmd_vel', 'lockstep',
                 'base_frame_id', 'simulation', 'robot_radius', 'bags', 'worlds',
-                'learner', 'controller', 'simulator')
+                'learner', 'controller', 'simulator', 'foxglove_port')
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,9 @@ class Settings:
     worlds: str = parameter(
         '', 'folder of the worlds that are drawn or brought along here; empty: worlds, beside the '
         'bags folder')
+    foxglove_port: int = parameter(
+        0, 'port of a second door, for Foxglove on this machine (doc/page.md); 0: none', low=0,
+        high=65535)
     learner: str = parameter('learner_node', 'name of the learner node')
     controller: str = parameter('control_field_node', 'name of the controller node')
     simulator: str = parameter(

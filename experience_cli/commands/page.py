@@ -38,6 +38,8 @@ def run(arguments: argparse.Namespace) -> int:
             for name, parameters in nodes.items():
                 children.start_node(name, parameters)
             show(wait_for_address(children), logs / 'browser.log', not arguments.no_browser)
+            if arguments.foxglove_port:
+                print(f'In Foxglove: ws://127.0.0.1:{arguments.foxglove_port}', flush=True)
             watch(children)
     except Stopped:
         be_stopped()
@@ -96,9 +98,8 @@ def _task(arguments: argparse.Namespace, usual: str) -> str:
 
 def _place(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return where the page is: where it was asked for, or at a free port."""
-    if arguments.port is not None:
-        return {'host': arguments.host, 'port': arguments.port}
-    return {'host': arguments.host, 'port': free_port(arguments.host)}
+    port = free_port(arguments.host) if arguments.port is None else arguments.port
+    return {'host': arguments.host, 'port': port, 'foxglove_port': arguments.foxglove_port}
 
 
 def _domain(
