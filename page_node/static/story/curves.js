@@ -47,7 +47,7 @@ export class Curves {
       new ResizeObserver(() => this.draw()).observe(svg);
       return curve;
     });
-    page.on('state', () => this.draw());
+    page.on('state', () => page.room === 'story' && this.draw());
   }
 
   /** @param {Row | null} row Mark it. */

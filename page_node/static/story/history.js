@@ -42,11 +42,13 @@ export class History {
     this._asked = '';
     this._isAsking = false;
     page.on('state', () => this.refresh());
-    page.on('room', () => this.refresh());
+    page.on('room', () => this.refresh(true));
     page.on('connection', () => this.refresh(true));
     page.on('field', field => {
       this._live = field;
-      this.onChange();
+      if (page.room === 'story') {
+        this.onChange();
+      }
     });
   }
 
