@@ -136,7 +136,15 @@ def test_on_a_phone_the_drive_takes_the_place_of_the_list_and_back_again(visitor
     expect(page.locator('.player')).to_be_hidden()
 
 
-def test_a_drive_is_judged_removed_and_brought_back(page):
+def learner_answers(page: Page, url: str) -> bool:
+    """Return whether the learner is there: it says that there is nothing to undo."""
+    answer = page.request.post(
+        f'{url}api/actions/undo', data={}, headers={'Origin': url.rstrip('/')})
+    return answer.json()['code'] == 'nothing_there'
+
+
+def test_a_drive_is_judged_removed_and_brought_back(page, page_stack):
+    wait_until(lambda: learner_answers(page, page_stack.url))
     look_at(page, 3)
     page.locator('[data-memory=label_failure]').click()
     expect(row(page, 3)).to_contain_text('You said: badly')
