@@ -62,7 +62,7 @@ def subscribe(
             (PointCloud2, 'prototypes', lambda msg: view.on_prototypes(
                 prototypes_from_cloud(msg)), qos.LATCHED),
             (PointCloud2, 'experience', lambda msg: view.on_decisions(
-                decisions_from_cloud(msg)), qos.COMMAND),
+                decisions_from_cloud(msg)), qos.SENSOR),
             (DiagnosticStatus, 'trial', lambda msg: view.on_trial(
                 trial_from_status(msg)), qos.RECORDING_LATCHED),
             (DiagnosticArray, '/diagnostics', lambda msg: tracker.on_diagnostics(
