@@ -8,6 +8,9 @@ import {damageOf, endOf, labelOf, titleOf, whenOf} from './row_words.js';
 /** @typedef {import('./ask.js').Row} Row */
 /** @typedef {import('./ask.js').Rows} Rows */
 
+/** States that say already what is wrong. */
+const SAID = ['recording', 'unreadable'];
+
 export class List {
   /**
    * @param {Page} page
@@ -85,7 +88,7 @@ export class List {
   /** @param {Row} row */
   _button(row) {
     const {text, mood} = endOf(this._page, row);
-    const damage = damageOf(this._page, row);
+    const damage = SAID.includes(row.state) ? '' : damageOf(this._page, row);
     const label = labelOf(this._page, row);
     return element('button', {
       type: 'button', class: `episode ${row.kind}`, 'data-name': row.name,

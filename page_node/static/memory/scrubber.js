@@ -58,7 +58,7 @@ export class Scrubber {
     this.pause();
     this._replay = replay;
     const seconds = replay?.seconds ?? 0;
-    this._slider.max = String(Math.ceil(seconds / STEP) * STEP);
+    this._slider.max = (Math.ceil(seconds / STEP) * STEP).toFixed(2);
     this._marks.replaceChildren(...(replay ? marksOf(replay) : []));
     if (replay) {
       this.go(at);
