@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from page_helpers import PageStack, running_browser, running_page, visiting, Visitor
+from page_sites import Robot, running_site, Site, tell
+from ros_helpers import own_node
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -46,3 +48,30 @@ def visitor(browser: 'Browser', page_stack: PageStack) -> Iterator[Visitor]:
     """Return who opens the page: ``page = visitor.open(viewport=PHONE)``."""
     with visiting(browser, page_stack.url) as visitor:
         yield visitor
+
+
+@pytest.fixture(scope='module')
+def page_site(
+    tmp_path_factory: pytest.TempPathFactory, ros_domain: int,
+) -> Iterator[Site]:
+    """Return the page without other nodes, on the domain of `ros_node`."""
+    with running_site(tmp_path_factory.mktemp('page'), ros_domain) as (process, url):
+        yield Site(process, url)
+
+
+@pytest.fixture(scope='module')
+def listener(page_site: Site, ros_domain: int) -> Iterator[Robot]:
+    """Return the other side of cmd_vel_teleop, once it hears the page."""
+    with own_node(ros_domain) as node:
+        robot = Robot(node, page_site.process)
+        with page_site.socket('/drive') as drive:
+            # Until both have found each other.
+            robot.wait(lambda: tell(drive, {'stop': True}) or robot.heard, 'a first command')
+        yield robot
+
+
+@pytest.fixture
+def robot(listener: Robot) -> Robot:
+    """Return it when nobody drives any more."""
+    listener.wait_for_silence()
+    return listener

@@ -1,130 +1,19 @@
 """The node `page_node` on real sockets and topics, without a browser."""
 
-from contextlib import contextmanager, ExitStack, suppress
+from contextlib import ExitStack, suppress
 from itertools import count
 import json
-import re
 import socket
-import time
-from urllib.error import HTTPError
-from urllib.request import build_opener, HTTPCookieProcessor, Request, urlopen
+from urllib.request import build_opener, HTTPCookieProcessor
 
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from msgs_bridge.messages.poses import odometry_from_pose, Pose
-from msgs_bridge.messages.velocities import velocity_from_twist
-from page_node.driving.dead_man import RESERVED
+from page_sites import AHEAD, command, running_site, Site, SPEED, STANDING, STANDSTILL, tell
 import ros_helpers
-
-AHEAD = {'v': 0.5, 'w': 0.0}
-STANDING = {'v': 0.0, 'w': 0.0}
-#: What half of the speed of the settings is, [m/s].
-SPEED = (0.1, 0.0)
-STANDSTILL = (0.0, 0.0)
-
-
-@contextmanager
-def running(folder, domain, **parameters):
-    """Start the node; yield it and where it is."""
-    with ros_helpers.start_node('page_node.node', folder, {'port': 0, **parameters},
-                                env={'ROS_DOMAIN_ID': str(domain)}) as process:
-        found = ros_helpers.wait_until(
-            lambda: re.search(r'http://\S+', process.stdout), processes=[process])
-        yield process, found[0]
-
-
-@pytest.fixture(scope='module')
-def page(tmp_path_factory, ros_domain):
-    with running(tmp_path_factory.mktemp('page'), ros_domain) as (process, url):
-        yield Site(process, url)
-
-
-class Site:
-    """Where the page is, and how others get at it."""
-
-    def __init__(self, process, url, token=''):
-        self.process, self.url, self.token = process, url, token
-        self.host = url.split('/')[2]
-
-    def socket(self, path, origin=None, **options):
-        return connect(f'ws://{self.host}{path}', origin=origin or f'http://{self.host}',
-                       **options)
-
-    def get(self, path='', **headers):
-        return self.ask(Request(self.url + path, headers=headers))
-
-    @staticmethod
-    def ask(request):
-        """Return status, body and headers."""
-        try:
-            with urlopen(request, timeout=ros_helpers.DEADLINE) as answer:
-                return answer.status, answer.read(), answer.headers
-        except HTTPError as error:
-            return error.code, error.read(), error.headers
-
-
-@pytest.fixture(scope='module')
-def listener(page, ros_domain):
-    """Return the other side of cmd_vel_teleop, once it hears the page."""
-    with ros_helpers.own_node(ros_domain) as node:
-        robot = Robot(node, page.process)
-        with page.socket('/drive') as drive:
-            # Until both have found each other.
-            robot.wait(lambda: tell(drive, {'stop': True}) or robot.heard, 'a first command')
-        yield robot
-
-
-@pytest.fixture
-def robot(listener):
-    """Return it when nobody drives any more."""
-    listener.wait_for_silence()
-    return listener
-
-
-class Robot:
-    """Hears commands, with the time they came."""
-
-    def __init__(self, node, process):
-        self.node, self.process, self.heard = node, process, []
-        node.create_subscription(Twist, 'cmd_vel_teleop', self._hear, 50)
-
-    def wait_for_silence(self):
-        """Wait until nothing has come for a while."""
-        end = time.monotonic() + RESERVED
-        while time.monotonic() < end:
-            ros_helpers.spin_some(self.node)
-            if self.heard:
-                end = time.monotonic() + RESERVED
-                self.heard.clear()
-
-    def _hear(self, msg):
-        self.heard.append((time.monotonic(), velocity_from_twist(msg)))
-
-    def wait(self, predicate, what):
-        return ros_helpers.wait_until(
-            predicate, node=self.node, processes=[self.process], what=what)
-
-    def moves(self):
-        return bool(self.heard) and self.heard[-1][1] == SPEED
-
-    def stands(self):
-        return bool(self.heard) and self.heard[-1][1] == STANDSTILL
-
-    def drive_by(self, drive):
-        """Hold ahead until it moves."""
-        self.wait(lambda: command(drive, AHEAD) or self.moves(), 'the movement')
-
-
-def tell(websocket, message):
-    websocket.send(json.dumps(message))
-
-
-def command(websocket, share, age=0.0):
-    tell(websocket, {'t': 1000.0 * (time.monotonic() - age), **share})
 
 
 def wait_for_close(websocket):
@@ -140,8 +29,8 @@ def who_drives(websocket):
 
 
 class TestDriving:
-    def test_what_is_held_moves_the_robot_and_letting_go_stops_it(self, page, robot):
-        with page.socket('/drive') as drive:
+    def test_what_is_held_moves_the_robot_and_letting_go_stops_it(self, page_site, robot):
+        with page_site.socket('/drive') as drive:
             robot.drive_by(drive)
             command(drive, STANDING)
             robot.wait(robot.stands, 'the standstill')
@@ -151,19 +40,19 @@ class TestDriving:
         lambda drive: drive.close(), lambda drive: drive.socket.close(),
         lambda drive: drive.socket.shutdown(socket.SHUT_RDWR)],
         ids=['closed', 'dropped', 'shut down'])
-    def test_a_socket_that_closes_stops_the_robot(self, page, robot, close):
-        with page.socket('/drive') as drive:
+    def test_a_socket_that_closes_stops_the_robot(self, page_site, robot, close):
+        with page_site.socket('/drive') as drive:
             robot.drive_by(drive)
             close(drive)
             robot.wait(robot.stands, 'the standstill')
 
-    def test_a_socket_that_is_silent_stops_the_robot(self, page, robot):
-        with page.socket('/drive') as drive:
+    def test_a_socket_that_is_silent_stops_the_robot(self, page_site, robot):
+        with page_site.socket('/drive') as drive:
             robot.drive_by(drive)
             robot.wait(robot.stands, 'the standstill')
 
-    def test_old_commands_are_dropped(self, page, robot):
-        with page.socket('/drive') as drive:
+    def test_old_commands_are_dropped(self, page_site, robot):
+        with page_site.socket('/drive') as drive:
             command(drive, STANDING)
             for age in (0.3, 1.0, 60.0):
                 command(drive, AHEAD, age)
@@ -171,8 +60,8 @@ class TestDriving:
             robot.wait(robot.stands, 'the standstill after them')
             assert not any(velocity == SPEED for _, velocity in robot.heard)
 
-    def test_one_drives_and_the_others_see_who(self, page, robot):
-        with page.socket('/drive') as one, page.socket('/drive') as other:
+    def test_one_drives_and_the_others_see_who(self, page_site, robot):
+        with page_site.socket('/drive') as one, page_site.socket('/drive') as other:
             assert who_drives(one) == who_drives(other) == 'nobody'
             robot.drive_by(one)
             assert who_drives(one) == 'you'
@@ -181,8 +70,8 @@ class TestDriving:
             robot.drive_by(one)
             assert {velocity for _, velocity in robot.heard} <= {SPEED, STANDSTILL}
 
-    def test_anybody_may_stop(self, page, robot):
-        with page.socket('/drive') as one, page.socket('/drive') as other:
+    def test_anybody_may_stop(self, page_site, robot):
+        with page_site.socket('/drive') as one, page_site.socket('/drive') as other:
             robot.drive_by(one)
             tell(other, {'stop': True})
             robot.wait(robot.stands, 'the standstill')
@@ -204,21 +93,21 @@ class TestDriving:
         ('{"t": ' + '9' * 60_000 + ', "v": 0, "w": 0}', 'malformed'), (b'\xff\xfe', 'malformed'),
         ('{"t": 1, "v": 0, "w": 0, "x": 0}', 'malformed'), ('{"stop": 1}', 'malformed')],
         ids=range(16))
-    def test_what_is_no_command_is_answered_and_moves_nothing(self, page, message, code):
-        with page.socket('/drive') as drive:
+    def test_what_is_no_command_is_answered_and_moves_nothing(self, page_site, message, code):
+        with page_site.socket('/drive') as drive:
             drive.send(message)
             answers = iter(lambda: json.loads(drive.recv(timeout=ros_helpers.DEADLINE)), None)
             assert next(each for each in answers if each['type'] == 'error')['code'] == code
 
-    def test_a_huge_message_closes_the_socket(self, page, robot):
-        with page.socket('/drive') as drive:
+    def test_a_huge_message_closes_the_socket(self, page_site, robot):
+        with page_site.socket('/drive') as drive:
             robot.drive_by(drive)
             drive.send('x' * 1_000_000)
             wait_for_close(drive)
         robot.wait(robot.stands, 'the standstill')
 
-    def test_a_flood_closes_the_socket(self, page):
-        with page.socket('/drive') as drive:
+    def test_a_flood_closes_the_socket(self, page_site):
+        with page_site.socket('/drive') as drive:
             with suppress(ConnectionClosed):
                 for _ in range(100_000):
                     command(drive, STANDING)
@@ -255,14 +144,14 @@ class TestViewing:
         yield shows
         ros_node.destroy_publisher(publisher)
 
-    def test_where_the_robot_is_arrives(self, page, shows):
-        with page.socket('/view') as view:
-            ros_helpers.wait_until(lambda: shows(view), processes=[page.process])
+    def test_where_the_robot_is_arrives(self, page_site, shows):
+        with page_site.socket('/view') as view:
+            ros_helpers.wait_until(lambda: shows(view), processes=[page_site.process])
 
-    def test_who_does_not_say_that_it_sees_gets_no_more_and_others_do(self, page, shows):
-        with page.socket('/view') as blind, page.socket('/view') as view:
+    def test_who_does_not_say_that_it_sees_gets_no_more_and_others_do(self, page_site, shows):
+        with page_site.socket('/view') as blind, page_site.socket('/view') as view:
             for _ in range(20):
-                ros_helpers.wait_until(lambda: shows(view), processes=[page.process])
+                ros_helpers.wait_until(lambda: shows(view), processes=[page_site.process])
             n_received = 0
             with suppress(TimeoutError):
                 while blind.recv(timeout=0.5):
@@ -271,8 +160,8 @@ class TestViewing:
 
     @pytest.mark.parametrize('message', [
         '{"seen": 99999}', '{"seen": true}', '{"seen": 1, "x": 1}', '{"seen": -1}', 'x'])
-    def test_what_is_no_answer_is_told_so(self, page, message):
-        with page.socket('/view') as view:
+    def test_what_is_no_answer_is_told_so(self, page_site, message):
+        with page_site.socket('/view') as view:
             view.send(message)
             while json.loads(view.recv(timeout=ros_helpers.DEADLINE)) != {
                     'type': 'error', 'code': 'malformed'}:
@@ -282,29 +171,29 @@ class TestViewing:
 class TestGettingIn:
     @pytest.mark.parametrize('path', ['/drive', '/view'])
     @pytest.mark.parametrize('origin', ['http://evil.example', 'null', 'http://127.0.0.1:1'])
-    def test_no_socket_opens_for_another_page(self, page, path, origin):
+    def test_no_socket_opens_for_another_page(self, page_site, path, origin):
         with pytest.raises(InvalidStatus) as caught:
-            page.socket(path, origin)
+            page_site.socket(path, origin)
         assert caught.value.response.status_code == 403
 
     @pytest.mark.parametrize('path', ['/drive', '/view'])
-    def test_no_socket_opens_without_an_origin(self, page, path):
+    def test_no_socket_opens_without_an_origin(self, page_site, path):
         with pytest.raises(InvalidStatus):
-            connect(f'ws://{page.host}{path}')
+            connect(f'ws://{page_site.host}{path}')
 
-    def test_no_request_of_another_page_is_served(self, page):
-        status, body, _ = page.get(Origin='http://evil.example')
+    def test_no_request_of_another_page_is_served(self, page_site):
+        status, body, _ = page_site.get(Origin='http://evil.example')
         assert status == 403
         assert json.loads(body)['code'] == 'wrong_origin'
 
-    def test_no_request_by_another_name_is_served(self, page):
-        status, body, _ = page.get(Host='evil.example')
+    def test_no_request_by_another_name_is_served(self, page_site):
+        status, body, _ = page_site.get(Host='evil.example')
         assert status == 421
         assert json.loads(body)['code'] == 'wrong_host'
 
-    def test_every_answer_says_what_a_browser_may_do_with_it(self, page):
+    def test_every_answer_says_what_a_browser_may_do_with_it(self, page_site):
         for path in ('', 'main.js', 'not-there', 'api/not-there'):
-            _, _, headers = page.get(path)
+            _, _, headers = page_site.get(path)
             assert "default-src 'self'" in headers['Content-Security-Policy']
             assert 'unsafe' not in headers['Content-Security-Policy']
             assert headers['X-Content-Type-Options'] == 'nosniff'
@@ -313,33 +202,34 @@ class TestGettingIn:
     @pytest.mark.parametrize('path', [
         '../node.py', '%2e%2e/node.py', '..%2fnode.py', '....//node.py', '/etc/passwd',
         '%2fetc%2fpasswd', 'static/../../node.py', '%00', 'main.js%00.png', '\\..\\node.py', '.'])
-    def test_no_other_file_is_read(self, page, path):
-        with socket.create_connection(page.host.split(':')) as raw:
-            raw.sendall(f'GET /{path} HTTP/1.1\r\nHost: {page.host}\r\n'
+    def test_no_other_file_is_read(self, page_site, path):
+        with socket.create_connection(page_site.host.split(':')) as raw:
+            raw.sendall(f'GET /{path} HTTP/1.1\r\nHost: {page_site.host}\r\n'
                         'Connection: close\r\n\r\n'.encode())
             answer = b''.join(iter(lambda: raw.recv(65536), b''))
         assert answer.split()[1] in (b'404', b'400', b'405')
         assert b'Traceback' not in answer
 
-    def test_what_is_no_http_is_refused_and_nothing_else_happens(self, page):
-        with socket.create_connection(page.host.split(':')) as raw:
+    def test_what_is_no_http_is_refused_and_nothing_else_happens(self, page_site):
+        with socket.create_connection(page_site.host.split(':')) as raw:
             raw.sendall(b'\x16\x03\x01\x02\x00\x01\xff\r\n\r\n')
             assert raw.recv(65536).startswith(b'HTTP/1.1 400')
-        assert page.get()[0] == 200
-        assert page.process.stderr == ''
+        assert page_site.get()[0] == 200
+        assert page_site.process.stderr == ''
 
-    def test_many_connections_are_let_in_and_out(self, page, robot):
-        with page.socket('/drive') as drive, ExitStack() as stack:
+    def test_many_connections_are_let_in_and_out(self, page_site, robot):
+        with page_site.socket('/drive') as drive, ExitStack() as stack:
             for _ in range(100):
-                stack.enter_context(socket.create_connection(page.host.split(':')))
-                stack.enter_context(page.socket('/view', open_timeout=ros_helpers.DEADLINE))
+                stack.enter_context(socket.create_connection(page_site.host.split(':')))
+                stack.enter_context(page_site.socket('/view', open_timeout=ros_helpers.DEADLINE))
             robot.drive_by(drive)
 
 
 @pytest.fixture(scope='module')
 def shared(tmp_path_factory, ros_domain):
     """Return a page that anybody in the network could reach, and its token."""
-    with running(tmp_path_factory.mktemp('shared'), ros_domain, host='0.0.0.0') as (process, url):
+    with running_site(tmp_path_factory.mktemp('shared'), ros_domain, host='0.0.0.0') as (
+            process, url):
         port, _, token = url.rpartition(':')[2].partition('/?token=')
         yield Site(process, f'http://127.0.0.1:{port}/', token)
 
@@ -380,8 +270,8 @@ class TestStarting:
         command = ros_helpers.node_command('page_node.node', folder, parameters)
         return ros_helpers.run(command, folder)
 
-    def test_a_port_that_is_taken_is_said_in_a_line(self, page, tmp_path):
-        port = int(page.host.rpartition(':')[2])
+    def test_a_port_that_is_taken_is_said_in_a_line(self, page_site, tmp_path):
+        port = int(page_site.host.rpartition(':')[2])
         process = self.run(tmp_path, port=port)
         assert process.popen.returncode == 2
         assert len(process.stderr.splitlines()) == 1
