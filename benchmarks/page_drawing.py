@@ -8,13 +8,12 @@ sentence, the robot and the field are drawn, by the browser's clock from the req
 """
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 import math
 from pathlib import Path
 import re
 import statistics
-import sys
 import tempfile
 from threading import Event, Thread
 import time
@@ -166,9 +165,9 @@ def measure_frames(
     return len(drawn) / seconds, float(np.diff(drawn).max()) / 1000.0
 
 
-def measured(title: str, measure: Callable[[], str]) -> None:
+def tell(title: str, result: str) -> None:
     """Print a line of the table."""
-    print(f'{title:42s} {measure()}', flush=True)
+    print(f'{title:42s} {result}', flush=True)
 
 
 def main(args: list[str] | None = None) -> None:
@@ -182,16 +181,16 @@ def main(args: list[str] | None = None) -> None:
         browser = playwright.chromium.launch(executable_path=_CHROMIUM, args=['--no-sandbox'])
         loads = [measure_load(browser, url) for _ in range(options.loads)]
         times = [seconds for seconds, _ in loads]
-        measured('of use after', lambda: f'{statistics.median(times):.2f} s median, '
-                                         f'{max(times):.2f} s at most')
-        measured('loaded by then', lambda: f'{max(n for _, n in loads) / 1e6:.2f} MB')
+        tell('of use after',
+             f'{statistics.median(times):.2f} s median, {max(times):.2f} s at most')
+        tell('loaded by then', f'{max(n for _, n in loads) / 1e6:.2f} MB')
         for width, height in ((390, 844), (1366, 768), (1920, 1080)):
             rate, gap = measure_frames(
                 browser, url, {'width': width, 'height': height}, options.seconds)
-            measured(f'frames a second at {width} x {height}',
-                     lambda rate=rate, gap=gap: f'{rate:.1f}, longest gap {gap:.3f} s')
+            tell(f'frames a second at {width} x {height}',
+                 f'{rate:.1f}, longest gap {gap:.3f} s')
         browser.close()
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

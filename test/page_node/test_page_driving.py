@@ -126,6 +126,33 @@ def test_one_drives_and_the_other_sees_who(page: Page, visitor: Visitor) -> None
     other.wait_for_selector('.driver:empty', state='attached', timeout=WAITING)
 
 
+def test_another_language_is_chosen_and_kept(visitor: Visitor) -> None:
+    """The first one is the browser's."""
+    page = visitor.open(locale='fr-CA')
+    page.wait_for_selector('html[lang=fr]', timeout=WAITING)
+    page.select_option('#language', 'de')
+    page.wait_for_selector('html[lang=de]', timeout=WAITING)
+    page.reload()
+    page.wait_for_selector('html[lang=de] [data-action=start]:has-text("Los")', timeout=WAITING)
+
+
+def test_the_map_is_looked_at_closely(page: Page) -> None:
+    """By a button, the wheel and the hand; and all of it again."""
+    scale = """() => { const {a} = document.querySelector('.live canvas').getContext('2d')
+        .getTransform(); return a; }"""
+    page.bring_to_front()
+    whole = page.evaluate(scale)
+    page.click('.zoom button:nth-child(1)')
+    page.wait_for_function(f'before => ({scale})() > 1.3 * before', arg=whole, timeout=WAITING)
+    page.dblclick('.live canvas')
+    page.wait_for_function(f'before => ({scale})() === before', arg=whole, timeout=WAITING)
+    page.hover('.live canvas')
+    page.mouse.wheel(0, -200)
+    page.wait_for_function(f'before => ({scale})() > 1.3 * before', arg=whole, timeout=WAITING)
+    page.click('.zoom button:nth-child(3)')
+    page.wait_for_function(f'before => ({scale})() === before', arg=whole, timeout=WAITING)
+
+
 def test_the_page_comes_back_by_itself(page: Page, page_stack: PageStack) -> None:
     """A server that is gone is said on top; what was held has to be pressed anew."""
     page.keyboard.down('ArrowLeft')
