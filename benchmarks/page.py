@@ -7,7 +7,7 @@ another process on the topics. Exit code 1 says that a promise was not kept.
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, ExitStack, suppress
+from contextlib import contextmanager, ExitStack
 from functools import partial
 from itertools import pairwise
 import json
@@ -177,7 +177,7 @@ def viewers(n_blocks: int) -> bool:
             is_watched = n % 2 == 1
             with ExitStack() as stack:
                 if is_watched:
-                    rates = stack.enter_context(_looking(bench, _N_VIEWERS))
+                    rates = stack.enter_context(_others(bench, 'view', _N_VIEWERS))
                 share, found = _block(bench, socket)
                 if is_watched:
                     print('messages a second of each viewer:', rates())
@@ -193,14 +193,15 @@ def viewers(n_blocks: int) -> bool:
 
 
 @contextmanager
-def _looking(bench: Bench, n_viewers: int) -> Iterator[Callable[[], str]]:
-    log = bench.children.log('view')
+def _others(bench: Bench, what: str, n_sockets: int) -> Iterator[Callable[[], str]]:
+    """Let a process talk to the page; yield what returns the last line that it has written."""
+    log = bench.children.log(what)
     with log.open('wb') as file:
         process = subprocess.Popen(
-            [sys.executable, '-m', 'benchmarks.page_peers', 'view', bench.url, str(n_viewers)],
+            [sys.executable, '-m', 'benchmarks.page_peers', what, bench.url, str(n_sockets)],
             stdout=file, start_new_session=True)
     try:
-        bench.wait(lambda: log.read_text().count('\n') > 1, 'the viewers')
+        bench.wait(lambda: log.read_text().endswith('\n'), what)
         yield lambda: log.read_text().splitlines()[-1]
     finally:
         process.kill()
@@ -231,17 +232,14 @@ def load(n_sockets: int) -> bool:
         bench.warm_up()
         before = resident(pid)
         driver = stack.enter_context(bench.socket('drive'))
-        rates = stack.enter_context(_looking(bench, 2))
+        rates = stack.enter_context(_others(bench, 'view', 2))
         for _ in range(n_sockets):
             stack.enter_context(bench.socket('view', max_queue=1, close_timeout=0.1))
-        rubbish = [stack.enter_context(bench.socket('drive')) for _ in range(n_sockets)]
+        stack.enter_context(_others(bench, 'rubbish', n_sockets))
         began = time.monotonic()
         while (now := time.monotonic()) < began + 10.0:
             driver.send(json.dumps({'t': now * 1e3, 'v': 0.0, 'w': 1.0}))
-            for each in rubbish:
-                with suppress(Exception):
-                    each.send('{"t": 1, "v": "x"}')
-            time.sleep(max(0.0, now + 0.05 - time.monotonic()))
+            time.sleep(0.05)
         heard = [each for each in bench.heard() if each.topic == 'cmd_vel_teleop'
                  and began + 1.0 < each.at < now]
         gaps = 1e3 * np.diff([each.at for each in heard])

@@ -1,9 +1,9 @@
 """
-Others around a page, each a process: ``python -m benchmarks.page_peers hear|view ...``.
+Others around a page, each a process: ``python -m benchmarks.page_peers hear|view|rubbish ...``.
 
 `hear` writes a line for each command and each odometry: when it came by the steady clock and by
 that of the wall, from which topic, and the speeds. `view` looks at a page with several sockets,
-and writes how many messages a second each got.
+and writes how many messages a second each got. `rubbish` sends it with as many what is no command.
 """
 
 import asyncio
@@ -66,6 +66,21 @@ async def _see(socket: ClientConnection, counts: list[int], n: int) -> None:
     async for _ in socket:
         counts[n] += 1
         await socket.send(json.dumps({'seen': counts[n]}))
+
+
+def rubbish(url: str, n_sockets: str) -> None:
+    """Send with so many sockets to drive what is no command, 20 times a second, to the end."""
+    asyncio.run(_send_rubbish(url, int(n_sockets)))
+
+
+async def _send_rubbish(url: str, n_sockets: int) -> None:
+    sockets = [await connect(url.replace('http', 'ws', 1) + 'drive',
+                             origin=Origin(url.rstrip('/'))) for _ in range(n_sockets)]
+    print('all there', flush=True)
+    while True:
+        for socket in sockets:
+            await socket.send('{"t": 1, "v": "x"}')
+        await asyncio.sleep(0.05)
 
 
 if __name__ == '__main__':

@@ -1,6 +1,7 @@
 """The node `page_node`: a page to drive and to teach from, in any browser."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from functools import partial
 import sys
 import time
@@ -33,6 +34,7 @@ from page_node.exchange import Endpoint
 from page_node.foxglove_door import open_door
 from page_node.memory.endpoints import MemoryEndpoints
 from page_node.memory.worker import Worker
+from page_node.refusal import RefusedError
 from page_node.robot_side import RobotSide
 from page_node.ros_tasks import RosTasks
 from page_node.server.app import make_app
@@ -83,6 +85,7 @@ class PageNode(Node):
             self, self.settings.topic, self._stamp if self.settings.is_stamped else None,
             self.settings.base_frame_id)
         self.hub = ViewHub()
+        self._n_stops, self._is_stopping = 0, False
         self.tasks = RosTasks(self)
         self.watch = DriveWatch(self._commands.send, self.settings.speeds)
         self.peers = PeerMonitor(self)
@@ -135,7 +138,21 @@ class PageNode(Node):
 
     def _on_stop(self) -> None:
         """End whatever drives, besides who drives here: the standstill was told already."""
-        self.tasks.begin(partial(self.robot.perform, Wanted('stop', {})))
+        with suppress(RefusedError):  # the node ends, and all that it has begun
+            self.tasks.begin(self._stop)
+
+    async def _stop(self) -> None:
+        """End it, and again for who has wanted it meanwhile, however often that was."""
+        self._n_stops += 1
+        if self._is_stopping:
+            return
+        self._is_stopping, n_done = True, 0
+        try:
+            while n_done != self._n_stops:
+                n_done = self._n_stops
+                await self.robot.perform(Wanted('stop', {}))
+        finally:
+            self._is_stopping = False
 
     def _set_speeds(self, speeds: Velocity) -> str:
         """Set the speeds of a full push; return what is wrong with them."""
