@@ -4,7 +4,7 @@
 /** @typedef {{x0: number, y0: number, x1: number, y1: number}} Box [m] */
 
 /** Space around what is fitted, [px]; most and least that one metre takes, beside fitting it. */
-const MARGIN = 14;
+const MARGIN = 26;
 const CLOSEST = 12;
 
 export class Viewport {
