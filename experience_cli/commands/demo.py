@@ -216,6 +216,9 @@ def _report(
     print(f'\nwritten in {time.monotonic() - began:.0f} s:')
     for path in (out / 'report.json', *figures, *(out / 'bags' / task for task in tasks)):
         print(f'  {path}')
+    if not arguments.page:
+        print('\nto watch a robot that fails at first and learns, in a browser: '
+              'experience demo --page')
     problems = [problem for report in reports for problem in report.problems()]
     for problem in problems:
         print(f'experience demo: {problem}', file=sys.stderr)

@@ -41,8 +41,8 @@ export function mount(root, page) {
 /** @param {Page} page */
 function head(page) {
   return element('thead', {}, element('tr', {},
-    element('td'), ...COLUMNS.map(name => element('th', {scope: 'col'}, page.t(`story.${name}`))),
-    element('td')));
+    element('td'), ...COLUMNS.map(
+      name => element('th', {scope: 'col'}, page.t(`story.${name}`)))));
 }
 
 /**
@@ -52,8 +52,10 @@ function head(page) {
  */
 function line(page, history, row) {
   const values = {...row, prototypes: history.prototypesAfter(row)};
-  return element('tr', {}, element('th', {scope: 'row'}, titleOf(page, row)),
+  const sign = row.kind === 'demo' ? '' : row.outcome === 'goal' ? ' ✓' : ' ✕';
+  return element('tr', {}, element('th', {scope: 'row'}, titleOf(page, row),
+    element('span', {'aria-hidden': 'true'}, sign),
+    element('span', {class: 'unseen'}, ` ${endOf(page, row)}`)),
     ...COLUMNS.map(name => element('td', {class: 'number'},
-      values[name] === null ? '–' : page.words.number(values[name] ?? 0))),
-    element('td', {}, endOf(page, row)));
+      values[name] === null ? '–' : page.words.number(values[name] ?? 0))));
 }
