@@ -159,7 +159,7 @@ class Visitor:
 
     def _note(self, message: Any) -> None:
         if message.type in LEVELS:
-            self.problems.append(message.text)
+            self.problems.append(f'{message.text} ({message.location["url"]})')
 
 
 @contextmanager

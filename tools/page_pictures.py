@@ -179,8 +179,8 @@ def look_around(browser: Browser, url: str) -> None:
             for room, shown in ROOMS.items():
                 viewer.page.click(f'a[href="#{room}"]')
                 viewer.page.wait_for_selector(f'#room-{room} {shown}')
-                viewer.page.wait_for_function(
-                    '[...document.images].every(image => image.complete)')
+                while not viewer.page.evaluate('[...document.images].every(one => one.complete)'):
+                    viewer.page.wait_for_timeout(50)
                 take(viewer.page, room)
         viewer.page.close()
 
