@@ -125,9 +125,9 @@ def kept(stack: PageStack, name: str) -> set[tuple[int, int]]:
 
 
 def test_what_is_drawn_is_the_world_and_is_taught_in_at_once(
-    page: Page, page_stack: PageStack, truth: Truth,
+    page: Page, page_stack: PageStack, truth: Truth, visitor: Visitor,
 ) -> None:
-    """A wall on the robot sets it free; a drive is recorded for the new task."""
+    """A wall on the robot sets it free, all pages show it, and a drive is of the new task."""
     draw(page, (3, 2), (3, 6))
     draw(page, (8, 4), (12, 4))
     page.click('.tools .undo')
@@ -136,7 +136,10 @@ def test_what_is_drawn_is_the_world_and_is_taught_in_at_once(
     draw(page, (10, 12), (10, 12))
     walls = {(3, c) for c in range(2, 7)} | {(10, 10), (10, 11), (10, 13)}
     before = truth.robot
+    other = visitor.open('#worlds', viewport=PHONE)
+    other.wait_for_selector('[data-world=open] small', timeout=WAITING)
     use(page, 'my hall', 'hall')
+    other.wait_for_selector('[data-world=my_hall] small', timeout=WAITING)
     assert kept(page_stack, 'my_hall') == walls
     truth.wait(lambda: truth.walls == walls, 'the walls')
     truth.wait(lambda: truth.robot != before, 'the robot in free space')

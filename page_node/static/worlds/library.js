@@ -30,7 +30,13 @@ export class Library {
     } catch {
       return;
     }
+    const focused = this.root.contains(document.activeElement)
+      ? /** @type {HTMLElement} */ (document.activeElement).dataset.world : '';
     this.root.replaceChildren(...this.worlds.map(world => this._button(world)));
+    if (focused) {
+      /** @type {HTMLElement | null} */ (
+        this.root.querySelector(`[data-world="${focused}"]`))?.focus();
+    }
   }
 
   /** @param {string} name Mark the one that is drawn on. */

@@ -53,6 +53,8 @@ class Room {
       this._use.root);
     this._takeDropped();
     page.on('robot', robot => this._showRobot(robot));
+    // Somebody else may have put the robot elsewhere.
+    page.next('truth', () => void this._refresh());
   }
 
   /** Show what there is, first of all the world that the robot is in. */
