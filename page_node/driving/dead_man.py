@@ -27,7 +27,7 @@ LINGER: Final = 0.4
 DRIFT: Final = 1e-3
 #: Two commands no further apart show, after a silence, that somebody is there again, [s]. A page
 #: in the background comes once a second.
-RHYTHM: Final = 0.15
+RHYTHM: Final = 0.45
 #: A link that was silent for so long when a stop is over holds nothing any more, [s].
 FORGOTTEN: Final = 1.0
 
