@@ -102,13 +102,13 @@ class Judging:
     def for_memorise(self):
         start = self.row * self.known.shape[1] + self.col
         search = new_search(self.known.shape, True)
-        touched = compiled.look_around(
+        n_touched = compiled.look_around(
             self.ground, search, start, self.goal[0] * self.known.shape[1] + self.goal[1], 9)
-        return self.ground, self.cost.reshape(-1), search, start, touched
+        return self.ground, self.cost.reshape(-1), search, start, n_touched
 
     def for_recall(self):
-        ground, cost, search, start, touched = self.for_memorise()
-        compiled.memorise(ground, cost, search, start, touched)
+        ground, cost, search, start, n_touched = self.for_memorise()
+        compiled.memorise(ground, cost, search, start, n_touched)
         changed = np.where(np.arange(cost.size) % 7 == self.mask % 9, cost + 0.5, cost)
         return ground, changed, search, start
 

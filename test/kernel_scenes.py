@@ -8,7 +8,6 @@ from control_field.kernels import compiled, interpolation, rehearsal, steps, vis
 from control_field.kernels.decision import Decision, Log, new_trial, Options, Transition
 from control_field.kernels.interpolation import Attraction, Centres, Sums, Vectors, Window
 from control_field.kernels.last_resort import new_flood
-from control_field.kernels.local_search import new_search
 from control_field.kernels.repair import Flow
 from control_field.kernels.rollout import new_flow
 from control_field.kernels.steps import Ground, Preference
@@ -131,46 +130,6 @@ class Scene(Judging, MovingThings, Rehearsals):
 
     def for_turn_between(self):
         return self.heading, self.mask % 9 - 1
-
-    def for_look_around(self):
-        start, goal = (row * self.known.shape[1] + col for row, col in (
-            (self.row, self.col), self.goal))
-        return self.ground, self.search(), start, goal, self.options.n_backups
-
-    def for_rehearse_locally(self):
-        return (self.ground, self.cost, self.search(), self.row, self.col, self.goal,
-                self.options.n_backups)
-
-    def for_offsets(self):
-        return (self.known.shape[1],)
-
-    def for_new_search(self):
-        return self.known.shape, bool(self.mask & 1)
-
-    def for_forget_masks(self):
-        search = new_search(self.known.shape, bool(self.mask & 1))
-        search.masks[:] = 7
-        return search, self.known.shape, self.row, self.col
-
-    def search(self):
-        return new_search(self.known.shape, bool(self.mask & 1))
-
-    def heap(self):
-        """Return costs and places in order, which is a heap, with room for one more."""
-        entries = sorted(zip(np.round(self.cost, 1).ravel(), range(self.cost.size), strict=True))
-        costs, places = zip(*entries, (0.0, 0), strict=True)
-        return np.array(costs), np.array(places), len(entries)
-
-    def for_push(self):
-        return *self.heap(), float(np.round(self.cost[self.row, self.col], 1)), self.mask
-
-    def for_pop(self):
-        return self.heap()
-
-    def for_rim_around(self):
-        search = self.search()
-        search.noted[:] = np.random.default_rng(self.seed).integers(0, 4, self.known.size)
-        return self.cost.reshape(-1), search, np.flatnonzero(search.noted)
 
     def for_least_chosen(self):
         return self.counts, self.row, self.col, self.mask, self.rng()

@@ -1,9 +1,11 @@
-"""Arguments for the kernels of rehearsal, and of windows."""
+"""Arguments for the kernels of rehearsal, over a map and around the robot, and of windows."""
 
 import numpy as np
 
 from control_field.kernels import interpolation, rehearsal
 from control_field.kernels.interpolation import View
+from control_field.kernels.local_search import new_search
+from control_field.kernels.queues import enter, new_agenda
 from control_field.rays import rays_within
 
 
@@ -86,3 +88,71 @@ class Rehearsals:
 
     def for_shared_beginnings(self):
         return (rays_within(1 + self.mask % 4),)
+
+    def for_look_around(self):
+        start, goal = (row * self.known.shape[1] + col for row, col in (
+            (self.row, self.col), self.goal))
+        return self.ground, self.search(), start, goal, self.options.n_backups
+
+    def for_rehearse_locally(self):
+        return (self.ground, self.cost, self.search(), self.row, self.col, self.goal,
+                self.options.n_backups)
+
+    def for_offsets(self):
+        return (self.known.shape[1],)
+
+    def for_new_search(self):
+        return self.known.shape, bool(self.mask & 1)
+
+    def for_forget_masks(self):
+        search = new_search(self.known.shape, bool(self.mask & 1))
+        search.masks[:] = 7
+        return search, self.known.shape, self.row, self.col
+
+    def search(self):
+        return new_search(self.known.shape, bool(self.mask & 1))
+
+    def heap(self):
+        """Return costs and places in order, which is a heap, with room for one more."""
+        entries = sorted(zip(np.round(self.cost, 1).ravel(), range(self.cost.size), strict=True))
+        costs, places = zip(*entries, (0.0, 0), strict=True)
+        return np.array(costs), np.array(places), len(entries)
+
+    def for_push(self):
+        return *self.heap(), float(np.round(self.cost[self.row, self.col], 1)), self.mask
+
+    def for_pop(self):
+        return self.heap()
+
+    def for_rim_around(self):
+        search = self.search()
+        search.noted[:] = np.random.default_rng(self.seed).integers(0, 4, self.known.size)
+        touched = np.flatnonzero(search.noted)
+        search.touched[:len(touched)] = touched
+        return self.cost.reshape(-1), search, len(touched)
+
+    def for_carry_back(self):
+        cost, search, n_touched = self.for_rim_around()
+        return self.ground, cost, search, n_touched
+
+    def for_new_agenda(self):
+        return (self.known.size,)
+
+    def agenda(self):
+        """Return an agenda of all places but one, with their costs, the least one, and this."""
+        costs = np.round(np.minimum(self.cost, 300.0).ravel(), 1) * (1 + self.mask % 2)
+        agenda, place = new_agenda(costs.size), self.row * self.known.shape[1] + self.col
+        for other in range(costs.size):
+            if other != place:
+                enter(agenda, costs, costs.min(), other)
+        return agenda, costs, costs.min(), place
+
+    for_enter = agenda
+
+    def for_leave(self):
+        agenda, costs, least, place = self.agenda()
+        enter(agenda, costs, least, place)
+        return agenda, costs, least, place
+
+    def for_bucket_on(self):
+        return new_agenda(1), 0.7 * self.mask

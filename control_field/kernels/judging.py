@@ -12,7 +12,7 @@ from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.decision import (
     _EXPLORE, _FIELD, n_rewards, note_change, Options, TrialState)
 from control_field.kernels.last_resort import CERTAIN, search_anew
-from control_field.kernels.local_search import Places
+from control_field.kernels.queues import Places
 from control_field.kernels.rollout import comes_home
 from control_field.kernels.sharing import (
     Beforehand, begins_with_flow, BY_LOT, Ends, next_place, note_crossed, OPEN, share, Work)

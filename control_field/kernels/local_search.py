@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
+from control_field.kernels.queues import Agenda, enter, leave, new_agenda, Places
 from control_field.kernels.steps import allowed_steps, FloatMap, Ground
 
-Places = npt.NDArray[np.int64]
 Marks = npt.NDArray[np.int16]
 #: What a place can be: elsewhere, on the rim of what was looked at, or looked at; then this and
 #: the mask of its allowed steps.
@@ -73,6 +73,12 @@ class Search(NamedTuple):
         What each place is while a search runs; `ELSEWHERE` before and after.
     reach : ndarray of float64, shape (n_places,)
         Cost from the robot of the places that are not elsewhere.
+    touched : ndarray of int64, shape (n_places,)
+        Takes which places these are.
+    agenda : Agenda
+        Nothing is on it before and after.
+    steps : ndarray of int64, shape (8,)
+        Of `offsets`.
     masks : ndarray of int16, shape (n_places,) or (0,)
         1 and the mask of the allowed steps, kept from search to search; 0 where it is not known.
         Whoever keeps them has to say where the map changes, with `forget_masks`.
@@ -86,6 +92,9 @@ class Search(NamedTuple):
 
     noted: Marks
     reach: FloatMap
+    touched: Places
+    agenda: Agenda
+    steps: Places
     masks: Marks
     mended: Places
     is_mended: npt.NDArray[np.bool_]
@@ -108,6 +117,7 @@ def new_search(shape: tuple[int, int], keeps: bool) -> Search:
     n_places = shape[0] * shape[1]
     n_kept = n_places if keeps else 0
     return Search(np.zeros(n_places, dtype=np.int16), np.zeros(n_places),
+                  np.zeros(n_places, dtype=np.int64), new_agenda(n_places), offsets(shape[1]),
                   np.zeros(n_kept, dtype=np.int16), np.zeros(n_kept, dtype=np.int64),
                   np.zeros(n_kept, dtype=np.bool_), np.zeros(1, dtype=np.int64),
                   new_memo(n_kept))
@@ -129,40 +139,7 @@ def forget_masks(search: Search, shape: tuple[int, int], row: int, col: int) -> 
                 search.masks[r * shape[1] + c] = 0
 
 
-def push(costs: FloatMap, places: Places, n: int, cost: float, place: int) -> int:
-    """Put an entry into a heap of n entries that is kept in two arrays; return n + 1."""
-    at = n
-    while at > 0:
-        above = (at - 1) >> 1
-        if costs[above] < cost or (costs[above] == cost and places[above] <= place):
-            break
-        costs[at], places[at] = costs[above], places[above]
-        at = above
-    costs[at], places[at] = cost, place
-    return n + 1
-
-
-def pop(costs: FloatMap, places: Places, n: int) -> tuple[float, int]:
-    """Take the least entry out of a heap of n entries, of which n - 1 are left."""
-    least: tuple[float, int] = costs[0], places[0]
-    cost, place = costs[n - 1], places[n - 1]
-    at, below = 0, 1
-    while below < n - 1:
-        if below + 1 < n - 1 and (
-                costs[below + 1] < costs[below]
-                or (costs[below + 1] == costs[below] and places[below + 1] < places[below])):
-            below += 1
-        if cost < costs[below] or (cost == costs[below] and place <= places[below]):
-            break
-        costs[at], places[at] = costs[below], places[below]
-        at, below = below, 2 * below + 1
-    costs[at], places[at] = cost, place
-    return least
-
-
-def look_around(
-    ground: Ground, search: Search, start: int, goal: int, n_backups: int,
-) -> Places:
+def look_around(ground: Ground, search: Search, start: int, goal: int, n_backups: int) -> int:
     """
     Look at the places nearest to the robot on the way, at most ``n_backups``.
 
@@ -170,26 +147,27 @@ def look_around(
 
     Returns
     -------
-    ndarray of int64
-        The places that ``search.noted`` now says something of.
+    int
+        How many places ``search.touched`` now holds: those that ``search.noted`` says something
+        of.
 
     """
     known, n_cols, rules = ground.known, ground.known.shape[1], ground.rules
-    noted, reach, masks, steps = search.noted, search.reach, search.masks, offsets(n_cols)
+    noted, reach, masks, steps = search.noted, search.reach, search.masks, search.steps
+    agenda, touched, first = search.agenda, search.touched, search.agenda.first
     factor, is_kept = ground.factor.reshape(-1), masks.shape[0] > 0
-    # A place looked at reaches eight others at most.
-    costs = np.empty(8 * n_backups + 1)
-    places = np.empty(8 * n_backups + 1, dtype=np.int64)
-    touched = np.empty(8 * n_backups + 1, dtype=np.int64)
     reach[start], noted[start], touched[0] = 0.0, RIM, start
-    n_heap, n_touched, n = push(costs, places, 0, 0.0, start), 1, 0
-    while n_heap > 0 and n < n_backups:
-        at, place = pop(costs, places, n_heap)
-        n_heap -= 1
-        if noted[place] >= LOOKED_AT:
+    enter(agenda, reach, 0.0, start)
+    n_touched, n_waiting, n, bucket = 1, 1, 0, 0
+    while n_waiting > 0 and n < n_backups:
+        place = first[bucket]
+        if place < 0:
+            bucket += 1
             continue
         if place == goal:
             break
+        first[bucket] = agenda.after[place]
+        n_waiting -= 1
         mask = masks[place] - 1 if is_kept else -1
         if mask < 0:
             mask = allowed_steps(known, place // n_cols, place % n_cols, rules)
@@ -201,34 +179,48 @@ def look_around(
             if not mask >> heading & 1:
                 continue
             other = place + steps[heading]
-            length = at + STEP_LENGTH[heading] * factor[other]
+            length = reach[place] + STEP_LENGTH[heading] * factor[other]
             if noted[other] == ELSEWHERE:
-                touched[n_touched] = other
+                touched[n_touched], noted[other] = other, RIM
                 n_touched += 1
-            elif not length < reach[other] - 1e-12:
+                n_waiting += 1
+            elif length < reach[other] - 1e-12:
+                leave(agenda, reach, 0.0, other)
+            else:
                 continue
-            reach[other], noted[other] = length, RIM
-            n_heap = push(costs, places, n_heap, length, other)
-    return touched[:n_touched]
+            reach[other] = length
+            enter(agenda, reach, 0.0, other)
+    first[bucket:] = -1
+    return n_touched
 
 
-def rim_around(
-    cost: FloatMap, search: Search, touched: Places,
-) -> tuple[FloatMap, Places, int]:
-    """Forget the cost of the places looked at; return the heap of those on the rim."""
-    # Besides the rim, every place looked at is put in by its neighbours, eight times at most.
-    costs = np.zeros(9 * touched.shape[0])
-    places = np.zeros(9 * touched.shape[0], dtype=np.int64)
-    n = 0
-    for place in touched:
-        if search.noted[place] >= LOOKED_AT:
+def rim_around(cost: FloatMap, search: Search, n_touched: int) -> tuple[float, int]:
+    """
+    Forget the cost of the places looked at; put those of the rim on the agenda.
+
+    Returns
+    -------
+    least : float
+        Cost on the rim.
+    n : int
+        How many places are on the agenda.
+
+    """
+    noted, touched, least, n = search.noted, search.touched, np.inf, 0
+    for i in range(n_touched):
+        place = touched[i]
+        if noted[place] >= LOOKED_AT:
             cost[place] = np.inf
             if search.mended.shape[0] and not search.is_mended[place]:
                 search.mended[search.n_mended[0]], search.is_mended[place] = place, True
                 search.n_mended[0] += 1
-        elif cost[place] < np.inf:
-            n = push(costs, places, n, cost[place], place)
-    return costs, places, n
+        else:
+            least = min(least, cost[place])
+    for i in range(n_touched):
+        if cost[touched[i]] < np.inf:
+            enter(search.agenda, cost, least, touched[i])
+            n += 1
+    return least, n
 
 
 def recall(ground: Ground, cost: FloatMap, search: Search, start: int) -> bool:
@@ -283,19 +275,19 @@ def is_as_before(ground: Ground, cost: FloatMap, search: Search, number: int) ->
 
 
 def memorise(
-    ground: Ground, cost: FloatMap, search: Search, start: int, touched: Places,
+    ground: Ground, cost: FloatMap, search: Search, start: int, n_touched: int,
 ) -> None:
     """Keep a rehearsal that has just been made, in the place of the oldest one."""
     memo, factor = search.memo, ground.factor.reshape(-1)
-    steps, noted = offsets(ground.known.shape[1]), search.noted
+    steps, noted, touched = search.steps, search.noted, search.touched
     number = memo.n_made[0] % memo.starts.shape[0]
     memo.n_made[0] += 1
     memo.latest[start, memo.latest[start, _N_WAYS] % _N_WAYS] = number
     memo.latest[start, _N_WAYS] += 1
-    memo.starts[number], memo.sizes[number], memo.differing[number] = start, touched.shape[0], 0
+    memo.starts[number], memo.sizes[number], memo.differing[number] = start, n_touched, 0
     places, states = memo.places[number], memo.states[number]
     factors, costs = memo.factors[number], memo.costs[number]
-    for i in range(touched.shape[0]):
+    for i in range(n_touched):
         place = touched[i]
         places[i], states[i] = place, noted[place]
         factors[i], costs[i] = factor[place], cost[place]
@@ -326,25 +318,38 @@ def rehearse_locally(
     start, keeps = row * n_cols + col, search.memo.latest.shape[0] > 0
     if keeps and recall(ground, to_go, search, start):
         return
-    touched = look_around(ground, search, start, goal[0] * n_cols + goal[1], n_backups)
-    factor, steps = ground.factor.reshape(-1), offsets(n_cols)
-    costs, places, n = rim_around(to_go, search, touched)
+    n_touched = look_around(ground, search, start, goal[0] * n_cols + goal[1], n_backups)
+    carry_back(ground, to_go, search, n_touched)
+    if keeps and n_touched <= search.memo.places.shape[1]:
+        memorise(ground, to_go, search, start, n_touched)
+    for place in search.touched[:n_touched]:
+        noted[place] = ELSEWHERE
+
+
+def carry_back(ground: Ground, cost: FloatMap, search: Search, n_touched: int) -> None:
+    """Carry the costs of the rim back through the places looked at."""
+    noted, agenda, steps, first = search.noted, search.agenda, search.steps, search.agenda.first
+    factor = ground.factor.reshape(-1)
+    least, n = rim_around(cost, search, n_touched)
+    bucket = 0
     while n > 0:
-        at, place = pop(costs, places, n)
-        n -= 1
-        if at > to_go[place]:
+        place = first[bucket]
+        if place < 0:
+            bucket += 1
             continue
+        first[bucket] = agenda.after[place]
+        n -= 1
         for heading in range(8):
             other = place - steps[heading]
             # A place beyond an edge of the map is another one, which no step leads from to here.
             if not 0 <= other < noted.shape[0] or noted[other] < LOOKED_AT or (
                     not (noted[other] - LOOKED_AT) >> heading & 1):
                 continue
-            total = at + STEP_LENGTH[heading] * factor[place]
-            if total < to_go[other] - 1e-12:
-                to_go[other] = total
-                n = push(costs, places, n, total, other)
-    if keeps and touched.shape[0] <= search.memo.places.shape[1]:
-        memorise(ground, to_go, search, start, touched)
-    for place in touched:
-        noted[place] = ELSEWHERE
+            total = cost[place] + STEP_LENGTH[heading] * factor[place]
+            if total < cost[other] - 1e-12:
+                if cost[other] < np.inf:
+                    leave(agenda, cost, least, other)
+                else:
+                    n += 1
+                cost[other] = total
+                enter(agenda, cost, least, other)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
-from control_field.kernels.local_search import pop, push
+from control_field.kernels.queues import pop, push
 from control_field.kernels.steps import (
     CellMap, FloatMap, Ground, is_occupied, Preference, step_length, StepRules)
 

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW
 from control_field.kernels.decision import Options, TrialState
-from control_field.kernels.local_search import Places
+from control_field.kernels.queues import Places
 from control_field.kernels.steps import (
     _BLOCKED, _UNKNOWN, BoolMap, CellMap, FloatMap, IntMap, step_allowed)
 from control_field.kernels.visibility import look, Scanner

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from control_field.kernels import compiled
 from control_field.kernels.decision import TrialState
-from control_field.kernels.local_search import new_search, Places
+from control_field.kernels.local_search import new_search
+from control_field.kernels.queues import Places
 from control_field.kernels.rollout import new_flow
 from control_field.kernels.sharing import Beforehand, BY_LOT, Ends, OPEN, Work
 from control_field.kernels.visibility import Scanner
@@ -19,6 +20,9 @@ from control_field.robot.policy import options_of, trial_on
 
 #: Starts that are judged between two looks at how far it is.
 _AT_ONCE: Final = 512
+#: Side of the blocks that starts are taken in, [cells]: trials from near each other have most
+#: rehearsals in common, and only the latest ones are kept.
+_BLOCK: Final = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,21 +104,25 @@ class Judge:
 
         """
         places = (np.asarray(starts) @ [self._truth.shape[1], 1]).astype(np.int64)
-        done = [self._ends_of(places[:0], 0)]
+        columns: list[npt.NDArray[Any]] = list(self._ends)
+        ends = [np.empty(len(places), column.dtype) for column in columns]
+        order = _block_by_block(np.asarray(starts))
         for first in range(0, len(places), _AT_ONCE):
-            done.append(self._ends_of(places[first:first + _AT_ONCE], seed + first))
+            part = order[first:first + _AT_ONCE]
+            for end, column in zip(ends, self._ends_of(places[part], seed + part), strict=True):
+                end[part] = column
             if watch is not None:
                 watch(min(first + _AT_ONCE, len(places)))
-        return Runs(*(np.concatenate(columns) for columns in zip(*done, strict=True)))
+        return Runs(*ends)
 
-    def _ends_of(self, places: Places, seed: int) -> tuple[npt.NDArray[Any], ...]:
+    def _ends_of(self, places: Places, seeds: Places) -> tuple[npt.NDArray[Any], ...]:
         """Return outcome, steps, reinforcements and length from some places."""
-        self._call(compiled.judge, places, np.random.default_rng(seed))
+        self._call(compiled.judge, places, np.random.default_rng(int(seeds[0])))
         columns: list[npt.NDArray[Any]] = list(self._ends)
         ends = tuple(column[places] for column in columns)
         for index in np.flatnonzero(ends[0] == BY_LOT):
             place = places[index]
-            self._call(compiled.run_alone, place, np.random.default_rng(seed + int(index)))
+            self._call(compiled.run_alone, place, np.random.default_rng(int(seeds[index])))
             for end, column in zip(ends, columns, strict=True):
                 end[index] = column[place]
         return ends
@@ -124,6 +132,12 @@ class Judge:
         parameters = self._parameters
         kernel(self._truth, places, self._trial, options_of(parameters), parameters.step_limit,
                rng, self._scanner, self._before, self._ends, self._work)
+
+
+def _block_by_block(starts: npt.NDArray[np.integer]) -> npt.NDArray[np.int64]:
+    """Return the order of starts in which they are taken."""
+    rows, cols = starts.T
+    return np.lexsort((cols, rows, cols // _BLOCK, rows // _BLOCK))
 
 
 def _beforehand(

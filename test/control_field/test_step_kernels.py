@@ -8,8 +8,8 @@ import pytest
 
 from control_field.headings import STEP_COL, STEP_LENGTH, STEP_ROW, UNIT
 from control_field.kernels import (
-    compiled, decision, interpolation, judging, last_resort, local_search, moving_world, rehearsal,
-    repair, rollout, seen, sharing)
+    compiled, decision, interpolation, judging, last_resort, local_search, moving_world, queues,
+    rehearsal, repair, rollout, seen, sharing)
 from control_field.kernels import steps as kernels
 from control_field.kernels import trials, visibility, waiting
 from control_field.kernels.interpolation import Sums
@@ -20,8 +20,8 @@ from strategies import few, knowns, rules, seeds, steady
 
 BODY = StepRules(False, False, 8)
 MODULES = (
-    kernels, rehearsal, seen, visibility, rollout, local_search, last_resort, decision, trials,
-    sharing, judging, waiting, moving_world, interpolation, repair)
+    kernels, queues, rehearsal, seen, visibility, rollout, local_search, last_resort, decision,
+    trials, sharing, judging, waiting, moving_world, interpolation, repair)
 
 
 def same(first, second):
