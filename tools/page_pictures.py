@@ -144,7 +144,6 @@ def teach(viewer: Viewer, seconds: Callable[[str], None]) -> None:
     page.keyboard.press('n')
     viewer.wait('what was learnt', lambda state: state['phase'] == 'idle' and state['prototypes'])
     seconds('taught by hand')
-    take(page, 'taught')
     page.keyboard.press('t')
     viewer.wait('the trial', lambda state: state['trial']['steps'] > 12)
     take(page, 'trial')

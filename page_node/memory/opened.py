@@ -15,8 +15,8 @@ from episode_store.rosbag2.metadata import NAME
 from episode_store.task_folder import EpisodeFolder, TaskFolder
 from page_node.refusal import RefusedError
 
-#: So many stay open: the one that is looked at, and a few before it.
-_MOST_OPEN: Final = 4
+#: So many stay open: whoever has seen the list finds the newest ones read.
+MOST_OPEN: Final = 32
 _NUMBER: Final = re.compile(r'[0-9]{1,8}')
 
 
@@ -90,7 +90,7 @@ def reading(bags: str, task: str, number: str) -> Iterator[Episode]:
     """
     folder = folder_of(bags, task, number)
     try:
-        yield _open(folder, BagState.of(folder))
+        yield opened(folder, BagState.of(folder))
     except NoSuchMomentError as error:
         raise RefusedError('no_moment', str(error)) from None
     except NothingToLearnError as error:
@@ -100,6 +100,7 @@ def reading(bags: str, task: str, number: str) -> Iterator[Episode]:
         raise RefusedError(code, str(error), 409) from None
 
 
-@lru_cache(_MOST_OPEN)
-def _open(folder: EpisodeFolder, state: BagState) -> Episode:
+@lru_cache(MOST_OPEN)
+def opened(folder: EpisodeFolder, state: BagState) -> Episode:
+    """Return a bag in a state; the same one while it is among the last that were asked for."""
     return Episode(folder)

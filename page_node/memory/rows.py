@@ -14,7 +14,7 @@ from episode_store.rosbag2.bag_files import is_storage_file, storage_files
 from episode_store.rosbag2.errors import BagError
 from episode_store.summary import Summary, summary_of
 from episode_store.task_folder import EpisodeFolder, is_named_like_own, TaskFolder, tasks
-from page_node.memory.opened import BagState, folders_of, task_of
+from page_node.memory.opened import BagState, folders_of, MOST_OPEN, opened, task_of
 
 #: How long bags are read for one answer, [s]: the rest comes with the next, others wait meanwhile.
 _READS_FOR: Final = 0.25
@@ -56,10 +56,11 @@ def list_of(bags: str, task: str) -> dict[str, Any]:
     if not task and not there:
         return {'task': '', 'tasks': [], 'episodes': [], 'complete': True, 'others': []}
     found = task_of(bags, task or there[0])
-    for folder in reversed(folders_of(found)):
+    for place, folder in enumerate(reversed(folders_of(found))):
         key = folder, BagState.of(folder)
         if key not in _kept and time.monotonic() < deadline:
-            _keep(key)
+            # A long list must not push the newest out of what stays open.
+            _keep(key, opened(*key) if place < MOST_OPEN // 2 else Episode(folder))
         rows.append(_kept.get(key) or _names(folder) | {'state': 'unread'})
     return {'task': found.task, 'tasks': there, 'episodes': rows,
             'complete': all(row['state'] != 'unread' for row in rows),
@@ -72,8 +73,8 @@ def _tasks(bags: str) -> list[str]:
     return []
 
 
-def _keep(key: _Key) -> None:
-    _kept[key] = _row(*key)
+def _keep(key: _Key, episode: Episode) -> None:
+    _kept[key] = _row(episode, key[1])
     while len(_kept) > _MOST_KEPT:
         _kept.popitem(last=False)
 
@@ -83,7 +84,7 @@ def _names(folder: EpisodeFolder) -> dict[str, Any]:
             'forgotten': folder.is_forgotten}
 
 
-def _row(folder: EpisodeFolder, state: BagState) -> dict[str, Any]:
+def _row(episode: Episode, state: BagState) -> dict[str, Any]:
     """
     Read a bag for its row.
 
@@ -97,10 +98,9 @@ def _row(folder: EpisodeFolder, state: BagState) -> dict[str, Any]:
         ``version``, which changes with the bag.
 
     """
-    episode = Episode(folder)
     summary = summary_of(episode)
     return {
-        **_names(folder), 'state': summary.state, 'began': _began(summary, state),
+        **_names(episode.folder), 'state': summary.state, 'began': _began(summary, state),
         'seconds': summary.duration, 'outcome': summary.outcome, 'label': summary.label,
         'learnt': summary.state in ('kept', 'incomplete'), 'steps': _steps(summary),
         **_ending(episode, summary), 'damage': episode.damage.state, 'note': summary.note,
