@@ -7,6 +7,7 @@ and writes how many messages a second each got. `rubbish` sends it with as many 
 """
 
 import asyncio
+from contextlib import suppress
 from functools import partial
 import json
 from pathlib import Path
@@ -19,6 +20,7 @@ from nav_msgs.msg import Odometry
 import rclpy
 from rclpy.node import Node
 from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
 from websockets.typing import Origin
 
 from msgs_bridge.messages.velocities import velocity_from_twist
@@ -79,7 +81,8 @@ async def _send_rubbish(url: str, n_sockets: int) -> None:
     print('all there', flush=True)
     while True:
         for socket in sockets:
-            await socket.send('{"t": 1, "v": "x"}')
+            with suppress(ConnectionClosed):  # it never reads what it is answered
+                await socket.send('{"t": 1, "v": "x"}')
         await asyncio.sleep(0.05)
 
 
