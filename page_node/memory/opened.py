@@ -1,6 +1,7 @@
 """Bags that are open in the working process: found by their names, read again when they change."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -57,6 +58,24 @@ def folders_of(task: TaskFolder) -> list[EpisodeFolder]:
         return sorted([*task.episodes(), *task.forgotten()])
     except BagError as error:
         raise RefusedError('folder', str(error), 409) from None
+
+
+def counts_of(folders: Iterable[EpisodeFolder]) -> dict[EpisodeFolder, int]:
+    """
+    Return which drive or which try each bag is, from 1: people count the two apart.
+
+    Parameters
+    ----------
+    folders : iterable of EpisodeFolder
+        All of a task, by number.
+
+    """
+    counted: Counter[str] = Counter()
+    counts = {}
+    for folder in folders:
+        counted[folder.kind] += 1
+        counts[folder] = counted[folder.kind]
+    return counts
 
 
 def folder_of(bags: str, task: str, number: str) -> EpisodeFolder:

@@ -14,7 +14,7 @@ from episode_store.rosbag2.bag_files import is_storage_file, storage_files
 from episode_store.rosbag2.errors import BagError
 from episode_store.summary import Summary, summary_of
 from episode_store.task_folder import EpisodeFolder, is_named_like_own, TaskFolder, tasks
-from page_node.memory.opened import BagState, folders_of, MOST_OPEN, opened, task_of
+from page_node.memory.opened import BagState, counts_of, folders_of, MOST_OPEN, opened, task_of
 
 #: How long bags are read for one answer, [s]: the rest comes with the next, others wait meanwhile.
 _READS_FOR: Final = 0.25
@@ -41,10 +41,10 @@ def list_of(bags: str, task: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``episodes``: rows, as `_row` has them; of those that were not read yet, with ``state``
-        ``unread``, only the names. ``complete``: whether there is none of these, else the same is
-        to be asked again. ``others``: names of what other programs recorded there. ``task``: whose
-        they are. ``tasks``: those that have bags.
+        ``episodes``: rows, as `_row` has them, each with ``count``, see `counts_of`; of those that
+        were not read yet, with ``state`` ``unread``, only the names. ``complete``: whether there
+        is none of these, else the same is to be asked again. ``others``: names of what other
+        programs recorded there. ``task``: whose they are. ``tasks``: those that have bags.
 
     Raises
     ------
@@ -56,12 +56,14 @@ def list_of(bags: str, task: str) -> dict[str, Any]:
     if not task and not there:
         return {'task': '', 'tasks': [], 'episodes': [], 'complete': True, 'others': []}
     found = task_of(bags, task or there[0])
-    for place, folder in enumerate(reversed(folders_of(found))):
+    counts = counts_of(folders_of(found))
+    for place, folder in enumerate(reversed(counts)):
         key = folder, BagState.of(folder)
         if key not in _kept and time.monotonic() < deadline:
             # A long list must not push the newest out of what stays open.
             _keep(key, opened(*key) if place < MOST_OPEN // 2 else Episode(folder))
-        rows.append(_kept.get(key) or _names(folder) | {'state': 'unread'})
+        row = _kept.get(key) or _names(folder) | {'state': 'unread'}
+        rows.append(row | {'count': counts[folder]})
     return {'task': found.task, 'tasks': there, 'episodes': rows,
             'complete': all(row['state'] != 'unread' for row in rows),
             'others': _others(found)}

@@ -12,7 +12,7 @@ from control_field.records import Demonstration, Outcome
 from episode_store.episode import Content, Episode
 from episode_store.rosbag2.errors import BagError
 from episode_store.task_folder import EpisodeFolder
-from page_node.memory.opened import BagState, folders_of, task_of
+from page_node.memory.opened import BagState, counts_of, folders_of, task_of
 
 #: How long bags are read for one answer, [s]: the rest comes with the next, others wait meanwhile.
 _READS_FOR: Final = 0.25
@@ -34,9 +34,10 @@ def story_of(bags: str, task: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``episodes``: rows, as `_learnt` has them, each with ``prototypes`` (the paper's hidden
-        neurons) after it, and ``field``, the version of the field that was made of it. Both are
-        None until the next episode begins: a bag begins with the field that was in force.
+        ``episodes``: rows, as `_learnt` has them, each with ``count`` (see `counts_of`),
+        ``prototypes`` (the paper's hidden neurons) after it, and ``field``, the version of the
+        field that was made of it. Both are None until the next episode begins: a bag begins with
+        the field that was in force.
         ``complete``: whether all bags were read, else the same is to be asked again.
 
     Raises
@@ -47,6 +48,7 @@ def story_of(bags: str, task: str) -> dict[str, Any]:
     """
     deadline = time.monotonic() + _READS_FOR
     folders = folders_of(task_of(bags, task))
+    counts = counts_of(folders)
     rows, complete = [], True
     for folder in folders:
         if folder.is_forgotten:
@@ -55,6 +57,7 @@ def story_of(bags: str, task: str) -> dict[str, Any]:
         complete = complete and row is not None
         if row is not None and row['learnt']:
             told = {name: value for name, value in row.items() if name not in _OURS}
+            told['count'] = counts[folder]
             rows.append(told | _made_of_it(folders, folder.number, deadline))
     return {'task': task, 'episodes': rows, 'complete': complete}
 

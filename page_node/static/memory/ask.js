@@ -10,6 +10,7 @@ import {frameFromBytes} from '../binary.js';
  * @typedef {object} Row
  * @property {string} name Such as `task1/0003`.
  * @property {number} number
+ * @property {number} count Which drive or which try it is, from 1.
  * @property {'demo' | 'trial'} kind
  * @property {boolean} forgotten
  * @property {string} state

@@ -4,8 +4,8 @@
 /** @typedef {import('./ask.js').Row} Row */
 
 /** @param {Page} page @param {Row} row @returns {string} Such as “Drive 3”. */
-export function titleOf(page, {kind, number}) {
-  return page.t(`memory.${kind}`, {number: String(number)});
+export function titleOf(page, {kind, count}) {
+  return page.t(`memory.${kind}`, {number: String(count)});
 }
 
 /** @param {Page} page @param {Row} row @returns {string} When, and for how long. */

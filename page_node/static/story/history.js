@@ -17,7 +17,7 @@
  * @property {number} seconds
  * @property {number | null} prototypes After it; null until the next one begins.
  * @property {string | null} field Version of the field after it; null likewise.
- * @property {number} count Which drive or which try it is, from 1.
+ * @property {number} count Which drive or which try of the memory it is, from 1.
  */
 /** @typedef {{field: Field | null, way: Point[]}} Shot */
 
@@ -137,11 +137,6 @@ export class History {
   _show(task, rows) {
     if (task !== this.task) {
       this._kept.clear();
-    }
-    const counts = {demo: 0, trial: 0};
-    for (const row of rows) {
-      counts[row.kind] += 1;
-      row.count = counts[row.kind];
     }
     this.task = task;
     this.rows = rows;
