@@ -14,7 +14,8 @@ from msgs_bridge.node.remaps import idle_rules, problem_with_special
 #: How alike a name has to be to one of this node to be taken for a slip of the pen.
 _SLIP: Final = 0.82
 #: Names of our nodes that are so much like one of another node, and no slip in a section for all.
-ALIKE: Final = frozenset({'seed', 'speed', 'pose_frame_id', 'moves', 'movers'})
+ALIKE: Final = frozenset({
+    'seed', 'speed', 'pose_frame_id', 'moves', 'movers', 'simulator', 'world', 'worlds'})
 
 PAGE: Final = """\
 {name}: {does}
