@@ -66,7 +66,7 @@ class Worker:
         ------
         RefusedError
             As the function does; ``busy`` if too many wait, ``too_long`` if it took more than
-            `PATIENCE`, ``died`` if the process was lost with it, ``mistake`` for what should not
+            `PATIENCE`, ``died`` if a new process was lost with it, ``mistake`` for what should not
             be (the process has then written where).
 
         """
@@ -105,20 +105,34 @@ class Worker:
 
     def _done(self, patience: float, function: Callable[..., Any], arguments: tuple[Any, ...],
               named: dict[str, Any]) -> Any:
-        """Have it done; in the thread of this object, the only one that talks to the process."""
-        try:
-            connection = self._ready()
-            connection.send((function, arguments, named))
-            if not connection.poll(patience):
+        """
+        Have it done; in the thread of this object, the only one that talks to the process.
+
+        A process that was there before may have been dying of something else: then a new one is
+        asked.
+        """
+        while True:
+            was_there = self._connection is not None
+            try:
+                answer = self._exchange(patience, (function, arguments, named))
+            except (EOFError, OSError) as error:
                 self._end()
-                raise RefusedError('too_long', f'it took more than {patience:g} s', 503)
-            answer = connection.recv()
-        except (EOFError, OSError) as error:
+                if not was_there:
+                    raise RefusedError(
+                        'died', f'the working process was lost: {error}', 503) from None
+                continue
+            if isinstance(answer, RefusedError):
+                raise answer
+            return answer[0]
+
+    def _exchange(self, patience: float, request: tuple[Any, ...]) -> Any:
+        """Send a request to the process, and return its answer."""
+        connection = self._ready()
+        connection.send(request)
+        if not connection.poll(patience):
             self._end()
-            raise RefusedError('died', f'the working process was lost: {error}', 503) from None
-        if isinstance(answer, RefusedError):
-            raise answer
-        return answer[0]
+            raise RefusedError('too_long', f'it took more than {patience:g} s', 503)
+        return connection.recv()
 
     def _ready(self) -> 'Connection[Any, Any]':
         """Return the way to the process, which is started if there is none."""
