@@ -1,8 +1,7 @@
 """
 The field as a fold over bags: each teaches in its turn, and nothing else does (ADR 1).
 
-`Relearner` is the fold; it makes no difference whether its bags are learnt from as they are
-recorded or all at once later.
+`Relearner` is the fold; whether its bags come one by one or all at once makes no difference.
 """
 
 from collections.abc import Sequence
@@ -47,7 +46,6 @@ class LearntBag:
     Parameters
     ----------
     folder : EpisodeFolder
-        The bag.
     content : Content or None
         What it holds; None where that is no use.
     refresh : Refresh or None
@@ -185,8 +183,7 @@ class Relearner:
             return self._learn_demonstration(episode, record)
         except NothingToLearnError as error:
             return LearntBag(episode.folder, None, None,
-                             why_not=f'{error.why}{remedy_for_frame(error.frame)}',
-                             code=error.code)
+                             why_not=error.why + remedy_for_frame(error.frame), code=error.code)
         except BagError:
             raise
         except ValueError as error:

@@ -11,6 +11,8 @@ from page_node.refusal import RefusedError
 MOST_BYTES: Final = 65_536
 #: Greatest body of an upload, [bytes].
 MOST_UPLOADED: Final = 16 * 1024 * 1024
+#: Headers of what is asked for with its version: it never changes.
+FOREVER: Final = {'Cache-Control': 'private, max-age=604800, immutable'}
 
 
 @dataclass(frozen=True)

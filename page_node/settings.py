@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from control_field.parameters import check_fields, parameter
-from control_field.robot.limits import Velocity
+from msgs_bridge.teaching.driving_settings import DrivingSettings
 
 #: Settings that sockets, topics and timers are made from: they hold from start to end.
 FIXED: Final = ('host', 'port', 'token', 'names', 'topic', 'enable_stamped_cmd_vel', 'lockstep',
@@ -14,7 +14,7 @@ FIXED: Final = ('host', 'port', 'token', 'names', 'topic', 'enable_stamped_cmd_v
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(DrivingSettings):
     """
     Settings of `page_node`; see the metadata of each field for unit, range and meaning.
 
@@ -71,30 +71,9 @@ class Settings:
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
         check_fields(self)
-        for name in ('host', 'topic', 'learner', 'controller', 'simulator'):
-            if not getattr(self, name).strip():
-                raise ValueError(f'{name} is empty, must be a name')
-        for name, most in (('speed', self.speed_max), ('turn', self.turn_max)):
-            if getattr(self, name) > most:
-                raise ValueError(f'{name} is {getattr(self, name)}, must be at most {name}_max, '
-                                 f'which is {most}')
+        self.check_driving('host', 'topic', 'learner', 'controller', 'simulator')
 
     @property
     def worlds_folder(self) -> str:
         """Return the folder of the worlds that are drawn or brought along here."""
         return self.worlds or str(Path(self.bags).resolve().parent / 'worlds')
-
-    @property
-    def is_stamped(self) -> bool:
-        """Whether commands are TwistStamped."""
-        return self.lockstep or self.enable_stamped_cmd_vel
-
-    @property
-    def speeds(self) -> Velocity:
-        """Return forward speed [m/s] and turning rate [rad/s] of a full push."""
-        return self.speed, self.turn
-
-    @property
-    def greatest(self) -> Velocity:
-        """Return the greatest of both."""
-        return self.speed_max, self.turn_max

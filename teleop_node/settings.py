@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from control_field.parameters import check_fields, parameter
-from control_field.robot.limits import Velocity
+from msgs_bridge.teaching.driving_settings import DrivingSettings
 
 #: Settings that topics and timers are made from: they hold from start to end.
 FIXED: Final = ('topic', 'enable_stamped_cmd_vel', 'lockstep', 'base_frame_id', 'rate', 'keyboard',
@@ -12,7 +12,7 @@ FIXED: Final = ('topic', 'enable_stamped_cmd_vel', 'lockstep', 'base_frame_id', 
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(DrivingSettings):
     """
     Settings of `teleop_node`; see the metadata of each field for unit, range and meaning.
 
@@ -52,25 +52,4 @@ class Settings:
     def __post_init__(self) -> None:
         """Validate every value against its declaration."""
         check_fields(self)
-        for name in ('topic', 'learner', 'controller'):
-            if not getattr(self, name).strip():
-                raise ValueError(f'{name} is empty, must be a name')
-        for name, most in (('speed', self.speed_max), ('turn', self.turn_max)):
-            if getattr(self, name) > most:
-                raise ValueError(f'{name} is {getattr(self, name)}, must be at most {name}_max, '
-                                 f'which is {most}')
-
-    @property
-    def is_stamped(self) -> bool:
-        """Whether commands are TwistStamped."""
-        return self.lockstep or self.enable_stamped_cmd_vel
-
-    @property
-    def speeds(self) -> Velocity:
-        """Return forward speed [m/s] and turning rate [rad/s] of the keys."""
-        return self.speed, self.turn
-
-    @property
-    def greatest(self) -> Velocity:
-        """Return the greatest of both."""
-        return self.speed_max, self.turn_max
+        self.check_driving('topic', 'learner', 'controller')

@@ -5,7 +5,7 @@ from concurrent.futures import Future
 import math
 from typing import Any, Final
 
-from page_node.exchange import Endpoint, Handler, json_reply, Reply, Request
+from page_node.exchange import Endpoint, FOREVER, Handler, json_reply, Reply, Request
 from page_node.memory.field_at import field_at, prototypes_at
 from page_node.memory.replay import replay_of
 from page_node.memory.rows import list_of
@@ -17,8 +17,6 @@ from page_node.refusal import RefusedError
 _BAG: Final = '/api/episodes/{task}/{number}'
 _BINARY: Final = 'application/octet-stream'
 _PICTURE: Final = 'image/svg+xml'
-#: What is asked for with the version of a bag never changes.
-_FOREVER: Final = {'Cache-Control': 'private, max-age=604800, immutable'}
 
 
 class MemoryEndpoints:
@@ -77,7 +75,7 @@ class MemoryEndpoints:
 
 def _kept(request: Request, media_type: str, content: bytes) -> Reply:
     """Return what a browser may keep if the address names the version."""
-    return Reply(content, media_type, headers=_FOREVER if request.query.get('v') else {})
+    return Reply(content, media_type, headers=FOREVER if request.query.get('v') else {})
 
 
 def _bag_in(request: Request) -> tuple[str, str]:

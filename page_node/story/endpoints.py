@@ -1,12 +1,9 @@
 """What the story answers: what each episode came to, and the field after it."""
 
-from page_node.exchange import Endpoint, json_reply, Reply, Request
+from page_node.exchange import Endpoint, FOREVER, json_reply, Reply, Request
 from page_node.memory.worker import Worker
 from page_node.story.frame import frame_after
 from page_node.story.story import story_of
-
-#: What is asked for with the version of a field never changes.
-_FOREVER = {'Cache-Control': 'private, max-age=604800, immutable'}
 
 
 class StoryEndpoints:
@@ -37,4 +34,4 @@ class StoryEndpoints:
         content = await self._worker.ask(
             frame_after, self._bags, request.path['task'], request.path['number'])
         return Reply(content, 'application/octet-stream',
-                     headers=_FOREVER if request.query.get('v') else {})
+                     headers=FOREVER if request.query.get('v') else {})
