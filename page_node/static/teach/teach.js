@@ -58,8 +58,10 @@ function showStep(page, buttons) {
 /** @param {Page} page @param {Buttons} buttons */
 function tryStep(page, buttons) {
   const left = element('p', {class: 'left', hidden: true});
-  page.on('state', ({trials_left: running, tries_left: waiting}) => {
-    const n = running || waiting;
+  page.on('state', ({trial, trials_left: running, tries_left: waiting}) => {
+    // The one under way is counted with those that the learner runs.
+    const underWay = ['running', 'paused'].includes(trial.state) ? 1 : 0;
+    const n = Math.max(running - underWay, 0) || waiting;
     left.hidden = n < 1;
     left.textContent = page.t('teach.left', {n});
   });
